@@ -1,0 +1,188 @@
+//! The scene as plain data, in double precision and in the units of the scene file.
+//!
+//! Nothing here knows of files, of the GPU or of how the scene is rendered. A [`Scene`] that passed
+//! [`Scene::validate`](crate::Scene::validate) is finite, has at least one primitive, and all of its
+//! indices are in range.
+
+use glam::{DVec2, DVec3};
+
+/// Linear RGB: a reflectance (0..=1), a radiance or a power, according to use.
+pub type Rgb = [f64; 3];
+
+/// A pinhole camera. Rays leave `position`; `target` is in the middle of the image.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Camera {
+    /// Position of the pinhole, scene units.
+    pub position: DVec3,
+    /// A point on the optical axis, scene units; not equal to `position`.
+    pub target: DVec3,
+    /// Points up in the image; not parallel to the optical axis. Any length.
+    pub up: DVec3,
+    /// Full horizontal angle of view, degrees, in (0, 180).
+    pub horizontal_fov: f64,
+}
+
+/// The reconstruction filter of a pixel. Both are importance sampled: every sample has weight 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PixelFilter {
+    /// Normal distribution around the pixel centre with a standard deviation of half a pixel (Box–Muller).
+    Gaussian,
+    /// Uniform over the one-pixel square.
+    Box,
+}
+
+/// How linear radiance becomes 8-bit code values.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Transfer {
+    /// `code = 255·L^(1/gamma)`, gamma > 0.
+    Gamma(f64),
+    /// The piecewise curve of IEC 61966-2-1.
+    Srgb,
+}
+
+/// Image size and how samples become pixels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Film {
+    /// Pixels, 1..=65536.
+    pub width: u32,
+    /// Pixels, 1..=65536.
+    pub height: u32,
+    /// Reconstruction filter.
+    pub filter: PixelFilter,
+    /// Transfer curve of 8-bit output.
+    pub transfer: Transfer,
+}
+
+/// How light is carried.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Integrator {
+    /// Longest chain of surface hits of a path, each with its direct light; 1 = direct light only. At least 1.
+    pub max_depth: u32,
+    /// Samples per pixel, at least 1.
+    pub samples: u32,
+    /// First surface hit (1 = the first) after which a path may be ended at random; `None`: never.
+    pub russian_roulette: Option<u32>,
+    /// `false`: direct light only on diffuse surfaces (mirror and glass are still followed).
+    pub indirect: bool,
+}
+
+/// What a surface does with light.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Surface {
+    /// Lambertian, on both sides.
+    Diffuse {
+        /// Reflectance, 0..=1 per channel.
+        reflectance: Rgb,
+    },
+    /// Perfect mirror, on both sides.
+    Mirror {
+        /// Reflectance, 0..=1 per channel.
+        reflectance: Rgb,
+    },
+    /// Smooth interface; the normal points to the side of index 1.
+    Dielectric {
+        /// Index of refraction of the side away from the normal over that of the normal's side; > 0.
+        ior: f64,
+    },
+    /// Emits from the front (the normal's side) only; reflects nothing.
+    Emitter {
+        /// Emitted radiance, >= 0 per channel.
+        radiance: Rgb,
+    },
+}
+
+/// A named surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Material {
+    /// Unique in the scene.
+    pub name: String,
+    /// What it does.
+    pub surface: Surface,
+}
+
+/// An analytic sphere.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sphere {
+    /// Scene units.
+    pub center: DVec3,
+    /// Scene units, > 0.
+    pub radius: f64,
+    /// Index into [`Scene::materials`].
+    pub material: u32,
+    /// The normal points to the centre.
+    pub inward: bool,
+}
+
+/// Which normal shades a triangle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Normals {
+    /// The geometric one.
+    Flat,
+    /// Interpolated from the vertices (from the file, else area-weighted from the faces).
+    Smooth,
+}
+
+/// A triangle mesh in scene space (scale, rotation and translation are already applied).
+///
+/// Front is the side from which the vertices run counter-clockwise.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mesh {
+    /// For messages: the file, and the object in it.
+    pub name: String,
+    /// Vertices, scene units.
+    pub positions: Vec<DVec3>,
+    /// Unit vertex normals, one for each position; empty when `normals` is flat.
+    pub vertex_normals: Vec<DVec3>,
+    /// Texture coordinates, one for each position, or empty. Kept for later use.
+    pub texcoords: Vec<DVec2>,
+    /// Indices into `positions`; no degenerate triangles.
+    pub triangles: Vec<[u32; 3]>,
+    /// Index into [`Scene::materials`], one for each triangle.
+    pub triangle_materials: Vec<u32>,
+    /// Which normal shades.
+    pub normals: Normals,
+    /// Faces of the file that were dropped because they have no area.
+    pub degenerate_dropped: usize,
+}
+
+/// A source of light that is not a surface.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Light {
+    /// Isotropic: irradiance = power·cosθ / (4π d²).
+    Point {
+        /// Scene units.
+        position: DVec3,
+        /// Total power per channel, >= 0.
+        power: Rgb,
+    },
+}
+
+/// Everything that is rendered, and how.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// Where the scene came from, for messages and metadata.
+    pub source: String,
+    /// The camera.
+    pub camera: Camera,
+    /// Image size, filter and transfer curve.
+    pub film: Film,
+    /// Path depth, samples, roulette.
+    pub integrator: Integrator,
+    /// Radiance that arrives where a ray meets nothing.
+    pub background: Rgb,
+    /// Surfaces, referred to by index.
+    pub materials: Vec<Material>,
+    /// Analytic spheres.
+    pub spheres: Vec<Sphere>,
+    /// Triangle meshes.
+    pub meshes: Vec<Mesh>,
+    /// Point lights. (Emitting surfaces are spheres and meshes with an emitter material.)
+    pub lights: Vec<Light>,
+}
+
+impl Scene {
+    /// Number of triangles over all meshes.
+    pub fn triangle_count(&self) -> usize {
+        self.meshes.iter().map(|m| m.triangles.len()).sum()
+    }
+}

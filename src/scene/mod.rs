@@ -1,0 +1,5 @@
+//! Scene description, scene files, OBJ and MTL. No GPU types.
+
+mod description;
+
+pub use description::*;
