@@ -1,1 +1,22 @@
-//! gpu
+//! Vulkan by hand: instance, device, memory, pipelines and submissions. Knows nothing of rendering.
+
+mod buffer;
+mod device;
+mod error;
+mod instance;
+mod messages;
+mod pipeline;
+mod select;
+mod submit;
+
+pub(crate) use buffer::{Buffer, Usage};
+pub(crate) use device::Device;
+pub use device::{Context, ContextOptions};
+pub use error::GpuError;
+pub use instance::Validation;
+pub use messages::Messages;
+pub use pipeline::Specialization;
+pub(crate) use pipeline::{Binding, BindingSet, Pipeline};
+pub use select::{DeviceInfo, DeviceKind};
+pub use submit::StageTime;
+pub(crate) use submit::{Access, Ticket, Timeline};

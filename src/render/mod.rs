@@ -1,1 +1,22 @@
-//! render
+//! From a scene to a film: what the scene needs, how it is cut into dispatches, and the loop that runs them.
+
+mod driver;
+mod error;
+mod features;
+mod film;
+mod layout;
+mod mutation;
+mod plan;
+mod renderer;
+mod settings;
+mod sobol;
+mod space;
+mod spheres;
+mod tables;
+
+pub use error::RenderError;
+pub use features::Features;
+pub use film::Film;
+pub use mutation::Mutation;
+pub use renderer::{Progress, RenderStatistics, Renderer};
+pub use settings::{Accel, RenderSettings, Sampler, Scheduler, TriangleTest};

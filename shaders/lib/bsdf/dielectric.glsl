@@ -1,0 +1,39 @@
+// Smooth dielectric interface: Snell's law and the unpolarised Fresnel equations.
+
+#ifndef DIELECTRIC_GLSL
+#define DIELECTRIC_GLSL
+
+#include "mirror.glsl"
+
+// Fraction of the power that is reflected. `cos_i` >= 0, `eta` = index of the far side over that of the near side.
+// `cos_t` is the cosine of the refracted ray, 0 under total reflection.
+float fresnel(float cos_i, float eta, out float cos_t) {
+    // sin²θt = (1 − cos²θi)/η², arranged as cos²θt = (η² − 1 + cos²θi)/η²: no cancellation near grazing or at η = 1.
+    float k = (eta - 1.0) * (eta + 1.0) + cos_i * cos_i;
+    float root = sqrt(k > 0.0 ? k : 0.0);
+    cos_t = root / eta;
+    float parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+    float perpendicular = (cos_i - root) / (cos_i + root);
+    float f = 0.5 * (parallel * parallel + perpendicular * perpendicular);
+    // Grazing and total reflection exactly; equal indices are invisible at any angle.
+    f = k > 0.0 && cos_i > 0.0 ? f : 1.0;
+    return eta == 1.0 ? 0.0 : (f < 1.0 ? f : 1.0);
+}
+
+// Follows the reflected or the refracted ray; the same Fresnel value is the probability and the weight, which
+// therefore is 1. n points to the side of index 1. `crossed`: the ray goes on to the other side.
+vec3 dielectric_sample(vec3 d, vec3 n, float ior, float u, out bool crossed) {
+    float c = -dot(d, n);
+    bool front = c >= 0.0;
+    float eta = (front != (MUTATION == 3u)) ? ior : 1.0 / ior;
+    vec3 m = front ? n : -n;
+    c = abs(c);
+    float cos_t;
+    float f = fresnel(c, eta, cos_t);
+    crossed = u >= f;
+    vec3 refracted = d * (1.0 / eta) + m * (c / eta - cos_t);
+    vec3 next = crossed ? refracted : d + (2.0 * c) * m;
+    return normalize(next);
+}
+
+#endif

@@ -1,0 +1,206 @@
+// Analytic spheres held in specialization constants: up to 16, unrolled, so that the compiler folds what a sphere
+// does not need. Each has a *side* and a *form*, chosen by the host (src/render/spheres.rs).
+//
+// Side: from where can rays meet it?
+//   SOLID   opaque, the camera is outside: no path gets inside, so only the near root counts. A ray that starts a
+//           rounding error inside is stopped at once: there is nothing to leak into.
+//   CAVITY  opaque, the camera is inside: only the far root counts.
+//   BOTH    dielectric, or undecided.
+//
+// Form: how are the roots computed? With f = c − o, b = f·d, |d| = 1:
+//   WALL    b² − C with C = |f|² − r² = K − 2 c·o + |o|², K = |c|² − r² rounded once on the host. Its error is that of
+//           a few roundings at the size of 2 r·|o|, hence ~|o|·2⁻²² in distance for a sphere of any radius; the
+//           textbook form loses ~r·2⁻²² (0.17 units at r = 1000).
+//   SMALL   Haines's r² − |f − b d|² (Ray Tracing Gems, ch. 7): stable while the sphere is not far away for its size.
+//   EXACT   both with error-free transforms: for spheres that are small and far away.
+
+#ifndef SPHERE_GLSL
+#define SPHERE_GLSL
+
+#include "../layout.glsl"
+#include "../math.glsl"
+
+const uint SIDE_SOLID = 0u;
+const uint SIDE_CAVITY = 1u;
+const uint SIDE_BOTH = 2u;
+const uint FORM_WALL = 0u;
+const uint FORM_SMALL = 1u;
+const uint FORM_EXACT = 2u;
+
+struct Sphere {
+    vec3 center;
+    float radius;
+    float power;    // K = |c|² − r²
+    uint side;
+    uint form;
+};
+
+// Set in a path's `leaving` when the ray runs on the inner side of that sphere.
+const int INSIDE = 0x40000000;
+
+// Distance b to the closest approach, discriminant, and C (only its sign is used where the form lacks precision).
+void sphere_quadratic(Sphere s, vec3 o, float oo, vec3 d, float od, out float b, out float disc, out float c) {
+    if (s.form == FORM_WALL) {
+        b = dot(s.center, d) - od;
+        c = (s.power + oo) - 2.0 * dot(s.center, o);
+        disc = b * b - c;
+    } else if (s.form == FORM_SMALL) {
+        vec3 f = s.center - o;
+        b = dot(f, d);
+        vec3 l = f - b * d;
+        disc = s.radius * s.radius - dot(l, l);
+        c = dot(f, f) - s.radius * s.radius;
+    } else {
+        precise vec3 f = s.center - o;
+        precise vec3 v = f - s.center;
+        precise vec3 e = (s.center - (f - v)) - (o + v);
+        float p0, e0, p1, e1, p2, e2, q0, r0, q1, r1;
+        two_product(f.x, d.x, p0, e0);
+        two_product(f.y, d.y, p1, e1);
+        two_product(f.z, d.z, p2, e2);
+        two_sum(p0, p1, q0, r0);
+        two_sum(q0, p2, q1, r1);
+        precise float low = ((e0 + e1) + (e2 + r0)) + (r1 + dot(e, d));
+        precise float high = q1 + low;
+        low = low - (high - q1);
+        b = high;
+        precise vec3 bd;
+        precise vec3 bl;
+        two_product(b, d.x, bd.x, bl.x);
+        two_product(b, d.y, bd.y, bl.y);
+        two_product(b, d.z, bd.z, bl.z);
+        precise vec3 l = (f - bd) + ((e - bl) - low * d);
+        // d is a unit vector only to rounding: |d|² = 1 + δ shifts the closest approach by b·δ along d, which is
+        // orthogonal to l and so of second order here.
+        disc = (s.radius * s.radius) - dot(l, l);
+        c = dot(f, f) - s.radius * s.radius;
+    }
+}
+
+// Distance to the sphere along the ray, or INFINITY. `leaving`: 0 no, 1 on its outer side, 2 on its inner side.
+float sphere_distance(Sphere s, vec3 o, float oo, vec3 d, float od, int leaving) {
+    float b, disc, c;
+    sphere_quadratic(s, o, oo, d, od, b, disc, c);
+    float root = sqrt(upper(disc, 0.0));
+    float t;
+    bool hit;
+    if (s.side == SIDE_SOLID) {
+        hit = leaving == 0 && b > 0.0 && disc > 0.0;
+        t = s.form == FORM_WALL ? upper(c, 0.0) / (b + root) : upper(b - root, 0.0);
+    } else if (s.side == SIDE_CAVITY) {
+        hit = true;
+        t = upper(leaving != 0 ? 2.0 * b : b + root, 0.0);
+    } else {
+        bool inside = leaving == 2 || (leaving == 0 && c < 0.0);
+        hit = leaving != 1 && (inside || (b > 0.0 && disc > 0.0));
+        float nearer = s.form == FORM_WALL ? upper(c, 0.0) / (b + root) : upper(b - root, 0.0);
+        float farther = leaving == 2 ? 2.0 * b : (s.form == FORM_WALL && b < 0.0 ? c / (b - root) : b + root);
+        t = inside ? upper(farther, 0.0) : nearer;
+    }
+    return hit ? t : INFINITY;
+}
+
+// Whether the sphere lies between o and the point at `distance` along d. Of a SOLID that point is outside (the host
+// drops lights inside of one): then the near root is before the point exactly if the closest approach is.
+bool sphere_occludes(Sphere s, vec3 o, float oo, vec3 d, float od, float distance, int leaving) {
+    if (s.side == SIDE_CAVITY) return false;
+    if (s.side == SIDE_BOTH) return sphere_distance(s, o, oo, d, od, leaving) < distance;
+    float b, disc, c;
+    sphere_quadratic(s, o, oo, d, od, b, disc, c);
+    return leaving == 0 && b > 0.0 && b < distance && disc > 0.0;
+}
+
+// The same seen from the far end p, where that is a constant: what depends on it and on the sphere alone is folded.
+bool sphere_occludes_point(Sphere s, vec3 p, vec3 d, float distance, int leaving) {
+    if (s.side == SIDE_CAVITY) return false;
+    vec3 f = s.center - p;
+    float k = dot(f, f) - s.radius * s.radius;
+    float b = dot(f, d);
+    if (s.side == SIDE_SOLID) return leaving == 0 && b < 0.0 && b > -distance && b * b > k;
+    // Looking from p towards the start of the ray.
+    float near_root = -b - sqrt(upper(b * b - k, 0.0));
+    return k < 0.0 ? leaving != 2 && -b + sqrt(b * b - k) < distance
+                   : leaving == 2 || (leaving == 0 && b < 0.0 && b * b > k && near_root < distance);
+}
+
+#define SPHERE_CONSTANTS(n, base)                                   \
+    layout(constant_id = base) const float SPHERE_##n##_X = 0.0;     \
+    layout(constant_id = base + 1) const float SPHERE_##n##_Y = 0.0; \
+    layout(constant_id = base + 2) const float SPHERE_##n##_Z = 0.0; \
+    layout(constant_id = base + 3) const float SPHERE_##n##_R = 1.0; \
+    layout(constant_id = base + 4) const float SPHERE_##n##_K = 0.0; \
+    layout(constant_id = base + 5) const uint SPHERE_##n##_SIDE = 2u; \
+    layout(constant_id = base + 6) const uint SPHERE_##n##_FORM = 1u;
+
+SPHERE_CONSTANTS(0, 64)
+SPHERE_CONSTANTS(1, 72)
+SPHERE_CONSTANTS(2, 80)
+SPHERE_CONSTANTS(3, 88)
+SPHERE_CONSTANTS(4, 96)
+SPHERE_CONSTANTS(5, 104)
+SPHERE_CONSTANTS(6, 112)
+SPHERE_CONSTANTS(7, 120)
+SPHERE_CONSTANTS(8, 128)
+SPHERE_CONSTANTS(9, 136)
+SPHERE_CONSTANTS(10, 144)
+SPHERE_CONSTANTS(11, 152)
+SPHERE_CONSTANTS(12, 160)
+SPHERE_CONSTANTS(13, 168)
+SPHERE_CONSTANTS(14, 176)
+SPHERE_CONSTANTS(15, 184)
+
+#define SPHERE_OF(n)                                                                                    \
+    Sphere(vec3(SPHERE_##n##_X, SPHERE_##n##_Y, SPHERE_##n##_Z), SPHERE_##n##_R, SPHERE_##n##_K, SPHERE_##n##_SIDE, \
+           SPHERE_##n##_FORM)
+
+// BODY(n) for each constant sphere.
+#define FOR_EACH_SPHERE(BODY)                                                            \
+    if (SPHERE_COUNT > 0u) { BODY(0) } if (SPHERE_COUNT > 1u) { BODY(1) }                \
+    if (SPHERE_COUNT > 2u) { BODY(2) } if (SPHERE_COUNT > 3u) { BODY(3) }                \
+    if (SPHERE_COUNT > 4u) { BODY(4) } if (SPHERE_COUNT > 5u) { BODY(5) }                \
+    if (SPHERE_COUNT > 6u) { BODY(6) } if (SPHERE_COUNT > 7u) { BODY(7) }                \
+    if (SPHERE_COUNT > 8u) { BODY(8) } if (SPHERE_COUNT > 9u) { BODY(9) }                \
+    if (SPHERE_COUNT > 10u) { BODY(10) } if (SPHERE_COUNT > 11u) { BODY(11) }            \
+    if (SPHERE_COUNT > 12u) { BODY(12) } if (SPHERE_COUNT > 13u) { BODY(13) }            \
+    if (SPHERE_COUNT > 14u) { BODY(14) } if (SPHERE_COUNT > 15u) { BODY(15) }
+
+int leaving_code(int leaving, int id) { return leaving == id ? 1 : (leaving == (id | INSIDE) ? 2 : 0); }
+
+// Nearest of the constant spheres; ties go to the lower index. `id` is the sphere's index.
+void closest_sphere(vec3 o, vec3 d, int leaving, inout float t, inout int id) {
+    float oo = dot(o, o);
+    float od = dot(o, d);
+#define TEST_CLOSEST(n)                                                                       \
+    {                                                                                         \
+        float h = sphere_distance(SPHERE_OF(n), o, oo, d, od, leaving_code(leaving, n));       \
+        bool closer = h < t;                                                                  \
+        t = closer ? h : t;                                                                   \
+        id = closer ? n : id;                                                                 \
+    }
+    FOR_EACH_SPHERE(TEST_CLOSEST)
+#undef TEST_CLOSEST
+}
+
+// Whether any constant sphere lies between o and the point at `distance`.
+bool any_sphere(vec3 o, vec3 d, float distance, int leaving) {
+    float oo = dot(o, o);
+    float od = dot(o, d);
+    bool occluded = false;
+#define TEST_ANY(n) \
+    occluded = occluded || sphere_occludes(SPHERE_OF(n), o, oo, d, od, distance, leaving_code(leaving, n));
+    FOR_EACH_SPHERE(TEST_ANY)
+#undef TEST_ANY
+    return occluded;
+}
+
+// The same for the constant point p at that distance.
+bool any_sphere_before_point(vec3 p, vec3 d, float distance, int leaving) {
+    bool occluded = false;
+#define TEST_BEFORE(n) \
+    occluded = occluded || sphere_occludes_point(SPHERE_OF(n), p, d, distance, leaving_code(leaving, n));
+    FOR_EACH_SPHERE(TEST_BEFORE)
+#undef TEST_BEFORE
+    return occluded;
+}
+
+#endif

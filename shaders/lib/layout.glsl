@@ -1,0 +1,69 @@
+// What host and shader share: specialization constants, bindings, push constants, record layouts.
+// src/render/layout.rs holds the same numbers; a test compares the two by SPIR-V reflection.
+//
+// Render space: the camera is the origin, and one unit is the power of two near the scene's size, so that
+// scenes far from their origin, huge or tiny, are traced with the same bits as ordinary ones.
+
+#ifndef LAYOUT_GLSL
+#define LAYOUT_GLSL
+
+// ---- specialization constants: features (ids 2..39). Code depends on them, data layout never does.
+layout(constant_id = 2) const uint FILTER = 0u;            // 0 box, 1 Gaussian
+layout(constant_id = 3) const uint SAMPLER = 0u;           // 0 Owen-scrambled Sobol, 1 independent
+layout(constant_id = 4) const uint MAX_DEPTH = 8u;         // surface hits of a path
+layout(constant_id = 5) const uint ROULETTE_DEPTH = 0u;    // first hit that may end a path; 0: off
+layout(constant_id = 6) const bool INDIRECT = true;        // follow paths beyond a diffuse surface
+layout(constant_id = 7) const bool HAS_DIFFUSE = true;
+layout(constant_id = 8) const bool HAS_MIRROR = true;
+layout(constant_id = 9) const bool HAS_DIELECTRIC = true;
+layout(constant_id = 10) const bool HAS_EMITTER = true;
+layout(constant_id = 11) const bool HAS_BACKGROUND = true;
+layout(constant_id = 12) const uint SPHERE_COUNT = 0u;     // spheres held in constants, see intersect/sphere.glsl
+layout(constant_id = 13) const bool HAS_TREE = false;      // triangles, or more spheres than fit into constants
+layout(constant_id = 14) const bool TREE_SPHERES = false;  // the tree has sphere leaves
+layout(constant_id = 15) const bool BRUTE_FORCE = false;   // test every leaf record instead of walking the tree
+layout(constant_id = 16) const bool MOLLER_TRUMBORE = false;
+layout(constant_id = 17) const bool SMOOTH_NORMALS = false;
+layout(constant_id = 18) const uint LIGHT_COUNT = 0u;      // point lights
+layout(constant_id = 19) const uint SOBOL_LEVELS = 1u;     // table levels: samples < 2^10, 2^20, 2^30
+layout(constant_id = 20) const uint LOOP_BUDGET = 0u;      // loop iterations of an invocation; 0: no bound
+layout(constant_id = 21) const uint TREE_BOX_COUNT = 0u;   // boxes that a ray must meet to enter the tree
+layout(constant_id = 22) const uint LEAF_BEGIN = 0u;       // first leaf record, for BRUTE_FORCE
+layout(constant_id = 23) const uint LEAF_END = 0u;
+layout(constant_id = 24) const uint MUTATION = 0u;         // tests only: breaks one thing, see render/mutation.rs
+layout(constant_id = 25) const uint EMITTER_COUNT = 0u;    // emitters sampled directly; 0: found only by hitting them
+layout(constant_id = 26) const bool PATH_STATS = false;    // count rays and traversal steps
+
+// ---- bindings
+layout(binding = 0) uniform samplerBuffer tree_texels;     // 4 texels a record, see intersect/tree.glsl
+layout(binding = 1) uniform samplerBuffer shape_texels;    // spheres and materials, see surface.glsl
+layout(binding = 2) uniform usamplerBuffer sobol_texels;   // see sampler.glsl
+layout(binding = 3) uniform samplerBuffer light_texels;    // see light/
+layout(std430, binding = 4) buffer Film { vec4 film[]; };  // 2 vec4 a slot, see film.glsl
+layout(std430, binding = 5) buffer Counters { uint counters[]; };
+
+// Indices into `counters`.
+const uint COUNT_SAMPLES = 0u;     // samples committed by this dispatch
+const uint COUNT_BAD = 1u;         // samples that were NaN or infinite
+const uint COUNT_RAYS = 2u;        // closest-hit rays
+const uint COUNT_SHADOW = 3u;      // shadow rays
+const uint COUNT_STEPS = 4u;       // tree records visited (with PATH_STATS)
+const uint COUNT_TREE_RAYS = 5u;   // rays that entered the tree (with PATH_STATS)
+const uint COUNT_TRUNCATED = 6u;   // invocations whose loop ended although nothing in the shader ended it
+
+layout(push_constant, std430) uniform Push {
+    vec4 camera_right;      // xyz: half the image plane's width at distance 1; w: pixel width in these units
+    vec4 camera_up;         // xyz: half its height
+    vec4 camera_forward;    // xyz: unit
+    vec4 background;        // rgb radiance
+    uint width;
+    uint height;
+    uint seed;
+    uint first_slot;        // slots (see pixel_order.glsl) of this dispatch
+    uint end_slot;
+    uint target_samples;    // per pixel, in all
+    uint max_new_samples;   // per pixel, in this dispatch
+    uint band_first;        // first slot of the film buffer
+};
+
+#endif

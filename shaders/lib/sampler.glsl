@@ -1,0 +1,75 @@
+// Random numbers as a pure function of (pixel, sample, dimension, seed). Two dimensions make a pair:
+// pair 0 is the position in the pixel; a path's surface hit d (1, 2, …) uses the pairs below.
+//
+// Owen-scrambled Sobol (Burley, JCGT 2020), with the Laine–Karras hash as improved by Vegdahl (2021) for the
+// scramble. The table holds Sobol points bit-reversed, as the hash wants them: row k of level l is the point of
+// index k·2^(10l), 32 pairs in 16 texels; a point of any index is the XOR of one row of each level, because the
+// sequence is linear over GF(2). Hits beyond SOBOL_HITS draw independent numbers.
+
+#ifndef SAMPLER_GLSL
+#define SAMPLER_GLSL
+
+#include "layout.glsl"
+
+const uint SOBOL_HITS = 10u;
+const uint PAIR_PIXEL = 0u;
+uint pair_direction(uint hit) { return hit; }                      // also the choice between reflection and refraction
+uint pair_light(uint hit) { return SOBOL_HITS - 1u + 2u * hit; }   // a point on an emitter
+uint pair_choice(uint hit) { return SOBOL_HITS + 2u * hit; }       // x: which light
+
+// Integer hash with low bias (Wellons' "lowbias32").
+uint hash(uint x) {
+    x ^= x >> 16;
+    x *= 0x7feb352du;
+    x ^= x >> 15;
+    x *= 0x846ca68bu;
+    x ^= x >> 16;
+    return x;
+}
+
+// The 24 high bits as a float in [0, 1): every value is exact, 1 is never reached.
+float unit_float(uint x) { return float(x >> 8) * 5.9604645e-8; }
+
+// Seed of all numbers of a pixel.
+uint pixel_key(uint pixel) { return hash(pixel + hash(seed + 0x68bc21ebu)); }
+
+// Owen scramble of a bit-reversed number.
+uint owen_reversed(uint x, uint key) {
+    x ^= x * 0x3d20adeau;
+    x += key;
+    x *= (key >> 16) | 1u;
+    x ^= x * 0x05526c56u;
+    x ^= x * 0x53a22864u;
+    return x;
+}
+
+uvec2 sobol_reversed(uint index, uint pair) {
+    int column = int(pair >> 1);
+    uvec4 row = texelFetch(sobol_texels, int(index & 1023u) * 16 + column);
+    if (SOBOL_LEVELS > 1u) row ^= texelFetch(sobol_texels, (1024 + int((index >> 10) & 1023u)) * 16 + column);
+    if (SOBOL_LEVELS > 2u) row ^= texelFetch(sobol_texels, (2048 + int((index >> 20) & 1023u)) * 16 + column);
+    return (pair & 1u) == 0u ? row.xy : row.zw;
+}
+
+// Two numbers in [0, 1).
+vec2 sample_pair(uint key, uint index, uint pair, uint hit) {
+    uint h = hash(key + pair * 0x9e3779b9u);
+    uint g = hash(h ^ 0x5bd1e995u);
+    if (SAMPLER == 1u) return vec2(unit_float(hash(h + index * 0x85ebca6bu)), unit_float(hash(g + index * 0xc2b2ae35u)));
+    bool table = hit <= SOBOL_HITS;
+    uvec2 p = sobol_reversed(index, table ? pair : 0u);
+    if (MUTATION == 5u) p &= uvec2(0x0000000fu);
+    uvec2 u = uvec2(bitfieldReverse(owen_reversed(p.x, h)), bitfieldReverse(owen_reversed(p.y, g)));
+    if (MAX_DEPTH > SOBOL_HITS) {
+        u.x = table ? u.x : hash(h + index * 0x85ebca6bu);
+        u.y = table ? u.y : hash(g + index * 0xc2b2ae35u);
+    }
+    return vec2(unit_float(u.x), unit_float(u.y));
+}
+
+// An independent number in [0, 1), for decisions that gain nothing from stratification.
+float sample_independent(uint key, uint index, uint hit) {
+    return unit_float(hash(hash(key ^ 0xa511e9b3u) + index * 0x9e3779b9u + hit * 0x63d83595u));
+}
+
+#endif

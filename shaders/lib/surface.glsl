@@ -1,0 +1,90 @@
+// What a ray meets: position, normals and material at a hit.
+//
+// shape_texels: for each constant sphere two texels, (centre, 1/radius with the normal's sign) and its material; then
+// one texel for each further material. A material is (rgb, kind): rgb is reflectance or radiance, and kind is one
+// of the numbers below or, if positive, the index of refraction of a dielectric.
+
+#ifndef SURFACE_GLSL
+#define SURFACE_GLSL
+
+#include "layout.glsl"
+#include "math.glsl"
+#include "intersect/tree.glsl"
+
+const float KIND_DIFFUSE = 0.0;
+const float KIND_MIRROR = -1.0;
+const float KIND_EMITTER = -2.0;
+
+struct Surface {
+    vec3 position;
+    vec3 normal;        // geometric, unit, towards the material's front
+    vec3 shading;       // normal for cosines, on the same side as `normal`
+    vec3 color;
+    float kind;
+    float offset;       // bound on the error of `position` along the normal
+    float curvature;    // of a sphere, negative if its normal points inward; 0 for a triangle
+};
+
+// A unit vector but for rounding: one Newton step of 1/sqrt restores its length to 1 ulp.
+vec3 renormalize(vec3 n) { return n * (1.5 - 0.5 * dot(n, n)); }
+
+Surface surface_of_sphere(int id, vec3 p) {
+    vec4 shape = texelFetch(shape_texels, 2 * id);
+    vec4 material = texelFetch(shape_texels, 2 * id + 1);
+    vec3 n = renormalize((p - shape.xyz) * shape.w);
+    return Surface(p, n, n, material.rgb, material.w, 0.0, shape.w);
+}
+
+Surface surface_of_record(int record, vec3 o, vec3 d, float t) {
+    vec4 q0 = texelFetch(tree_texels, 4 * record);
+    vec4 q1 = texelFetch(tree_texels, 4 * record + 1);
+    vec4 q2 = texelFetch(tree_texels, 4 * record + 2);
+    vec4 q3 = texelFetch(tree_texels, 4 * record + 3);
+    vec4 material = texelFetch(shape_texels, floatBitsToInt(q0.w));
+    vec3 n = q3.xyz;
+    vec3 ns = n;
+    // From barycentrics: closer to the plane than o + t·d, with pbrt's bound γ(7)(|b0 v0| + |b1 v1| + |b2 v2|).
+    float unused;
+    vec3 b;
+    watertight(shear_of(d), o, q0.xyz, q1.xyz, q2.xyz, INFINITY, unused, b);
+    vec3 p0 = b.x * q0.xyz;
+    vec3 p1 = b.y * q1.xyz;
+    vec3 p2 = b.z * q2.xyz;
+    vec3 p = p0 + p1 + p2;
+    const float gamma7 = 4.2e-7;
+    float curvature = 0.0;
+    float offset = gamma7 * dot(abs(p0) + abs(p1) + abs(p2), abs(n));
+    if (SMOOTH_NORMALS) {
+        int row = floatBitsToInt(q1.w);
+        if (row >= 0) {
+            vec3 s = b.x * texelFetch(shape_texels, row).xyz + b.y * texelFetch(shape_texels, row + 1).xyz +
+                     b.z * texelFetch(shape_texels, row + 2).xyz;
+            float length2 = dot(s, s);
+            s = length2 > 0.0 ? s * inversesqrt(length2) : n;
+            ns = dot(s, n) < 0.0 ? -s : s;
+        }
+    }
+    if (TREE_SPHERES && q3.w == 2.0) {
+        p = o + t * d;
+        n = normalize(p - q0.xyz) * (q1.y < 0.0 ? -1.0 : 1.0);
+        ns = n;
+        offset = 0.0;
+        curvature = q1.y;
+    }
+    return Surface(p, n, ns, material.rgb, material.w, offset, curvature);
+}
+
+Surface surface_at(int id, vec3 o, vec3 d, float t) {
+    if (!HAS_TREE) return surface_of_sphere(id, o + t * d);
+    if (SPHERE_COUNT == 0u) return surface_of_record(id - TREE_ID, o, d, t);
+    Surface s = surface_of_sphere(id < TREE_ID ? id : 0, o + t * d);
+    if (id >= TREE_ID) s = surface_of_record(id - TREE_ID, o, d, t);
+    return s;
+}
+
+// `id`, marked if a ray on the given side of the normal runs inside the sphere.
+int leaving_id(int id, Surface s, bool on_front) {
+    return s.curvature != 0.0 && (s.curvature > 0.0) != on_front ? (id | INSIDE) : id;
+}
+
+#endif

@@ -1,0 +1,47 @@
+// Closest hit and occlusion, constant spheres and tree together, each ray walked to its end at once.
+
+#ifndef TRACE_GLSL
+#define TRACE_GLSL
+
+#include "path.glsl"
+
+// Walks the tree to the end; `loops` grows by the iterations that the whole subgroup spends (drivers bound those).
+void walk_tree(inout Walk walk, vec3 o, vec3 d, int leaving, bool any_hit, inout uint loops) {
+    TreeRay r = tree_ray(o, d);
+    uint steps = 0u;
+    while (walk.current != FINISHED && (LOOP_BUDGET == 0u || loops + steps < LOOP_BUDGET)) {
+        walk_step(walk, r, leaving, any_hit);
+        steps += 1u;
+    }
+    if (LOOP_BUDGET > 0u) loops += subgroupMax(steps);
+}
+
+// Nearest surface along a ray: its id (TREE_GLSL) or -1, and its distance.
+int closest_hit(vec3 o, vec3 d, int leaving, out float t, inout uint loops) {
+    t = INFINITY;
+    int id = -1;
+    closest_sphere(o, d, leaving, t, id);
+    if (HAS_TREE) {
+        if (meets_tree(o, d, t)) {
+            Walk walk = walk_begin(t);
+            walk_tree(walk, o, d, leaving, false, loops);
+            t = walk.t;
+            id = walk.id >= 0 ? walk.id : id;
+        }
+    }
+    return id;
+}
+
+bool occluded(ShadowRay ray, inout uint loops) {
+    bool hidden = spheres_occlude(ray);
+    if (HAS_TREE) {
+        if (!hidden && meets_tree(ray.origin, ray.direction, ray.distance)) {
+            Walk walk = walk_begin(ray.distance);
+            walk_tree(walk, ray.origin, ray.direction, ray.leaving, true, loops);
+            hidden = walk.id >= 0;
+        }
+    }
+    return hidden;
+}
+
+#endif

@@ -1,0 +1,56 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_KHR_shader_subgroup_arithmetic : require
+// Path tracing by path regeneration: an invocation owns a pixel, and as soon as a path ends the next sample of the
+// pixel begins in its place, so that the lanes of a subgroup stay busy although paths differ in length.
+
+#include "lib/path.glsl"
+#include "lib/film.glsl"
+
+layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
+
+#include "lib/pixel_order.glsl"
+#include "lib/trace.glsl"
+
+void main() {
+    uint slot = first_slot + gl_GlobalInvocationID.x;
+    uint pixel;
+    if (slot >= end_slot || !pixel_of_slot(slot, pixel)) return;
+    FilmPixel film_pixel = film_load(slot);
+    uint first = film_pixel.count;
+    uint end = min(target_samples, first + max_new_samples);
+    if (first >= end) return;
+
+    uint key = pixel_key(pixel);
+    Path path = path_begin(pixel, key, first);
+    vec3 radiance = vec3(0.0);
+    uint bad = 0u;
+    uint rays = 0u;
+    uint shadow_rays = 0u;
+    uint loops = 0u;
+    bool within_budget = true;
+    while (film_pixel.count < end && within_budget) {
+        float t;
+        int id = closest_hit(path.origin, path.direction, path.leaving, t, loops);
+        ShadowRay shadow;
+        bool alive = path_scatter(path, id, t, pixel, key, radiance, shadow);
+        rays += 1u;
+        if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
+            shadow_rays += shadow.wanted ? 1u : 0u;
+            if (shadow.wanted && !occluded(shadow, loops)) radiance += shadow.radiance;
+        }
+        if (!alive) {
+            bad += film_add(film_pixel, radiance) ? 0u : 1u;
+            radiance = vec3(0.0);
+        }
+        loops += 1u;
+        // Out of budget: what the film holds is complete; the sample in hand begins again in the next dispatch.
+        within_budget = LOOP_BUDGET == 0u || loops < LOOP_BUDGET;
+    }
+    film_store(slot, film_pixel);
+    atomicAdd(counters[COUNT_SAMPLES], film_pixel.count - first);
+    atomicAdd(counters[COUNT_RAYS], rays);
+    atomicAdd(counters[COUNT_SHADOW], shadow_rays);
+    if (bad > 0u) atomicAdd(counters[COUNT_BAD], bad);
+    if (film_pixel.count < end && within_budget) atomicAdd(counters[COUNT_TRUNCATED], 1u);
+}

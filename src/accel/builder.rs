@@ -1,0 +1,348 @@
+//! Binned SAH construction of a binary bounding volume hierarchy with one primitive per leaf.
+//!
+//! Wald, "On fast construction of SAH-based bounding volume hierarchies" (2007). A subtree over n primitives has
+//! n − 1 inner nodes, so that every subtree knows its place in the arrays before it is built, and halves are built
+//! in parallel into disjoint slices: the result does not depend on the number of threads.
+
+use glam::Vec3;
+
+use super::aabb::Aabb;
+
+/// The deepest leaf that [`build`] makes; the shader's stack holds one entry a level.
+pub const MAX_DEPTH: u32 = 62;
+
+/// Subtrees larger than this are built by a task of their own.
+const PARALLEL_ABOVE: usize = 4096;
+const MAX_BINS: usize = 32;
+
+/// A child: an inner node, or a leaf's place in [`Tree::order`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Child {
+    /// Index into [`Tree::nodes`].
+    Inner(u32),
+    /// Index into [`Tree::order`].
+    Leaf(u32),
+}
+
+/// An inner node: two children with their boxes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Node {
+    /// Boxes of the children.
+    pub bounds: [Aabb; 2],
+    /// The children.
+    pub children: [Child; 2],
+}
+
+/// A hierarchy. Node 0 is the root; a tree over one primitive has one node whose children are the same leaf.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tree {
+    /// Inner nodes, parents before their children.
+    pub nodes: Vec<Node>,
+    /// Primitive of each leaf, in depth-first order.
+    pub order: Vec<u32>,
+}
+
+#[derive(Clone, Copy)]
+struct Reference {
+    bounds: Aabb,
+    primitive: u32,
+}
+
+/// Builds a tree over the boxes of primitives; `None` if there are none.
+///
+/// Boxes must be finite. Any arrangement is allowed, a million equal boxes included.
+pub fn build(bounds: &[Aabb]) -> Option<Tree> {
+    if bounds.is_empty() {
+        return None;
+    }
+    let mut references: Vec<_> =
+        bounds.iter().enumerate().map(|(i, &bounds)| Reference { bounds, primitive: i as u32 }).collect();
+    let filler = Node { bounds: [Aabb::EMPTY; 2], children: [Child::Leaf(0); 2] };
+    if let [only] = references.as_slice() {
+        return Some(Tree { nodes: vec![Node { bounds: [only.bounds; 2], ..filler }], order: vec![0] });
+    }
+    let mut nodes = vec![filler; references.len() - 1];
+    let whole = Extent::of(&references);
+    Subtree { node: 0, leaf: 0, depth: 0 }.build(&mut references, &mut nodes, whole);
+    Some(Tree { nodes, order: references.iter().map(|r| r.primitive).collect() })
+}
+
+/// Bounds of primitives and of their centroids.
+#[derive(Clone, Copy)]
+struct Extent {
+    bounds: Aabb,
+    centroids: Aabb,
+}
+
+impl Extent {
+    const EMPTY: Self = Self { bounds: Aabb::EMPTY, centroids: Aabb::EMPTY };
+
+    fn of(references: &[Reference]) -> Self {
+        references.iter().fold(Self::EMPTY, |e, r| e.with(r))
+    }
+
+    fn with(self, r: &Reference) -> Self {
+        Self { bounds: self.bounds.union(r.bounds), centroids: self.centroids.extended(r.bounds.centroid()) }
+    }
+}
+
+/// Where a subtree's nodes and leaves go.
+#[derive(Clone, Copy)]
+struct Subtree {
+    node: u32,
+    leaf: u32,
+    depth: u32,
+}
+
+impl Subtree {
+    /// Builds the subtree over at least two references; `nodes` is its own slice.
+    fn build(self, references: &mut [Reference], nodes: &mut [Node], extent: Extent) {
+        let count = references.len();
+        let (middle, extents) = self.split(references, extent);
+        let (left, right) = references.split_at_mut(middle);
+        let (root, rest) = nodes.split_at_mut(1);
+        let (left_nodes, right_nodes) = rest.split_at_mut(left.len() - 1);
+        let (left_leaf, right_leaf) = (self.leaf, self.leaf + left.len() as u32);
+        let (left_node, right_node) = (self.node + 1, self.node + left.len() as u32);
+        let child = |n: usize, node, leaf| if n == 1 { Child::Leaf(leaf) } else { Child::Inner(node) };
+        root[0] = Node {
+            bounds: extents.map(|e| e.bounds),
+            children: [child(left.len(), left_node, left_leaf), child(right.len(), right_node, right_leaf)],
+        };
+        let depth = self.depth + 1;
+        let mut build_left = || {
+            if left.len() > 1 {
+                Subtree { node: left_node, leaf: left_leaf, depth }.build(left, left_nodes, extents[0]);
+            }
+        };
+        let mut build_right = || {
+            if right.len() > 1 {
+                Subtree { node: right_node, leaf: right_leaf, depth }.build(right, right_nodes, extents[1]);
+            }
+        };
+        if count > PARALLEL_ABOVE {
+            rayon::join(build_left, build_right);
+        } else {
+            build_left();
+            build_right();
+        }
+    }
+
+    /// Orders the references into two non-empty parts; returns the size of the first, and their extents.
+    fn split(self, references: &mut [Reference], extent: Extent) -> (usize, [Extent; 2]) {
+        let count = references.len();
+        // Levels that halving needs must remain.
+        let levels_needed = usize::BITS - (count - 1).leading_zeros();
+        let may_be_uneven = self.depth + levels_needed < MAX_DEPTH;
+        if count > 2 && may_be_uneven {
+            if let Some(split) = best_split(references, extent) {
+                return partition(references, split);
+            }
+        }
+        let middle = count / 2;
+        if count > 2 {
+            let size = extent.centroids.hi - extent.centroids.lo;
+            let axis = size.max_position();
+            let key = |r: &Reference| r.bounds.centroid()[axis];
+            references
+                .select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)).then(a.primitive.cmp(&b.primitive)));
+        }
+        (middle, [Extent::of(&references[..middle]), Extent::of(&references[middle..])])
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Split {
+    axis: usize,
+    /// Bins below this go to the first part.
+    bin: usize,
+    bins: Binning,
+}
+
+/// Maps centroids to bins along each axis.
+#[derive(Clone, Copy)]
+struct Binning {
+    lo: Vec3,
+    scale: Vec3,
+    count: usize,
+}
+
+impl Binning {
+    fn new(centroids: Aabb, primitives: usize) -> Self {
+        let count = (4 + primitives / 2).min(MAX_BINS);
+        let size = centroids.hi - centroids.lo;
+        // A flat axis gets scale 0: all in bin 0. The margin keeps the last centroid in the last bin.
+        let per_axis = |s: f32| if s > 0.0 { (count as f32 * (1.0 - 1e-6) / s).min(f32::MAX) } else { 0.0 };
+        Self { lo: centroids.lo, scale: Vec3::new(per_axis(size.x), per_axis(size.y), per_axis(size.z)), count }
+    }
+
+    fn bins(&self, centroid: Vec3) -> [usize; 3] {
+        let x = (centroid - self.lo) * self.scale;
+        // `as` saturates, so that even a scale that overflowed stays in range.
+        [x.x as usize, x.y as usize, x.z as usize].map(|b| b.min(self.count - 1))
+    }
+}
+
+/// The split of least SAH cost among all bin borders of all axes; `None` if all centroids share a bin.
+fn best_split(references: &[Reference], extent: Extent) -> Option<Split> {
+    let bins = Binning::new(extent.centroids, references.len());
+    let mut table = [[(Aabb::EMPTY, 0u32); MAX_BINS]; 3];
+    for r in references {
+        for (row, b) in table.iter_mut().zip(bins.bins(r.bounds.centroid())) {
+            row[b].0 = row[b].0.union(r.bounds);
+            row[b].1 += 1;
+        }
+    }
+    let mut best: Option<(f32, Split)> = None;
+    for (axis, row) in table.iter().enumerate() {
+        if bins.scale[axis] == 0.0 {
+            continue;
+        }
+        // cost_right[i]: of bins i.. together
+        let mut cost_right = [0.0f32; MAX_BINS];
+        let mut part = (Aabb::EMPTY, 0u32);
+        for i in (1..bins.count).rev() {
+            part = (part.0.union(row[i].0), part.1 + row[i].1);
+            cost_right[i] = if part.1 == 0 { f32::INFINITY } else { part.0.half_area() * part.1 as f32 };
+        }
+        let mut part = (Aabb::EMPTY, 0u32);
+        for i in 1..bins.count {
+            part = (part.0.union(row[i - 1].0), part.1 + row[i - 1].1);
+            if part.1 == 0 {
+                continue;
+            }
+            let cost = part.0.half_area() * part.1 as f32 + cost_right[i];
+            if cost.is_finite() && best.is_none_or(|(c, _)| cost < c) {
+                best = Some((cost, Split { axis, bin: i, bins }));
+            }
+        }
+    }
+    best.map(|(_, split)| split)
+}
+
+/// Moves the references of the first part to the front.
+fn partition(references: &mut [Reference], split: Split) -> (usize, [Extent; 2]) {
+    let mut extents = [Extent::EMPTY; 2];
+    let (mut i, mut j) = (0, references.len());
+    while i < j {
+        if split.bins.bins(references[i].bounds.centroid())[split.axis] < split.bin {
+            extents[0] = extents[0].with(&references[i]);
+            i += 1;
+        } else {
+            j -= 1;
+            extents[1] = extents[1].with(&references[i]);
+            references.swap(i, j);
+        }
+    }
+    (i, extents)
+}
+
+impl Tree {
+    /// Boxes of at most `count` subtrees that cover the tree, splitting the largest first. A ray that misses all of
+    /// them meets nothing.
+    pub fn top_boxes(&self, count: usize) -> Vec<Aabb> {
+        let root = &self.nodes[0];
+        let mut boxes = vec![(root.bounds[0], root.children[0]), (root.bounds[1], root.children[1])];
+        while boxes.len() < count {
+            let inner = boxes.iter().enumerate().filter_map(|(i, &(b, c))| match c {
+                Child::Inner(node) => Some((i, b.half_area(), node)),
+                Child::Leaf(_) => None,
+            });
+            let Some((i, _, node)) = inner.max_by(|a, b| a.1.total_cmp(&b.1)) else { break };
+            let node = &self.nodes[node as usize];
+            boxes[i] = (node.bounds[0], node.children[0]);
+            boxes.push((node.bounds[1], node.children[1]));
+        }
+        boxes.into_iter().map(|(b, _)| b).collect()
+    }
+
+    /// Checks every invariant that traversal relies on: each leaf is reached exactly once (twice in a tree over one
+    /// primitive), children come after parents, boxes contain what is below them, and the depth is bounded.
+    ///
+    /// # Errors
+    /// The first violation, in words.
+    pub fn validate(&self, bounds: &[Aabb]) -> Result<(), String> {
+        let mut seen = vec![0u32; self.order.len()];
+        let mut stack = vec![(0u32, 0u32, None::<Aabb>)];
+        while let Some((index, depth, around)) = stack.pop() {
+            let node = self.nodes.get(index as usize).ok_or(format!("no node {index}"))?;
+            for (b, child) in node.bounds.iter().zip(node.children) {
+                if around.is_some_and(|a| !a.contains(*b)) {
+                    return Err(format!("node {index}: a child's box sticks out"));
+                }
+                match child {
+                    Child::Inner(next) if next <= index => {
+                        return Err(format!("node {index}: child {next} does not come after it"));
+                    }
+                    Child::Inner(next) => stack.push((next, depth + 1, Some(*b))),
+                    Child::Leaf(leaf) => {
+                        let primitive = *self.order.get(leaf as usize).ok_or(format!("no leaf {leaf}"))?;
+                        let own = bounds.get(primitive as usize).ok_or(format!("no primitive {primitive}"))?;
+                        if !b.contains(*own) {
+                            return Err(format!("leaf {leaf}: its primitive sticks out"));
+                        }
+                        if depth + 1 > MAX_DEPTH {
+                            return Err(format!("leaf {leaf}: at depth {}, the limit is {MAX_DEPTH}", depth + 1));
+                        }
+                        seen[leaf as usize] += 1;
+                    }
+                }
+            }
+        }
+        let expected = if self.order.len() == 1 { 2 } else { 1 };
+        if let Some(leaf) = seen.iter().position(|&n| n != expected) {
+            return Err(format!("leaf {leaf} is reached {} times", seen[leaf]));
+        }
+        let mut primitives = self.order.clone();
+        primitives.sort_unstable();
+        if !primitives.iter().enumerate().all(|(i, &p)| i as u32 == p) || self.order.len() != bounds.len() {
+            return Err("the leaves are not a permutation of the primitives".to_owned());
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(bounds: &[Aabb]) -> Tree {
+        let tree = build(bounds).unwrap();
+        tree.validate(bounds).unwrap();
+        tree
+    }
+
+    fn point(x: f32, y: f32, z: f32) -> Aabb {
+        Aabb::around([Vec3::new(x, y, z)])
+    }
+
+    #[test]
+    fn degenerate_inputs_make_valid_trees() {
+        assert!(build(&[]).is_none());
+        check(&[point(1.0, 2.0, 3.0)]);
+        check(&[point(1.0, 2.0, 3.0); 2]);
+        check(&vec![point(1.0, 2.0, 3.0); 10_001]);
+        check(&(0..5000).map(|i| point(i as f32, 0.0, 0.0)).collect::<Vec<_>>());
+        // Every split peels one off: the depth bound must step in.
+        let spiral: Vec<_> = (0..120).map(|i| point(2f32.powi(i - 60), 0.0, 0.0)).collect();
+        check(&spiral);
+        check(&[point(f32::MAX, 0.0, 0.0), point(-f32::MAX, 0.0, 0.0), point(0.0, 1e30, 0.0)]);
+        check(&[Aabb { lo: Vec3::splat(-1e38), hi: Vec3::splat(1e38) }; 9]);
+    }
+
+    #[test]
+    fn random_boxes_make_the_same_valid_tree_each_time() {
+        let mut state = 1u32;
+        let mut random = move || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1 << 24) as f32
+        };
+        let boxes: Vec<_> = (0..20_000)
+            .map(|_| {
+                let p = Vec3::new(random(), random(), random());
+                Aabb { lo: p, hi: p + 0.01 * Vec3::new(random(), random(), random()) }
+            })
+            .collect();
+        assert_eq!(check(&boxes), check(&boxes));
+    }
+}

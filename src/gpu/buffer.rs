@@ -1,0 +1,140 @@
+//! Buffers, their memory, and texel views of them.
+
+use std::sync::Arc;
+
+use ash::vk;
+use gpu_allocator::MemoryLocation;
+use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
+
+use super::device::Device;
+use super::error::{GpuError, check};
+
+/// What a buffer is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Usage {
+    /// Read and written by shaders; on the device.
+    Storage,
+    /// Read by shaders through a typed view; on the device.
+    Texel(vk::Format),
+    /// Written by the host, source of copies.
+    Upload,
+    /// Read by the host, destination of copies.
+    Readback,
+}
+
+/// A buffer that owns its memory and, for texel buffers, its view.
+pub(crate) struct Buffer {
+    pub raw: vk::Buffer,
+    pub view: vk::BufferView,
+    pub bytes: u64,
+    allocation: Option<Allocation>,
+    device: Arc<Device>,
+}
+
+impl Buffer {
+    /// Makes a buffer of at least one 16-byte element.
+    ///
+    /// # Errors
+    /// It exceeds a limit of the device, or there is no memory for it.
+    pub fn new(device: &Arc<Device>, name: &str, bytes: u64, usage: Usage) -> Result<Self, GpuError> {
+        let bytes = bytes.max(16).next_multiple_of(16);
+        let too_large = |limit: u64, kind: &'static str| GpuError::TooLarge {
+            what: name.to_owned(),
+            bytes,
+            limit,
+            kind,
+            device: device.info.name.clone(),
+        };
+        let (flags, location) = match usage {
+            Usage::Storage => {
+                if bytes > device.info.max_storage_range {
+                    return Err(too_large(device.info.max_storage_range, "storage buffer"));
+                }
+                (
+                    vk::BufferUsageFlags::STORAGE_BUFFER
+                        | vk::BufferUsageFlags::TRANSFER_SRC
+                        | vk::BufferUsageFlags::TRANSFER_DST,
+                    MemoryLocation::GpuOnly,
+                )
+            }
+            Usage::Texel(_) => {
+                if bytes / 16 > device.info.max_texel_elements {
+                    return Err(too_large(device.info.max_texel_elements.saturating_mul(16), "texel buffer"));
+                }
+                (
+                    vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER | vk::BufferUsageFlags::TRANSFER_DST,
+                    MemoryLocation::GpuOnly,
+                )
+            }
+            Usage::Upload => (vk::BufferUsageFlags::TRANSFER_SRC, MemoryLocation::CpuToGpu),
+            Usage::Readback => (vk::BufferUsageFlags::TRANSFER_DST, MemoryLocation::GpuToCpu),
+        };
+        let info = vk::BufferCreateInfo::default().size(bytes).usage(flags);
+        let no_memory = |reason: String| GpuError::OutOfMemory { what: name.to_owned(), bytes, reason };
+        // SAFETY: a live device; the size is not 0.
+        let raw = unsafe { device.raw.create_buffer(&info, None) }.map_err(|e| no_memory(e.to_string()))?;
+        let mut buffer =
+            Self { raw, view: vk::BufferView::null(), bytes, allocation: None, device: Arc::clone(device) };
+        device.name(raw, name);
+        // SAFETY: `raw` was just made with this device.
+        let requirements = unsafe { device.raw.get_buffer_memory_requirements(raw) };
+        {
+            let mut memory = device.memory();
+            let allocation = memory
+                .allocator
+                .allocate(&AllocationCreateDesc {
+                    name,
+                    requirements,
+                    location,
+                    linear: true,
+                    allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+                })
+                .map_err(|e| no_memory(e.to_string()))?;
+            memory.bytes += allocation.size();
+            memory.peak = memory.peak.max(memory.bytes);
+            let bound = unsafe {
+                // SAFETY: the allocation was made for this buffer's requirements and is not bound yet.
+                device.raw.bind_buffer_memory(raw, allocation.memory(), allocation.offset())
+            };
+            buffer.allocation = Some(allocation);
+            bound.map_err(|e| no_memory(e.to_string()))?;
+        }
+        if let Usage::Texel(format) = usage {
+            let view = vk::BufferViewCreateInfo::default().buffer(raw).format(format).range(vk::WHOLE_SIZE);
+            // SAFETY: the buffer is bound and has the texel usage; the range was checked above.
+            buffer.view = check("vkCreateBufferView", unsafe { device.raw.create_buffer_view(&view, None) })?;
+            device.name(buffer.view, name);
+        }
+        Ok(buffer)
+    }
+
+    /// The mapped bytes, where the memory is visible to the host.
+    pub fn mapped(&self) -> Option<&[u8]> {
+        self.allocation.as_ref()?.mapped_slice().map(|s| &s[..self.bytes as usize])
+    }
+
+    /// The mapped bytes for writing, where the memory is visible to the host.
+    pub fn mapped_mut(&mut self) -> Option<&mut [u8]> {
+        let bytes = self.bytes as usize;
+        self.allocation.as_mut()?.mapped_slice_mut().map(|s| &mut s[..bytes])
+    }
+}
+
+impl Drop for Buffer {
+    fn drop(&mut self) {
+        // SAFETY: owners wait for the device before they drop buffers that a submission uses.
+        unsafe {
+            if self.view != vk::BufferView::null() {
+                self.device.raw.destroy_buffer_view(self.view, None);
+            }
+            self.device.raw.destroy_buffer(self.raw, None);
+        }
+        if let Some(allocation) = self.allocation.take() {
+            let mut memory = self.device.memory();
+            memory.bytes -= allocation.size();
+            if let Err(error) = memory.allocator.free(allocation) {
+                log::error!("freeing device memory: {error}");
+            }
+        }
+    }
+}

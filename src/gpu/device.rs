@@ -1,0 +1,183 @@
+//! The logical device with its compute queue and memory allocator.
+
+use std::ffi::CString;
+use std::mem::ManuallyDrop;
+use std::sync::{Arc, Mutex, MutexGuard};
+
+use ash::{ext, vk};
+use gpu_allocator::AllocationSizes;
+use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+
+use super::error::{GpuError, check};
+use super::instance::{Instance, Validation};
+use super::messages::Messages;
+use super::select::{self, DeviceInfo};
+
+/// How to make a [`Context`].
+#[derive(Debug, Clone, Default)]
+pub struct ContextOptions {
+    /// Index, UUID or part of the name of the device; `None`: the best one.
+    pub device: Option<String>,
+    /// Validation layers.
+    pub validation: Validation,
+}
+
+/// A Vulkan device that is ready to compute. Cheap to clone; the device lives until the last clone,
+/// and the last object made with it, are gone.
+#[derive(Clone)]
+pub struct Context(pub(crate) Arc<Device>);
+
+impl Context {
+    /// Loads Vulkan, picks a device and opens it.
+    ///
+    /// # Errors
+    /// No loader, no device, an unsuitable device, or a failed Vulkan call.
+    pub fn new(options: &ContextOptions) -> Result<Self, GpuError> {
+        Ok(Self(Arc::new(Device::new(options)?)))
+    }
+
+    /// The devices that Vulkan reports, and which of them [`Context::new`] would pick for `wanted`, with the reason.
+    ///
+    /// # Errors
+    /// No loader, or enumeration failed. A failed choice is in the inner result.
+    #[allow(clippy::type_complexity)]
+    pub fn devices(wanted: Option<&str>) -> Result<(Vec<DeviceInfo>, Result<(usize, String), GpuError>), GpuError> {
+        let instance = Instance::new(Validation::Off)?;
+        let devices: Vec<_> = select::enumerate(&instance)?.into_iter().map(|(_, info)| info).collect();
+        let choice = select::pick(&devices, wanted);
+        Ok((devices, choice))
+    }
+
+    /// The device in use.
+    pub fn info(&self) -> &DeviceInfo {
+        &self.0.info
+    }
+
+    /// Why this device was picked.
+    pub fn choice(&self) -> &str {
+        &self.0.choice
+    }
+
+    /// Messages of the validation layers so far; always empty with [`Validation::Off`].
+    pub fn messages(&self) -> &Messages {
+        &self.0.instance.messages
+    }
+
+    /// Bytes of device memory in use, and the most that were in use at one time.
+    pub fn memory(&self) -> (u64, u64) {
+        let memory = self.0.memory();
+        (memory.bytes, memory.peak)
+    }
+}
+
+/// The allocator and what it has handed out.
+pub(crate) struct Memory {
+    // Dropped by hand, before the device.
+    pub allocator: ManuallyDrop<Allocator>,
+    pub bytes: u64,
+    pub peak: u64,
+}
+
+/// Device, queue, allocator.
+pub(crate) struct Device {
+    pub raw: ash::Device,
+    pub queue: vk::Queue,
+    pub queue_family: u32,
+    pub info: DeviceInfo,
+    pub choice: String,
+    /// Nanoseconds of a timestamp tick; 0 if the queue has no timestamps.
+    pub timestamp_period: f32,
+    pub limits: vk::PhysicalDeviceLimits,
+    names: Option<ext::debug_utils::Device>,
+    memory: Mutex<Memory>,
+    pub instance: Instance,
+}
+
+impl Device {
+    fn new(options: &ContextOptions) -> Result<Self, GpuError> {
+        let instance = Instance::new(options.validation)?;
+        let devices = select::enumerate(&instance)?;
+        let infos: Vec<_> = devices.iter().map(|(_, info)| info.clone()).collect();
+        let (index, choice) = select::pick(&infos, options.device.as_deref())?;
+        let (physical, info) = devices[index].clone();
+        log::info!("device {index}: {} [{}], {choice}", info.name, info.driver);
+
+        let queue_family = select::compute_queue_family(&instance, physical)
+            .ok_or_else(|| GpuError::Unsuitable { device: info.name.clone(), missing: "a compute queue".to_owned() })?;
+        // SAFETY: `physical` comes from this instance.
+        let (properties, families) = unsafe {
+            (
+                instance.raw.get_physical_device_properties(physical),
+                instance.raw.get_physical_device_queue_family_properties(physical),
+            )
+        };
+        let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&[1.0])];
+        let mut features12 = vk::PhysicalDeviceVulkan12Features::default().timeline_semaphore(true);
+        let create = vk::DeviceCreateInfo::default().queue_create_infos(&queues).push_next(&mut features12);
+        // SAFETY: the queue family exists, and `select` has checked the features.
+        let raw = check("vkCreateDevice", unsafe { instance.raw.create_device(physical, &create, None) })?;
+        // SAFETY: the queue was asked for above.
+        let queue = unsafe { raw.get_device_queue(queue_family, 0) };
+        let names = instance.debug_names.then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
+
+        let allocator = Allocator::new(&AllocatorCreateDesc {
+            instance: instance.raw.clone(),
+            device: raw.clone(),
+            physical_device: physical,
+            debug_settings: Default::default(),
+            buffer_device_address: false,
+            // Small blocks: a scene of a few kilobytes should not hold hundreds of megabytes.
+            allocation_sizes: AllocationSizes::new(16 << 20, 16 << 20),
+        });
+        let allocator = match allocator {
+            Ok(allocator) => allocator,
+            Err(error) => {
+                // SAFETY: nothing else was made with the device.
+                unsafe { raw.destroy_device(None) };
+                return Err(GpuError::OutOfMemory {
+                    what: "the allocator".to_owned(),
+                    bytes: 0,
+                    reason: error.to_string(),
+                });
+            }
+        };
+        let ticks = families[queue_family as usize].timestamp_valid_bits > 0;
+        Ok(Self {
+            raw,
+            queue,
+            queue_family,
+            info,
+            choice,
+            timestamp_period: if ticks { properties.limits.timestamp_period } else { 0.0 },
+            limits: properties.limits,
+            names,
+            memory: Mutex::new(Memory { allocator: ManuallyDrop::new(allocator), bytes: 0, peak: 0 }),
+            instance,
+        })
+    }
+
+    pub fn memory(&self) -> MutexGuard<'_, Memory> {
+        self.memory.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+
+    /// Gives a Vulkan object a name for validation messages and debuggers.
+    pub fn name(&self, handle: impl vk::Handle, name: &str) {
+        if let (Some(names), Ok(text)) = (&self.names, CString::new(name)) {
+            let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&text);
+            // SAFETY: the handle belongs to this device. A failure to name an object harms nothing.
+            let _ = unsafe { names.set_debug_utils_object_name(&info) };
+        }
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        let memory = self.memory.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner);
+        // SAFETY: every object made with the device holds a clone of its Arc, so that none is left; the
+        // allocator is dropped once, before the device whose memory it frees.
+        unsafe {
+            ManuallyDrop::drop(&mut memory.allocator);
+            self.raw.destroy_device(None);
+        }
+    }
+}

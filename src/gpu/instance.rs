@@ -1,0 +1,113 @@
+//! The Vulkan instance: loader, layers, debug messenger.
+
+use std::ffi::{CStr, c_char};
+use std::sync::Arc;
+
+use ash::{ext, vk};
+
+use super::error::{GpuError, check};
+use super::messages::Messages;
+
+const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
+
+/// Which validation to run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Validation {
+    /// No layers.
+    #[default]
+    Off,
+    /// Core validation: the rules of each call.
+    Core,
+    /// Synchronization validation: missing barriers between dispatches and copies.
+    Synchronization,
+}
+
+/// An instance with its optional debug messenger.
+pub(crate) struct Instance {
+    pub raw: ash::Instance,
+    pub messages: Arc<Messages>,
+    messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
+    pub debug_names: bool,
+    // Last: the loader library must outlive everything made with it.
+    _entry: ash::Entry,
+}
+
+impl Instance {
+    /// Loads Vulkan and makes an instance of version 1.2.
+    ///
+    /// # Errors
+    /// No loader; the validation layer is missing; the driver refuses.
+    pub fn new(validation: Validation) -> Result<Self, GpuError> {
+        // SAFETY: the loader library is trusted, as every program that opens it does.
+        let entry = unsafe { ash::Entry::load() }.map_err(|e| GpuError::NoLoader(e.to_string()))?;
+        let messages = Arc::new(Messages::default());
+
+        let mut layers: Vec<*const c_char> = Vec::new();
+        let mut extensions: Vec<*const c_char> = Vec::new();
+        if validation != Validation::Off {
+            // SAFETY: plain enumeration.
+            let known =
+                check("vkEnumerateInstanceLayerProperties", unsafe { entry.enumerate_instance_layer_properties() })?;
+            if !known.iter().any(|l| l.layer_name_as_c_str() == Ok(VALIDATION_LAYER)) {
+                return Err(GpuError::NoValidationLayer);
+            }
+            layers.push(VALIDATION_LAYER.as_ptr());
+            extensions.push(ext::debug_utils::NAME.as_ptr());
+            extensions.push(ext::validation_features::NAME.as_ptr());
+        }
+
+        let application = vk::ApplicationInfo::default()
+            .application_name(c"photolith")
+            .engine_name(c"photolith")
+            .api_version(vk::API_VERSION_1_2);
+        let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+        // Synchronization validation runs without the core checks: the two are separate runs.
+        let disabled = [vk::ValidationFeatureDisableEXT::CORE_CHECKS];
+        let mut features = vk::ValidationFeaturesEXT::default();
+        if validation == Validation::Synchronization {
+            features = features.enabled_validation_features(&enabled).disabled_validation_features(&disabled);
+        }
+        // Chained here too, so that messages about creating and destroying the instance are heard.
+        let mut messenger_info = messages.create_info();
+        let mut info = vk::InstanceCreateInfo::default()
+            .application_info(&application)
+            .enabled_layer_names(&layers)
+            .enabled_extension_names(&extensions);
+        if validation != Validation::Off {
+            info = info.push_next(&mut features).push_next(&mut messenger_info);
+        }
+        // SAFETY: all pointers in `info` live until the call returns; `messages` outlives the instance.
+        let raw = unsafe { entry.create_instance(&info, None) }.map_err(|result| match result {
+            vk::Result::ERROR_INCOMPATIBLE_DRIVER => GpuError::NoDevice,
+            result => GpuError::Call { call: "vkCreateInstance", result },
+        })?;
+
+        let messenger = if validation == Validation::Off {
+            None
+        } else {
+            let utils = ext::debug_utils::Instance::new(&entry, &raw);
+            // SAFETY: the extension is enabled, and `messages` outlives the messenger (destroyed in Drop).
+            match unsafe { utils.create_debug_utils_messenger(&messages.create_info(), None) } {
+                Ok(messenger) => Some((utils, messenger)),
+                Err(result) => {
+                    // SAFETY: nothing was made with the instance yet.
+                    unsafe { raw.destroy_instance(None) };
+                    return Err(GpuError::Call { call: "vkCreateDebugUtilsMessengerEXT", result });
+                }
+            }
+        };
+        Ok(Self { raw, messages, messenger, debug_names: validation != Validation::Off, _entry: entry })
+    }
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        // SAFETY: whoever owns an `Instance` drops the device before it.
+        unsafe {
+            if let Some((utils, messenger)) = self.messenger.take() {
+                utils.destroy_debug_utils_messenger(messenger, None);
+            }
+            self.raw.destroy_instance(None);
+        }
+    }
+}

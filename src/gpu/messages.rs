@@ -1,0 +1,61 @@
+//! Messages of the validation layers, collected so that tests and `--validate` can fail on them.
+
+use std::ffi::{CStr, c_void};
+use std::sync::{Arc, Mutex};
+
+use ash::vk;
+
+/// The messages that the validation layers have reported so far. Clones share one list.
+#[derive(Debug, Clone, Default)]
+pub struct Messages(Arc<Mutex<Vec<String>>>);
+
+impl Messages {
+    /// A copy of all messages so far.
+    pub fn all(&self) -> Vec<String> {
+        self.lock().clone()
+    }
+
+    /// Removes and returns all messages.
+    pub fn take(&self) -> Vec<String> {
+        std::mem::take(&mut *self.lock())
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, Vec<String>> {
+        // A panic while the list was held leaves it usable: a push is all that happens under the lock.
+        self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+
+    /// What the messenger calls; `self` must outlive the messenger at an unchanged address.
+    pub(crate) fn create_info(self: &Arc<Self>) -> vk::DebugUtilsMessengerCreateInfoEXT<'static> {
+        vk::DebugUtilsMessengerCreateInfoEXT::default()
+            .message_severity(
+                vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
+            )
+            .message_type(
+                vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE,
+            )
+            .pfn_user_callback(Some(on_message))
+            .user_data(Arc::as_ptr(self).cast_mut().cast())
+    }
+}
+
+unsafe extern "system" fn on_message(
+    _severity: vk::DebugUtilsMessageSeverityFlagsEXT,
+    _kind: vk::DebugUtilsMessageTypeFlagsEXT,
+    data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
+    user: *mut c_void,
+) -> vk::Bool32 {
+    // SAFETY: `user` is the `Messages` that `Instance` keeps alive longer than its messenger, and the
+    // loader passes valid callback data whose strings live for this call.
+    unsafe {
+        let messages = &*user.cast::<Messages>();
+        let text = if data.is_null() || (*data).p_message.is_null() {
+            "a validation message without text".to_owned()
+        } else {
+            CStr::from_ptr((*data).p_message).to_string_lossy().into_owned()
+        };
+        log::error!("validation: {text}");
+        messages.lock().push(text);
+    }
+    vk::FALSE
+}

@@ -1,0 +1,294 @@
+//! Recording and submitting work: a ring of command buffers behind one timeline semaphore.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use ash::vk;
+
+use super::buffer::Buffer;
+use super::device::Device;
+use super::error::{GpuError, check};
+use super::pipeline::{BindingSet, Pipeline};
+
+/// How long a wait may last before the device is given up.
+const WAIT_LIMIT: Duration = Duration::from_secs(600);
+
+/// A named span of device time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StageTime {
+    /// What ran.
+    pub stage: &'static str,
+    /// Seconds on the device.
+    pub seconds: f64,
+}
+
+/// The ring: `slots` command buffers in flight at most, submitted in order.
+pub(crate) struct Timeline {
+    slots: Vec<Slot>,
+    semaphore: vk::Semaphore,
+    pool: vk::CommandPool,
+    submitted: u64,
+    device: Arc<Device>,
+}
+
+struct Slot {
+    commands: vk::CommandBuffer,
+    queries: vk::QueryPool,
+    stages: Vec<&'static str>,
+    /// Timeline value that says this slot's work is done; 0: never submitted.
+    value: u64,
+}
+
+/// Timestamps that one submission can hold: a start and an end for each stage.
+const STAGES: u32 = 64;
+
+impl Timeline {
+    /// Makes the ring.
+    pub fn new(device: &Arc<Device>, slots: usize) -> Result<Self, GpuError> {
+        let mut timeline = Self {
+            slots: Vec::new(),
+            semaphore: vk::Semaphore::null(),
+            pool: vk::CommandPool::null(),
+            submitted: 0,
+            device: Arc::clone(device),
+        };
+        let raw = &device.raw;
+        let mut kind = vk::SemaphoreTypeCreateInfo::default().semaphore_type(vk::SemaphoreType::TIMELINE);
+        let info = vk::SemaphoreCreateInfo::default().push_next(&mut kind);
+        // SAFETY (this and the calls below): live device, structures that live for the call.
+        timeline.semaphore = check("vkCreateSemaphore", unsafe { raw.create_semaphore(&info, None) })?;
+        device.name(timeline.semaphore, "timeline");
+        let info = vk::CommandPoolCreateInfo::default()
+            .queue_family_index(device.queue_family)
+            .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER);
+        timeline.pool = check("vkCreateCommandPool", unsafe { raw.create_command_pool(&info, None) })?;
+        let info =
+            vk::CommandBufferAllocateInfo::default().command_pool(timeline.pool).command_buffer_count(slots as u32);
+        let buffers = check("vkAllocateCommandBuffers", unsafe { raw.allocate_command_buffers(&info) })?;
+        for (i, commands) in buffers.into_iter().enumerate() {
+            device.name(commands, &format!("submission {i}"));
+            let queries = if device.timestamp_period > 0.0 {
+                let info =
+                    vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(2 * STAGES);
+                check("vkCreateQueryPool", unsafe { raw.create_query_pool(&info, None) })?
+            } else {
+                vk::QueryPool::null()
+            };
+            timeline.slots.push(Slot { commands, queries, stages: Vec::new(), value: 0 });
+        }
+        Ok(timeline)
+    }
+
+    /// Records with `record` and submits. Returns the ticket to wait for.
+    ///
+    /// The slot's previous submission must have been waited for (its stage times are overwritten).
+    pub fn submit(&mut self, record: impl FnOnce(&mut Recorder<'_>)) -> Result<Ticket, GpuError> {
+        let index = (self.submitted % self.slots.len() as u64) as usize;
+        let raw = self.device.raw.clone();
+        let previous = self.slots[index].value;
+        if previous > 0 {
+            self.wait_value(previous)?;
+        }
+        let slot = &mut self.slots[index];
+        slot.stages.clear();
+        let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the slot's last submission has finished, so its command buffer may be recorded anew.
+        unsafe {
+            check("vkBeginCommandBuffer", raw.begin_command_buffer(slot.commands, &begin))?;
+            if slot.queries != vk::QueryPool::null() {
+                raw.cmd_reset_query_pool(slot.commands, slot.queries, 0, 2 * STAGES);
+            }
+        }
+        let mut recorder = Recorder { device: &self.device, slot };
+        // The host wrote buffers before this submission; its memory operations are made visible by the submission.
+        record(&mut recorder);
+        self.submitted += 1;
+        slot.value = self.submitted;
+        let values = [self.submitted];
+        let semaphores = [self.semaphore];
+        let commands = [slot.commands];
+        let mut timeline = vk::TimelineSemaphoreSubmitInfo::default().signal_semaphore_values(&values);
+        let submit = [vk::SubmitInfo::default()
+            .command_buffers(&commands)
+            .signal_semaphores(&semaphores)
+            .push_next(&mut timeline)];
+        // SAFETY: recording is over; everything recorded outlives the submission, as owners wait before they drop.
+        unsafe {
+            check("vkEndCommandBuffer", raw.end_command_buffer(slot.commands))?;
+            check("vkQueueSubmit", raw.queue_submit(self.device.queue, &submit, vk::Fence::null()))?;
+        }
+        Ok(Ticket { slot: index, value: self.submitted })
+    }
+
+    /// Waits for a submission and returns its stage times.
+    pub fn wait(&mut self, ticket: &Ticket) -> Result<Vec<StageTime>, GpuError> {
+        self.wait_value(ticket.value)?;
+        let slot = &self.slots[ticket.slot];
+        if slot.value != ticket.value || slot.queries == vk::QueryPool::null() || slot.stages.is_empty() {
+            return Ok(Vec::new());
+        }
+        let mut ticks = vec![0u64; 2 * slot.stages.len()];
+        // SAFETY: the queries were written by the submission that has just finished.
+        check("vkGetQueryPoolResults", unsafe {
+            self.device.raw.get_query_pool_results(slot.queries, 0, &mut ticks, vk::QueryResultFlags::TYPE_64)
+        })?;
+        let period = f64::from(self.device.timestamp_period) * 1e-9;
+        Ok(slot
+            .stages
+            .iter()
+            .zip(ticks.chunks_exact(2))
+            .map(|(&stage, t)| StageTime { stage, seconds: t[1].wrapping_sub(t[0]) as f64 * period })
+            .collect())
+    }
+
+    /// Waits for everything that was submitted.
+    pub fn wait_all(&mut self) -> Result<(), GpuError> {
+        if self.submitted > 0 { self.wait_value(self.submitted) } else { Ok(()) }
+    }
+
+    fn wait_value(&self, value: u64) -> Result<(), GpuError> {
+        let semaphores = [self.semaphore];
+        let values = [value];
+        let info = vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);
+        let start = Instant::now();
+        // SAFETY: the semaphore is alive, and `value` was submitted.
+        match unsafe { self.device.raw.wait_semaphores(&info, WAIT_LIMIT.as_nanos() as u64) } {
+            Err(vk::Result::TIMEOUT) => {
+                Err(GpuError::Timeout { what: "a submission", seconds: start.elapsed().as_secs() })
+            }
+            other => check("vkWaitSemaphores", other),
+        }
+    }
+}
+
+impl Drop for Timeline {
+    fn drop(&mut self) {
+        if let Err(error) = self.wait_all() {
+            log::error!("{error}");
+        }
+        let raw = &self.device.raw;
+        // SAFETY: nothing is in flight any more.
+        unsafe {
+            for slot in &self.slots {
+                raw.destroy_query_pool(slot.queries, None);
+            }
+            raw.destroy_command_pool(self.pool, None);
+            raw.destroy_semaphore(self.semaphore, None);
+        }
+    }
+}
+
+/// Names a submission.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Ticket {
+    slot: usize,
+    value: u64,
+}
+
+/// Records commands. Every barrier is asked for by the caller: none is hidden.
+pub(crate) struct Recorder<'a> {
+    device: &'a Device,
+    slot: &'a mut Slot,
+}
+
+impl Recorder<'_> {
+    /// Runs a pipeline over `groups` workgroups.
+    pub fn dispatch(&mut self, pipeline: &Pipeline, set: &BindingSet, push: &[u8], groups: [u32; 3]) {
+        let (raw, commands) = (&self.device.raw, self.slot.commands);
+        // SAFETY: the pipeline was made with the set's layout; `push` has the layout's size; the counts are
+        // within the limits that the plan checks.
+        unsafe {
+            raw.cmd_bind_pipeline(commands, vk::PipelineBindPoint::COMPUTE, pipeline.raw);
+            raw.cmd_bind_descriptor_sets(commands, vk::PipelineBindPoint::COMPUTE, set.layout, 0, &[set.set], &[]);
+            if !push.is_empty() {
+                raw.cmd_push_constants(commands, set.layout, vk::ShaderStageFlags::COMPUTE, 0, push);
+            }
+            raw.cmd_dispatch(commands, groups[0], groups[1], groups[2]);
+        }
+    }
+
+    /// Copies all of `from` that fits into `to`, from and to the given byte offsets.
+    pub fn copy(&mut self, from: &Buffer, from_offset: u64, to: &Buffer, to_offset: u64, bytes: u64) {
+        let region = [vk::BufferCopy { src_offset: from_offset, dst_offset: to_offset, size: bytes }];
+        // SAFETY: both buffers are alive and hold the range.
+        unsafe { self.device.raw.cmd_copy_buffer(self.slot.commands, from.raw, to.raw, &region) };
+    }
+
+    /// Fills a buffer with zeros.
+    pub fn clear(&mut self, buffer: &Buffer) {
+        // SAFETY: the buffer is alive and may be a copy's destination.
+        unsafe { self.device.raw.cmd_fill_buffer(self.slot.commands, buffer.raw, 0, vk::WHOLE_SIZE, 0) };
+    }
+
+    /// Everything before that `from` names happens before, and is visible to, everything after that `to` names.
+    pub fn barrier(&mut self, from: Access, to: Access) {
+        let (from_stage, from_access) = from.source();
+        let (to_stage, to_access) = to.destination();
+        let barrier = [vk::MemoryBarrier::default().src_access_mask(from_access).dst_access_mask(to_access)];
+        // SAFETY: a global memory barrier names no objects.
+        unsafe {
+            self.device.raw.cmd_pipeline_barrier(
+                self.slot.commands,
+                from_stage,
+                to_stage,
+                vk::DependencyFlags::empty(),
+                &barrier,
+                &[],
+                &[],
+            );
+        }
+    }
+
+    /// Runs `record` between two timestamps that are reported under `stage`.
+    pub fn timed(&mut self, stage: &'static str, record: impl FnOnce(&mut Self)) {
+        let first = 2 * self.slot.stages.len() as u32;
+        let on = self.slot.queries != vk::QueryPool::null() && first + 1 < 2 * STAGES;
+        let stamp = |this: &Self, pipeline_stage, query| {
+            if on {
+                // SAFETY: the query was reset at the start of this command buffer and is written once.
+                unsafe {
+                    this.device.raw.cmd_write_timestamp(this.slot.commands, pipeline_stage, this.slot.queries, query);
+                }
+            }
+        };
+        if on {
+            self.slot.stages.push(stage);
+        }
+        stamp(self, vk::PipelineStageFlags::TOP_OF_PIPE, first);
+        record(self);
+        stamp(self, vk::PipelineStageFlags::COMPUTE_SHADER, first + 1);
+    }
+}
+
+/// One side of a barrier.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Access {
+    /// Compute shaders.
+    Compute,
+    /// Copies and fills.
+    Transfer,
+    /// Reads of mapped memory by the host.
+    Host,
+}
+
+impl Access {
+    fn source(self) -> (vk::PipelineStageFlags, vk::AccessFlags) {
+        match self {
+            Self::Compute => (vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE),
+            Self::Transfer => (vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE),
+            Self::Host => (vk::PipelineStageFlags::HOST, vk::AccessFlags::HOST_WRITE),
+        }
+    }
+
+    fn destination(self) -> (vk::PipelineStageFlags, vk::AccessFlags) {
+        match self {
+            Self::Compute => {
+                (vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ | vk::AccessFlags::SHADER_WRITE)
+            }
+            Self::Transfer => {
+                (vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_READ | vk::AccessFlags::TRANSFER_WRITE)
+            }
+            Self::Host => (vk::PipelineStageFlags::HOST, vk::AccessFlags::HOST_READ),
+        }
+    }
+}

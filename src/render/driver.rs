@@ -1,0 +1,47 @@
+//! What is known of drivers that changes how work is cut up, never what is computed.
+
+use crate::gpu::{DeviceInfo, DeviceKind};
+
+/// Facts of a driver.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct DriverFacts {
+    /// Loop iterations that an invocation may spend; 0: no bound.
+    pub loop_budget: u32,
+    /// Invocations of a workgroup.
+    pub workgroup_size: u32,
+}
+
+impl DriverFacts {
+    pub fn of(device: &DeviceInfo) -> Self {
+        Self {
+            // lavapipe before Mesa 23.1 silently ends all loops of a subgroup after 65,535 iterations in total.
+            // Elsewhere the budget bounds a dispatch, so that no watchdog ends it.
+            loop_budget: match mesa_version(&device.driver) {
+                Some(version) if device.kind == DeviceKind::Cpu && version < (23, 1) => 50_000,
+                Some(_) if device.kind == DeviceKind::Cpu => 0,
+                _ => 1 << 20,
+            },
+            workgroup_size: if device.kind == DeviceKind::Cpu { 64 } else { device.subgroup_size.clamp(32, 128) },
+        }
+    }
+}
+
+/// Major and minor version in a driver text such as "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)".
+fn mesa_version(driver: &str) -> Option<(u32, u32)> {
+    let text = driver.split("Mesa ").nth(1)?;
+    let mut parts = text.split(|c: char| !c.is_ascii_digit()).map(str::parse);
+    Some((parts.next()?.ok()?, parts.next()?.ok()?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reads_mesa_versions() {
+        assert_eq!(mesa_version("llvmpipe Mesa 22.3.6 (LLVM 15.0.6)"), Some((22, 3)));
+        assert_eq!(mesa_version("Mesa 25.0.7-2~bpo12+1 (LLVM 15.0.6)"), Some((25, 0)));
+        assert_eq!(mesa_version("NVIDIA 580.159"), None);
+        assert_eq!(mesa_version("Mesa git"), None);
+    }
+}

@@ -1,0 +1,29 @@
+//! Errors of rendering.
+
+use crate::gpu::GpuError;
+
+/// What can stop a rendering.
+#[derive(Debug, thiserror::Error)]
+pub enum RenderError {
+    /// The Vulkan layer.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// The driver ended loops that the shader did not end: the image would be biased.
+    #[error(
+        "the driver cut {count} loops short (some drivers bound the iterations of an invocation); \
+         set a loop budget below its limit"
+    )]
+    Truncated {
+        /// Invocations that were cut.
+        count: u32,
+    },
+    /// A dispatch finished no sample, so that no further one would either.
+    #[error("no sample fits into the loop budget of {budget} iterations; lower max_depth or raise the budget")]
+    Stuck {
+        /// The budget.
+        budget: u32,
+    },
+    /// Settings that make no sense.
+    #[error("{0}")]
+    Settings(String),
+}

@@ -1,0 +1,154 @@
+//! What a scene and its settings need. Only that is compiled into the pipeline and put into buffers.
+
+use crate::scene::{PixelFilter, Scene, Surface};
+
+use super::settings::{Accel, RenderSettings, Sampler, TriangleTest};
+use super::sobol;
+use super::spheres;
+
+/// The features of a scene. Code is specialised from these; data layout never is, so that a pipeline with more
+/// features than needed gives the same bits.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Features {
+    /// Gaussian pixel filter, else one-pixel box.
+    pub gaussian: bool,
+    /// Random numbers.
+    pub sampler: Sampler,
+    /// Longest chain of surface hits.
+    pub max_depth: u32,
+    /// First hit that may end a path at random; 0: none.
+    pub roulette: u32,
+    /// Paths go on beyond a diffuse surface.
+    pub indirect: bool,
+    /// Diffuse surfaces.
+    pub diffuse: bool,
+    /// Mirrors.
+    pub mirror: bool,
+    /// Glass.
+    pub dielectric: bool,
+    /// Surfaces that emit.
+    pub emitter: bool,
+    /// Light from where a ray meets nothing.
+    pub background: bool,
+    /// Spheres held in constants.
+    pub constant_spheres: u32,
+    /// Spheres held in the tree, because constants are full.
+    pub tree_spheres: bool,
+    /// A tree: triangles, or spheres beyond the constants.
+    pub tree: bool,
+    /// Every leaf is tested.
+    pub brute_force: bool,
+    /// Möller–Trumbore instead of the watertight test.
+    pub moller_trumbore: bool,
+    /// Interpolated normals.
+    pub smooth_normals: bool,
+    /// Point lights.
+    pub lights: u32,
+    /// Levels of the sampler's table.
+    pub sobol_levels: u32,
+}
+
+impl Features {
+    /// Finds what `scene` needs under `settings`.
+    pub fn of(scene: &Scene, settings: &RenderSettings) -> Self {
+        let mut used = vec![false; scene.materials.len()];
+        for sphere in &scene.spheres {
+            used[sphere.material as usize] = true;
+        }
+        for mesh in &scene.meshes {
+            for &m in &mesh.triangle_materials {
+                used[m as usize] = true;
+            }
+        }
+        let any = |wanted: fn(&Surface) -> bool| {
+            settings.general || scene.materials.iter().zip(&used).any(|(m, &used)| used && wanted(&m.surface))
+        };
+        let (constant, rest) = spheres::partition(&scene.spheres);
+        let lights = scene.lights.iter().filter(|l| !scene.spheres.iter().any(|s| spheres::hides(s, scene, l)));
+        let triangles = scene.triangle_count() > 0;
+        Self {
+            gaussian: scene.film.filter == PixelFilter::Gaussian,
+            sampler: settings.sampler,
+            max_depth: scene.integrator.max_depth,
+            roulette: scene.integrator.russian_roulette.unwrap_or(0),
+            indirect: scene.integrator.indirect,
+            diffuse: any(|s| matches!(s, Surface::Diffuse { .. })),
+            mirror: any(|s| matches!(s, Surface::Mirror { .. })),
+            dielectric: any(|s| matches!(s, Surface::Dielectric { .. })),
+            emitter: any(|s| matches!(s, Surface::Emitter { .. })),
+            background: settings.general || scene.background != [0.0; 3],
+            constant_spheres: constant.len() as u32,
+            tree_spheres: settings.general || !rest.is_empty(),
+            tree: settings.general || triangles || !rest.is_empty(),
+            brute_force: settings.accel == Accel::None && (triangles || !rest.is_empty()),
+            moller_trumbore: settings.triangle_test == TriangleTest::MollerTrumbore,
+            smooth_normals: settings.general || scene.meshes.iter().any(|m| !m.vertex_normals.is_empty()),
+            lights: lights.count() as u32,
+            sobol_levels: if settings.general { sobol::MAX_LEVELS } else { sobol::levels(settings.samples) },
+        }
+    }
+
+    /// Each feature: its name, whether it is compiled in, and why.
+    pub fn explain(&self) -> Vec<(&'static str, bool, String)> {
+        let plain = |name, on, yes: &str, no: &str| (name, on, if on { yes } else { no }.to_owned());
+        vec![
+            plain("gaussian filter", self.gaussian, "film.filter is gaussian", "film.filter is box"),
+            (
+                "sobol sampler",
+                self.sampler == Sampler::Sobol,
+                match self.sampler {
+                    Sampler::Sobol => format!("{} table level(s) for the number of samples", self.sobol_levels),
+                    Sampler::Independent => "independent numbers were asked for".to_owned(),
+                },
+            ),
+            (
+                "bounces",
+                self.max_depth > 1,
+                if self.max_depth > 1 {
+                    format!("max_depth is {}", self.max_depth)
+                } else {
+                    "max_depth is 1".to_owned()
+                },
+            ),
+            plain(
+                "indirect light",
+                self.indirect && self.max_depth > 1,
+                "paths go on after diffuse surfaces",
+                "direct light only",
+            ),
+            (
+                "russian roulette",
+                self.roulette > 0,
+                if self.roulette > 0 {
+                    format!("from hit {} on", self.roulette)
+                } else {
+                    "off in the scene".to_owned()
+                },
+            ),
+            plain("diffuse", self.diffuse, "a surface uses it", "no surface uses it"),
+            plain("mirror", self.mirror, "a surface uses it", "no surface uses it"),
+            plain("dielectric", self.dielectric, "a surface uses it", "no surface uses it"),
+            plain("emitter", self.emitter, "a surface uses it", "no surface uses it"),
+            plain("background", self.background, "background.radiance is not black", "background.radiance is black"),
+            (
+                "point lights",
+                self.lights > 0,
+                match self.lights {
+                    0 => "none can be seen".to_owned(),
+                    1 => "1, held in constants".to_owned(),
+                    n => format!("{n}, one is chosen at each hit"),
+                },
+            ),
+            (
+                "constant spheres",
+                self.constant_spheres > 0,
+                format!("{} of {} places, unrolled", self.constant_spheres, spheres::MAX_CONSTANT_SPHERES),
+            ),
+            plain("tree", self.tree, "triangles or many spheres", "no triangles, and all spheres are constants"),
+            plain("tree spheres", self.tree_spheres, "more spheres than constants hold", "all spheres are constants"),
+            plain("brute force", self.brute_force, "no hierarchy was asked for", "the hierarchy is used"),
+            plain("smooth normals", self.smooth_normals, "a mesh has them", "no mesh has them"),
+            plain("moller-trumbore", self.moller_trumbore, "was asked for", "the watertight test is used"),
+        ]
+    }
+}

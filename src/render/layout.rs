@@ -1,0 +1,100 @@
+//! What host and shader share: the numbers of shaders/lib/layout.glsl, sphere.glsl, tree.glsl and point.glsl.
+
+use bytemuck::{Pod, Zeroable};
+
+/// Ids of specialization constants.
+pub(crate) mod constant {
+    pub const WORKGROUP: u32 = 0;
+    pub const FILTER: u32 = 2;
+    pub const SAMPLER: u32 = 3;
+    pub const MAX_DEPTH: u32 = 4;
+    pub const ROULETTE_DEPTH: u32 = 5;
+    pub const INDIRECT: u32 = 6;
+    pub const HAS_DIFFUSE: u32 = 7;
+    pub const HAS_MIRROR: u32 = 8;
+    pub const HAS_DIELECTRIC: u32 = 9;
+    pub const HAS_EMITTER: u32 = 10;
+    pub const HAS_BACKGROUND: u32 = 11;
+    pub const SPHERE_COUNT: u32 = 12;
+    pub const HAS_TREE: u32 = 13;
+    pub const TREE_SPHERES: u32 = 14;
+    pub const BRUTE_FORCE: u32 = 15;
+    pub const MOLLER_TRUMBORE: u32 = 16;
+    pub const SMOOTH_NORMALS: u32 = 17;
+    pub const LIGHT_COUNT: u32 = 18;
+    pub const SOBOL_LEVELS: u32 = 19;
+    pub const LOOP_BUDGET: u32 = 20;
+    pub const TREE_BOX_COUNT: u32 = 21;
+    pub const LEAF_BEGIN: u32 = 22;
+    pub const LEAF_END: u32 = 23;
+    pub const MUTATION: u32 = 24;
+    pub const EMITTER_COUNT: u32 = 25;
+    pub const PATH_STATS: u32 = 26;
+    /// Six floats a box: lowest and highest corner.
+    pub const TREE_BOXES: u32 = 32;
+    /// Boxes that there are constants for.
+    pub const MAX_TREE_BOXES: usize = 4;
+    /// Eight ids a sphere: x, y, z, radius, power, side, form.
+    pub const SPHERES: u32 = 64;
+    /// Position and intensity of the only point light.
+    pub const POINT: u32 = 200;
+}
+
+/// Binding numbers.
+pub(crate) mod binding {
+    pub const TREE: u32 = 0;
+    pub const SHAPES: u32 = 1;
+    pub const SOBOL: u32 = 2;
+    pub const LIGHTS: u32 = 3;
+    pub const FILM: u32 = 4;
+    pub const COUNTERS: u32 = 5;
+}
+
+/// What a dispatch counts, in the order of the shader's indices.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable, Default, PartialEq, Eq)]
+pub(crate) struct Counters {
+    pub samples: u32,
+    pub bad: u32,
+    pub rays: u32,
+    pub shadow_rays: u32,
+    pub steps: u32,
+    pub tree_rays: u32,
+    pub truncated: u32,
+    pub unused: u32,
+}
+
+/// Push constants.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable, Default, PartialEq)]
+pub(crate) struct Push {
+    pub camera_right: [f32; 4],
+    pub camera_up: [f32; 4],
+    pub camera_forward: [f32; 4],
+    pub background: [f32; 4],
+    pub width: u32,
+    pub height: u32,
+    pub seed: u32,
+    pub first_slot: u32,
+    pub end_slot: u32,
+    pub target_samples: u32,
+    pub max_new_samples: u32,
+    pub band_first: u32,
+}
+
+/// Material kinds; a positive kind is a dielectric's index of refraction.
+pub(crate) mod kind {
+    pub const DIFFUSE: f32 = 0.0;
+    pub const MIRROR: f32 = -1.0;
+    pub const EMITTER: f32 = -2.0;
+}
+
+/// A pixel of the film buffer.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable, Default, PartialEq)]
+pub(crate) struct FilmSlot {
+    pub sum: [f32; 3],
+    pub count: u32,
+    pub compensation: [f32; 3],
+    pub unused: f32,
+}

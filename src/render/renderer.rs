@@ -1,0 +1,428 @@
+//! The loop that renders: upload, compile, dispatch, wait, read back. Every wait of the host is in this file.
+
+use std::collections::VecDeque;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use bytemuck::Zeroable;
+
+use crate::accel::TreeStatistics;
+use crate::gpu::{Access, Binding, BindingSet, Buffer, Context, Device, Pipeline, StageTime, Ticket, Timeline, Usage};
+use crate::scene::Scene;
+
+use super::driver::DriverFacts;
+use super::error::RenderError;
+use super::features::Features;
+use super::film::{Film, slot_count};
+use super::layout::{Counters, FilmSlot, Push, binding, constant};
+use super::plan::{Plan, Work};
+use super::settings::RenderSettings;
+use super::sobol;
+use super::space::RenderSpace;
+use super::tables::Tables;
+
+const PATH_TRACE: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/path_trace.spv"));
+
+/// Submissions in flight.
+const IN_FLIGHT: usize = 2;
+
+/// How far a rendering is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// Samples done, over all pixels.
+    pub done: u64,
+    /// Samples to do, over all pixels.
+    pub total: u64,
+    /// Time since the first dispatch.
+    pub elapsed: Duration,
+}
+
+/// What a rendering did.
+#[derive(Debug, Clone, Default)]
+pub struct RenderStatistics {
+    /// Seconds from the start of [`Renderer::new`] until it could render: tree, uploads, compilation.
+    pub setup_seconds: f64,
+    /// Seconds from the first dispatch to the film on the host.
+    pub render_seconds: f64,
+    /// Samples, over all pixels.
+    pub samples: u64,
+    /// Fewest samples of any pixel.
+    pub samples_per_pixel: u32,
+    /// Closest-hit rays.
+    pub rays: u64,
+    /// Shadow rays.
+    pub shadow_rays: u64,
+    /// Steps through the tree (with [`RenderSettings::count_steps`]).
+    pub tree_steps: u64,
+    /// Samples that were NaN or infinite and count as black.
+    pub bad_samples: u64,
+    /// Dispatches.
+    pub dispatches: u64,
+    /// Device time of each stage, summed.
+    pub stages: Vec<StageTime>,
+    /// The rendering was stopped before all samples were done.
+    pub stopped: bool,
+}
+
+/// Renders one scene with one set of settings.
+pub struct Renderer {
+    settings: RenderSettings,
+    features: Features,
+    tree: Option<TreeStatistics>,
+    hidden_lights: usize,
+    push: Push,
+    width: u32,
+    height: u32,
+    loop_budget: u32,
+    workgroup: u32,
+    bands: Vec<Band>,
+    // Dropped before the buffers they refer to; the timeline first, which waits for the device.
+    timeline: Timeline,
+    pipeline: Pipeline,
+    counters: Buffer,
+    readbacks: Vec<Buffer>,
+    _tables: Vec<Buffer>,
+    device: Arc<Device>,
+    statistics: RenderStatistics,
+}
+
+/// A part of the film that fits into one storage buffer.
+struct Band {
+    first: u32,
+    slots: u32,
+    set: BindingSet,
+    film: Buffer,
+}
+
+impl Renderer {
+    /// Prepares everything: builds the tree, uploads tables, specialises and compiles the shaders.
+    ///
+    /// # Errors
+    /// The device's limits or memory are exceeded; a Vulkan call fails; the settings make no sense.
+    pub fn new(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<Self, RenderError> {
+        let start = Instant::now();
+        if settings.samples == 0 {
+            return Err(RenderError::Settings("the number of samples is 0, expected at least 1".to_owned()));
+        }
+        if settings.samples > 1 << 30 {
+            return Err(RenderError::Settings(format!(
+                "the number of samples is {}, expected at most {}",
+                settings.samples,
+                1 << 30
+            )));
+        }
+        let device = &context.0;
+        let facts = DriverFacts::of(context.info());
+        let features = Features::of(scene, settings);
+        let space = RenderSpace::of(scene);
+        let tables = Tables::of(scene, &space);
+        let sobol = sobol::table(features.sobol_levels);
+
+        let (width, height) = (scene.film.width, scene.film.height);
+        let slots = slot_count(width, height);
+        let band_slots = (device.info.max_storage_range / size_of::<FilmSlot>() as u64 / 64 * 64).min(1 << 26);
+        if slots > u64::from(u32::MAX) / 2 {
+            return Err(RenderError::Settings(format!("an image of {width}×{height} pixels is too large")));
+        }
+
+        let texel = |name, bytes: usize, format| Buffer::new(device, name, bytes as u64, Usage::Texel(format));
+        let float4 = ash::vk::Format::R32G32B32A32_SFLOAT;
+        let mut uploads = vec![
+            (texel("tree", size_of_val(tables.records.as_slice()), float4)?, bytemuck::cast_slice(&tables.records)),
+            (texel("shapes", size_of_val(tables.shapes.as_slice()), float4)?, bytemuck::cast_slice(&tables.shapes)),
+            (
+                texel("sobol", size_of_val(sobol.as_slice()), ash::vk::Format::R32G32B32A32_UINT)?,
+                bytemuck::cast_slice::<_, u8>(&sobol),
+            ),
+            (texel("lights", size_of_val(tables.lights.as_slice()), float4)?, bytemuck::cast_slice(&tables.lights)),
+        ];
+        let counters = Buffer::new(device, "counters", size_of::<Counters>() as u64, Usage::Storage)?;
+        let readbacks = (0..IN_FLIGHT)
+            .map(|i| Buffer::new(device, &format!("readback {i}"), size_of::<Counters>() as u64, Usage::Readback))
+            .collect::<Result<Vec<_>, _>>()?;
+
+        let mut bands = Vec::new();
+        let mut first = 0u64;
+        while first < slots {
+            let count = (slots - first).min(band_slots);
+            let film = Buffer::new(device, "film", count * size_of::<FilmSlot>() as u64, Usage::Storage)?;
+            let numbers = [binding::TREE, binding::SHAPES, binding::SOBOL, binding::LIGHTS];
+            let mut bindings: Vec<_> =
+                numbers.iter().zip(&uploads).map(|(&number, (buffer, _))| Binding { number, buffer }).collect();
+            bindings.push(Binding { number: binding::FILM, buffer: &film });
+            bindings.push(Binding { number: binding::COUNTERS, buffer: &counters });
+            let set = BindingSet::new(device, &bindings, size_of::<Push>() as u32)?;
+            bands.push(Band { first: first as u32, slots: count as u32, set, film });
+            first += count;
+        }
+
+        let workgroup = settings.workgroup_size.unwrap_or(facts.workgroup_size);
+        if workgroup == 0 || workgroup > device.limits.max_compute_work_group_invocations {
+            return Err(RenderError::Settings(format!(
+                "a workgroup of {workgroup} invocations is not possible, expected 1 to {}",
+                device.limits.max_compute_work_group_invocations
+            )));
+        }
+        let loop_budget = settings.loop_budget.unwrap_or(facts.loop_budget);
+        let mut specialization = tables.specialization(&features, settings);
+        specialization.uint(constant::WORKGROUP, workgroup).uint(constant::LOOP_BUDGET, loop_budget);
+        let spirv = words(PATH_TRACE);
+        let pipeline = Pipeline::new(device, "path_trace", &spirv, &specialization, &bands[0].set)?;
+
+        let mut timeline = Timeline::new(device, IN_FLIGHT)?;
+        upload(device, &mut timeline, &mut uploads)?;
+        let push = push_constants(scene, &space, settings);
+        let mut renderer = Self {
+            settings: settings.clone(),
+            features,
+            tree: tables.tree,
+            hidden_lights: tables.hidden_lights(),
+            push,
+            width,
+            height,
+            loop_budget,
+            workgroup,
+            bands,
+            timeline,
+            pipeline,
+            counters,
+            readbacks,
+            _tables: uploads.into_iter().map(|(buffer, _)| buffer).collect(),
+            device: Arc::clone(device),
+            statistics: RenderStatistics::default(),
+        };
+        renderer.warm_up()?;
+        renderer.statistics.setup_seconds = start.elapsed().as_secs_f64();
+        Ok(renderer)
+    }
+
+    /// What the pipeline is specialised for.
+    pub fn features(&self) -> &Features {
+        &self.features
+    }
+
+    /// Figures of the tree, if there is one.
+    pub fn tree(&self) -> Option<&TreeStatistics> {
+        self.tree.as_ref()
+    }
+
+    /// Point lights that were left out because no path can see them.
+    pub fn hidden_lights(&self) -> usize {
+        self.hidden_lights
+    }
+
+    /// What the last rendering did.
+    pub fn statistics(&self) -> &RenderStatistics {
+        &self.statistics
+    }
+
+    /// Renders until all samples are done, the time limit is over, or `on_progress` breaks; then reads the film.
+    ///
+    /// `on_progress` is called after every dispatch.
+    ///
+    /// # Errors
+    /// The device fails, or the driver cuts loops short.
+    pub fn render(&mut self, mut on_progress: impl FnMut(&Progress) -> ControlFlow<()>) -> Result<Film, RenderError> {
+        let start = Instant::now();
+        let setup_seconds = self.statistics.setup_seconds;
+        self.statistics = RenderStatistics { setup_seconds, ..RenderStatistics::default() };
+        self.clear_film()?;
+        let pixels = u64::from(self.width) * u64::from(self.height);
+        let total = pixels * u64::from(self.settings.samples);
+        let bands: Vec<_> = self.bands.iter().map(|b| (b.first, b.slots)).collect();
+        let mut plan = Plan::new(&bands, self.settings.samples, self.settings.samples_per_dispatch);
+        let mut in_flight: VecDeque<(Ticket, Work, Instant, usize)> = VecDeque::new();
+        let mut done = 0u64;
+        let mut stop = false;
+        let mut last_finished = start;
+        loop {
+            while !stop && in_flight.len() < IN_FLIGHT {
+                let Some(work) = plan.next() else { break };
+                let readback = (self.statistics.dispatches % IN_FLIGHT as u64) as usize;
+                let ticket = self.submit(&work, readback)?;
+                self.statistics.dispatches += 1;
+                in_flight.push_back((ticket, work, Instant::now(), readback));
+            }
+            let Some((ticket, work, submitted, readback)) = in_flight.pop_front() else { break };
+            let stages = self.timeline.wait(&ticket)?;
+            let now = Instant::now();
+            // The device works on one submission at a time: this one began when its predecessor ended.
+            let seconds = now.duration_since(submitted.max(last_finished)).as_secs_f64();
+            last_finished = now;
+            self.add_stages(&stages);
+            let counters = self.read_counters(readback)?;
+            if counters.truncated > 0 {
+                return Err(RenderError::Truncated { count: counters.truncated });
+            }
+            if counters.samples == 0 && plan.repeats(&work) {
+                return Err(RenderError::Stuck { budget: self.loop_budget });
+            }
+            done += u64::from(counters.samples);
+            self.statistics.samples = done;
+            self.statistics.rays += u64::from(counters.rays);
+            self.statistics.shadow_rays += u64::from(counters.shadow_rays);
+            self.statistics.tree_steps += u64::from(counters.steps);
+            self.statistics.bad_samples += u64::from(counters.bad);
+            plan.measured(&work, seconds);
+            if in_flight.is_empty() && plan.is_over() && done < total && !stop {
+                // Samples that ran out of loop budget are done again.
+                plan.repeat();
+            }
+            let progress = Progress { done, total, elapsed: start.elapsed() };
+            let late = self.settings.time_limit.is_some_and(|limit| {
+                // A pass that would not end in time is not begun; the first one always is.
+                progress.elapsed + Duration::from_secs_f64(seconds) > limit
+            });
+            if done < total && (late || on_progress(&progress).is_break()) {
+                stop = true;
+            } else if done == total {
+                let _ = on_progress(&progress);
+            }
+        }
+        let film = self.read_film()?;
+        self.statistics.stopped = done < total;
+        self.statistics.samples_per_pixel = film.counts().iter().copied().min().unwrap_or(0);
+        self.statistics.render_seconds = start.elapsed().as_secs_f64();
+        Ok(film)
+    }
+
+    /// Compiles the pipeline for good: some drivers do so only when it first runs.
+    fn warm_up(&mut self) -> Result<(), RenderError> {
+        let push = Push { end_slot: 0, ..self.push };
+        let (pipeline, set) = (&self.pipeline, &self.bands[0].set);
+        let ticket = self.timeline.submit(|r| r.dispatch(pipeline, set, bytemuck::bytes_of(&push), [1, 1, 1]))?;
+        self.timeline.wait(&ticket)?;
+        Ok(())
+    }
+
+    fn clear_film(&mut self) -> Result<(), RenderError> {
+        let (bands, counters) = (&self.bands, &self.counters);
+        let ticket = self.timeline.submit(|r| {
+            for band in bands {
+                r.clear(&band.film);
+            }
+            r.clear(counters);
+            r.barrier(Access::Transfer, Access::Compute);
+        })?;
+        self.timeline.wait(&ticket)?;
+        Ok(())
+    }
+
+    fn submit(&mut self, work: &Work, readback: usize) -> Result<Ticket, RenderError> {
+        let band = &self.bands[work.band];
+        let push = Push {
+            first_slot: work.first_slot,
+            end_slot: work.end_slot,
+            target_samples: work.target_samples,
+            max_new_samples: work.new_samples,
+            band_first: band.first,
+            ..self.push
+        };
+        let groups = (work.end_slot - work.first_slot).div_ceil(self.workgroup);
+        let (pipeline, counters, readback) = (&self.pipeline, &self.counters, &self.readbacks[readback]);
+        let ticket = self.timeline.submit(|r| {
+            r.timed("path_trace", |r| r.dispatch(pipeline, &band.set, bytemuck::bytes_of(&push), [groups, 1, 1]));
+            // Counters: read what this dispatch counted, then start the next one from zero. The film needs the
+            // same order: the next dispatch may go on with the same pixels.
+            r.barrier(Access::Compute, Access::Transfer);
+            r.copy(counters, 0, readback, 0, size_of::<Counters>() as u64);
+            r.barrier(Access::Transfer, Access::Transfer);
+            r.clear(counters);
+            r.barrier(Access::Transfer, Access::Compute);
+            r.barrier(Access::Compute, Access::Compute);
+            r.barrier(Access::Transfer, Access::Host);
+        })?;
+        Ok(ticket)
+    }
+
+    fn read_counters(&self, readback: usize) -> Result<Counters, RenderError> {
+        let bytes = mapped(&self.readbacks[readback])?;
+        Ok(*bytemuck::from_bytes(&bytes[..size_of::<Counters>()]))
+    }
+
+    fn read_film(&mut self) -> Result<Film, RenderError> {
+        let mut film = Film::new(self.width, self.height);
+        for band in &self.bands {
+            let bytes = u64::from(band.slots) * size_of::<FilmSlot>() as u64;
+            let readback = Buffer::new(&self.device, "film readback", bytes, Usage::Readback)?;
+            let ticket = self.timeline.submit(|r| {
+                r.barrier(Access::Compute, Access::Transfer);
+                r.copy(&band.film, 0, &readback, 0, bytes);
+                r.barrier(Access::Transfer, Access::Host);
+            })?;
+            self.timeline.wait(&ticket)?;
+            film.read_slots(band.first, bytemuck::cast_slice(&mapped(&readback)?[..bytes as usize]));
+        }
+        Ok(film)
+    }
+
+    fn add_stages(&mut self, stages: &[StageTime]) {
+        for stage in stages {
+            match self.statistics.stages.iter_mut().find(|s| s.stage == stage.stage) {
+                Some(sum) => sum.seconds += stage.seconds,
+                None => self.statistics.stages.push(*stage),
+            }
+        }
+    }
+}
+
+fn mapped(buffer: &Buffer) -> Result<&[u8], RenderError> {
+    buffer.mapped().ok_or_else(|| RenderError::Settings("the driver does not map read-back memory".to_owned()))
+}
+
+/// SPIR-V as words, whatever the alignment of the bytes.
+fn words(spirv: &[u8]) -> Vec<u32> {
+    spirv.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect()
+}
+
+/// Copies tables to their buffers: directly where the host sees the device's memory, else through staging buffers.
+fn upload(device: &Arc<Device>, timeline: &mut Timeline, uploads: &mut [(Buffer, &[u8])]) -> Result<(), RenderError> {
+    let mut staged = Vec::new();
+    for (index, (buffer, bytes)) in uploads.iter_mut().enumerate() {
+        if let Some(target) = buffer.mapped_mut() {
+            target[..bytes.len()].copy_from_slice(bytes);
+        } else if !bytes.is_empty() {
+            let mut staging = Buffer::new(device, "staging", bytes.len() as u64, Usage::Upload)?;
+            let target = staging
+                .mapped_mut()
+                .ok_or_else(|| RenderError::Settings("the driver does not map upload memory".to_owned()))?;
+            target[..bytes.len()].copy_from_slice(bytes);
+            staged.push((index, staging));
+        }
+    }
+    if !staged.is_empty() {
+        let ticket = timeline.submit(|r| {
+            for (index, staging) in &staged {
+                let (buffer, bytes) = &uploads[*index];
+                r.copy(staging, 0, buffer, 0, bytes.len() as u64);
+            }
+            r.barrier(Access::Transfer, Access::Compute);
+        })?;
+        timeline.wait(&ticket)?;
+    }
+    Ok(())
+}
+
+fn push_constants(scene: &Scene, _space: &RenderSpace, settings: &RenderSettings) -> Push {
+    let camera = &scene.camera;
+    let forward = (camera.target - camera.position).normalize();
+    let right = forward.cross(camera.up.normalize()).normalize();
+    let up = right.cross(forward);
+    let half_width = (camera.horizontal_fov.to_radians() / 2.0).tan();
+    let half_height = half_width * f64::from(scene.film.height) / f64::from(scene.film.width);
+    let vector = |v: glam::DVec3| {
+        let v = v.as_vec3();
+        [v.x, v.y, v.z, 0.0]
+    };
+    Push {
+        camera_right: vector(right * half_width),
+        camera_up: vector(up * half_height),
+        camera_forward: vector(forward),
+        background: [scene.background[0] as f32, scene.background[1] as f32, scene.background[2] as f32, 0.0],
+        width: scene.film.width,
+        height: scene.film.height,
+        seed: settings.seed,
+        ..Push::zeroed()
+    }
+}

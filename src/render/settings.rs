@@ -1,0 +1,100 @@
+//! What a caller decides about a rendering.
+
+use std::time::Duration;
+
+use crate::scene::Scene;
+
+/// Which random numbers are used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Sampler {
+    /// Owen-scrambled Sobol points: error falls faster than with independent numbers.
+    #[default]
+    Sobol,
+    /// Independent numbers, as in the report.
+    Independent,
+}
+
+/// Ray–triangle test.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum TriangleTest {
+    /// Woop, Benthin and Wald (2013): no ray slips between two triangles that share an edge.
+    #[default]
+    Watertight,
+    /// Möller and Trumbore (1997), the report's.
+    MollerTrumbore,
+}
+
+/// How triangles are found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Accel {
+    /// Through a bounding volume hierarchy.
+    #[default]
+    Bvh,
+    /// Every triangle is tested, to show what the hierarchy gains.
+    None,
+}
+
+/// How rays that need the tree are scheduled. Both give the same bits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Scheduler {
+    /// [`Scheduler::Queue`] for scenes with a tree on CPU drivers, else [`Scheduler::Inline`].
+    #[default]
+    Auto,
+    /// Each lane walks the tree at once.
+    Inline,
+    /// Each subgroup parks such rays in a queue of its own and traces them together.
+    Queue,
+}
+
+/// Settings of a rendering. [`RenderSettings::of`] takes them from the scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RenderSettings {
+    /// Samples per pixel.
+    pub samples: u32,
+    /// Selects the random numbers; images of different seeds are independent.
+    pub seed: u32,
+    /// Random numbers.
+    pub sampler: Sampler,
+    /// Ray–triangle test.
+    pub triangle_test: TriangleTest,
+    /// How triangles are found.
+    pub accel: Accel,
+    /// How rays are scheduled.
+    pub scheduler: Scheduler,
+    /// Stop after this time, with as many whole passes as fit in.
+    pub time_limit: Option<Duration>,
+    /// Compile every feature, needed or not: for tests and benchmarks, the image is the same.
+    pub general: bool,
+    /// Most samples per pixel in one dispatch; `None`: as measured. Changes no bit of the image.
+    pub samples_per_dispatch: Option<u32>,
+    /// Invocations of a workgroup; `None`: the device's default. Changes no bit of the image.
+    pub workgroup_size: Option<u32>,
+    /// Loop iterations of an invocation; `None`: what the driver is known to allow. Changes no bit of the image.
+    pub loop_budget: Option<u32>,
+    /// Count steps through the tree as well; a little slower.
+    pub count_steps: bool,
+    /// Tests only: breaks one thing on purpose, to show that the tests see it.
+    #[doc(hidden)]
+    pub mutation: Option<super::Mutation>,
+}
+
+impl RenderSettings {
+    /// The scene's number of samples, seed 0, and defaults.
+    pub fn of(scene: &Scene) -> Self {
+        Self {
+            samples: scene.integrator.samples,
+            seed: 0,
+            sampler: Sampler::default(),
+            triangle_test: TriangleTest::default(),
+            accel: Accel::default(),
+            scheduler: Scheduler::default(),
+            time_limit: None,
+            general: false,
+            samples_per_dispatch: None,
+            workgroup_size: None,
+            loop_budget: None,
+            count_steps: false,
+            mutation: None,
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! The Sobol sequence as the sampler's table wants it.
+//!
+//! Direction numbers: S. Joe and F. Y. Kuo, "Constructing Sobol sequences with better two-dimensional projections",
+//! SIAM J. Sci. Comput. 30 (2008), the first 64 dimensions of their set "new-joe-kuo-6".
+
+/// Dimensions of a table row.
+pub const DIMENSIONS: usize = 64;
+/// Rows of a level: a level covers ten bits of the sample index.
+pub const LEVEL_ROWS: usize = 1 << LEVEL_BITS;
+const LEVEL_BITS: u32 = 10;
+/// Largest number of levels: indices below 2³⁰.
+pub const MAX_LEVELS: u32 = 3;
+
+/// Of each dimension from the second on: the coefficients of its primitive polynomial (without the first and the
+/// last, which are 1), and the initial direction integers m₁, m₂, …
+const JOE_KUO: [(u32, &[u32]); DIMENSIONS - 1] = [
+    (0, &[1]),
+    (1, &[1, 3]),
+    (1, &[1, 3, 1]),
+    (2, &[1, 1, 1]),
+    (1, &[1, 1, 3, 3]),
+    (4, &[1, 3, 5, 13]),
+    (2, &[1, 1, 5, 5, 17]),
+    (4, &[1, 1, 5, 5, 5]),
+    (7, &[1, 1, 7, 11, 19]),
+    (11, &[1, 1, 5, 1, 1]),
+    (13, &[1, 1, 1, 3, 11]),
+    (14, &[1, 3, 5, 5, 31]),
+    (1, &[1, 3, 3, 9, 7, 49]),
+    (13, &[1, 1, 1, 15, 21, 21]),
+    (16, &[1, 3, 1, 13, 27, 49]),
+    (19, &[1, 1, 1, 15, 7, 5]),
+    (22, &[1, 3, 1, 15, 13, 25]),
+    (25, &[1, 1, 5, 5, 19, 61]),
+    (1, &[1, 3, 7, 11, 23, 15, 103]),
+    (4, &[1, 3, 7, 13, 13, 15, 69]),
+    (7, &[1, 1, 3, 13, 7, 35, 63]),
+    (8, &[1, 3, 5, 9, 1, 25, 53]),
+    (14, &[1, 3, 1, 13, 9, 35, 107]),
+    (19, &[1, 3, 1, 5, 27, 61, 31]),
+    (21, &[1, 1, 5, 11, 19, 41, 61]),
+    (28, &[1, 3, 5, 3, 3, 13, 69]),
+    (31, &[1, 1, 7, 13, 1, 19, 1]),
+    (32, &[1, 3, 7, 5, 13, 19, 59]),
+    (37, &[1, 1, 3, 9, 25, 29, 41]),
+    (41, &[1, 3, 5, 13, 23, 1, 55]),
+    (42, &[1, 3, 7, 3, 13, 59, 17]),
+    (50, &[1, 3, 1, 3, 5, 53, 69]),
+    (55, &[1, 1, 5, 5, 23, 33, 13]),
+    (56, &[1, 1, 7, 7, 1, 61, 123]),
+    (59, &[1, 1, 7, 9, 13, 61, 49]),
+    (62, &[1, 3, 3, 5, 3, 55, 33]),
+    (14, &[1, 3, 1, 15, 31, 13, 49, 245]),
+    (21, &[1, 3, 5, 15, 31, 59, 63, 97]),
+    (22, &[1, 3, 1, 11, 11, 11, 77, 249]),
+    (38, &[1, 3, 1, 11, 27, 43, 71, 9]),
+    (47, &[1, 1, 7, 15, 21, 11, 81, 45]),
+    (49, &[1, 3, 7, 3, 25, 31, 65, 79]),
+    (50, &[1, 3, 1, 1, 19, 11, 3, 205]),
+    (52, &[1, 1, 5, 9, 19, 21, 29, 157]),
+    (56, &[1, 3, 7, 11, 1, 33, 89, 185]),
+    (67, &[1, 3, 3, 3, 15, 9, 79, 71]),
+    (70, &[1, 3, 7, 11, 15, 39, 119, 27]),
+    (84, &[1, 1, 3, 1, 11, 31, 97, 225]),
+    (97, &[1, 1, 1, 3, 23, 43, 57, 177]),
+    (103, &[1, 3, 7, 7, 17, 17, 37, 71]),
+    (115, &[1, 3, 1, 5, 27, 63, 123, 213]),
+    (122, &[1, 1, 3, 5, 11, 43, 53, 133]),
+    (8, &[1, 3, 5, 5, 29, 17, 47, 173, 479]),
+    (13, &[1, 3, 3, 11, 3, 1, 109, 9, 69]),
+    (16, &[1, 1, 1, 5, 17, 39, 23, 5, 343]),
+    (22, &[1, 3, 1, 5, 25, 15, 31, 103, 499]),
+    (25, &[1, 1, 1, 11, 11, 17, 63, 105, 183]),
+    (44, &[1, 1, 5, 11, 9, 29, 97, 231, 363]),
+    (47, &[1, 1, 5, 15, 19, 45, 41, 7, 383]),
+    (52, &[1, 3, 7, 7, 31, 19, 83, 137, 221]),
+    (55, &[1, 1, 1, 3, 23, 15, 111, 223, 83]),
+    (59, &[1, 1, 5, 13, 31, 15, 55, 25, 161]),
+    (62, &[1, 1, 3, 13, 25, 47, 39, 87, 257]),
+];
+
+/// Levels that indices below `samples` need.
+pub fn levels(samples: u32) -> u32 {
+    let bits = u32::BITS - samples.saturating_sub(1).leading_zeros();
+    bits.div_ceil(LEVEL_BITS).clamp(1, MAX_LEVELS)
+}
+
+/// The table of `levels` levels: row k of level l holds the point of index k·2^(10 l), each coordinate bit-reversed
+/// (bit 0 is worth ½). A point of any index is the XOR of its rows, since the sequence is linear over GF(2).
+pub fn table(levels: u32) -> Vec<[u32; DIMENSIONS]> {
+    let directions: Vec<[u32; 32]> = (0..DIMENSIONS).map(direction_numbers).collect();
+    let mut rows = Vec::with_capacity(levels as usize * LEVEL_ROWS);
+    for level in 0..levels {
+        for k in 0..LEVEL_ROWS {
+            let mut row = [0; DIMENSIONS];
+            if k > 0 {
+                // One row more than that without k's lowest bit.
+                let bit = k.trailing_zeros();
+                let previous: &[u32; DIMENSIONS] = &rows[level as usize * LEVEL_ROWS + (k & (k - 1))];
+                for (x, (p, v)) in row.iter_mut().zip(previous.iter().zip(&directions)) {
+                    *x = p ^ v[(level * LEVEL_BITS + bit) as usize].reverse_bits();
+                }
+            }
+            rows.push(row);
+        }
+    }
+    rows
+}
+
+/// Direction numbers of a dimension: entry j is v_{j+1}·2³².
+fn direction_numbers(dimension: usize) -> [u32; 32] {
+    if dimension == 0 {
+        return std::array::from_fn(|j| 1 << (31 - j));
+    }
+    let (coefficients, initial) = JOE_KUO[dimension - 1];
+    let degree = initial.len();
+    let mut v = [0u32; 32];
+    for j in 0..32 {
+        v[j] = if j < degree {
+            initial[j] << (31 - j)
+        } else {
+            let mut x = v[j - degree] ^ (v[j - degree] >> degree);
+            for i in 1..degree {
+                if (coefficients >> (degree - 1 - i)) & 1 == 1 {
+                    x ^= v[j - i];
+                }
+            }
+            x
+        };
+    }
+    v
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn point(table: &[[u32; DIMENSIONS]], index: usize, dimension: usize) -> f64 {
+        let row = |level: usize| table[level * LEVEL_ROWS + ((index >> (10 * level)) & 1023)][dimension];
+        let bits = (0..table.len() / LEVEL_ROWS).fold(0, |x, level| x ^ row(level));
+        f64::from(bits.reverse_bits()) / 4_294_967_296.0
+    }
+
+    #[test]
+    fn first_points_are_the_published_ones() {
+        // First rows of Joe and Kuo's own example output (in natural, not Gray-code, order).
+        let t = table(1);
+        let expected = [[0.0, 0.0, 0.0], [0.5, 0.5, 0.5], [0.25, 0.75, 0.75], [0.75, 0.25, 0.25]];
+        for (i, row) in expected.iter().enumerate() {
+            for (d, x) in row.iter().enumerate() {
+                assert_eq!(point(&t, i, d), *x, "point {i}, dimension {d}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_dimension_is_stratified_also_beyond_one_level() {
+        let t = table(2);
+        for d in 0..DIMENSIONS {
+            for first in [0, 1 << 12, 3 << 16] {
+                let mut seen = vec![false; 4096];
+                for i in 0..4096 {
+                    seen[(point(&t, first + i, d) * 4096.0) as usize] = true;
+                }
+                assert!(seen.iter().all(|&s| s), "dimension {d}, block at {first}");
+            }
+        }
+        assert_eq!([levels(1), levels(1024), levels(1025), levels(1 << 20), levels((1 << 20) + 1)], [1, 1, 2, 2, 3]);
+    }
+}

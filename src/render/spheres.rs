@@ -1,0 +1,101 @@
+//! How each analytic sphere is intersected; see shaders/lib/intersect/sphere.glsl.
+
+use crate::scene::{Light, Scene, Sphere, Surface};
+
+use super::space::RenderSpace;
+
+/// Spheres that fit into specialization constants.
+pub(crate) const MAX_CONSTANT_SPHERES: usize = 16;
+
+/// From where rays can meet a sphere.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub(crate) enum Side {
+    /// Opaque, the camera is outside: only the near root counts.
+    Solid = 0,
+    /// Opaque, the camera is inside: only the far root counts.
+    Cavity = 1,
+    /// Rays may be on either side.
+    Both = 2,
+}
+
+/// How the roots are computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub(crate) enum Form {
+    /// Larger than what is seen of it.
+    Wall = 0,
+    /// Of the size of the scene.
+    Small = 1,
+    /// Far away for its size.
+    Exact = 2,
+}
+
+/// A sphere in render space, as the shader wants it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ConstantSphere {
+    pub center: [f32; 3],
+    pub radius: f32,
+    /// |centre|² − radius².
+    pub power: f32,
+    pub side: Side,
+    pub form: Form,
+    /// 1/radius, negative if the normal points inward.
+    pub curvature: f32,
+    pub material: u32,
+}
+
+/// Indices of the spheres that become constants (the largest), in scene order, and of those that go into the tree.
+pub(crate) fn partition(spheres: &[Sphere]) -> (Vec<usize>, Vec<usize>) {
+    let mut by_size: Vec<usize> = (0..spheres.len()).collect();
+    by_size.sort_by(|&a, &b| spheres[b].radius.total_cmp(&spheres[a].radius).then(a.cmp(&b)));
+    let mut rest = by_size.split_off(by_size.len().min(MAX_CONSTANT_SPHERES));
+    by_size.sort_unstable();
+    rest.sort_unstable();
+    (by_size, rest)
+}
+
+/// Chooses side and form of a sphere.
+pub(crate) fn classify(sphere: &Sphere, scene: &Scene, space: &RenderSpace) -> ConstantSphere {
+    let center = space.point(sphere.center);
+    let radius = space.length(sphere.radius);
+    let opaque = !matches!(scene.materials[sphere.material as usize].surface, Surface::Dielectric { .. });
+    // The camera is the origin; on the surface itself either side is possible.
+    let distance = center.length();
+    let margin = 1e-6 * radius;
+    let side = match opaque {
+        true if distance > radius + margin => Side::Solid,
+        true if distance < radius - margin => Side::Cavity,
+        _ => Side::Both,
+    };
+    // WALL: error ~ reach·2⁻²² whatever the radius. SMALL: error ~ (reach + r)·2⁻²³, fine up to a few times the
+    // reach, and down to reach/32, where 2⁻²³·32 of a radius is misplaced at the silhouette.
+    let form = if radius > 4.0 * space.reach {
+        Form::Wall
+    } else if radius > space.reach / 32.0 {
+        Form::Small
+    } else {
+        Form::Exact
+    };
+    ConstantSphere {
+        center: center.as_vec3().to_array(),
+        radius: radius as f32,
+        power: ((distance - radius) * (distance + radius)) as f32,
+        side,
+        form,
+        curvature: (if sphere.inward { -1.0 / radius } else { 1.0 / radius }) as f32,
+        material: sphere.material,
+    }
+}
+
+/// Whether an opaque sphere separates a point light from everything that a path can reach. Such a light adds nothing.
+pub(crate) fn hides(sphere: &Sphere, scene: &Scene, light: &Light) -> bool {
+    let Light::Point { position, .. } = light;
+    let opaque = !matches!(scene.materials[sphere.material as usize].surface, Surface::Dielectric { .. });
+    let camera_distance = scene.camera.position.distance(sphere.center);
+    let light_distance = position.distance(sphere.center);
+    let (inside, outside) = (sphere.radius * (1.0 - 1e-12), sphere.radius * (1.0 + 1e-12));
+    opaque
+        && ((camera_distance > outside && light_distance < inside)
+            || (camera_distance < inside && light_distance > outside))
+}
