@@ -127,7 +127,7 @@ pub enum Normals {
 /// Front is the side from which the vertices run counter-clockwise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
-    /// For messages: the file, and the object in it.
+    /// For messages: the file.
     pub name: String,
     /// Vertices, scene units.
     pub positions: Vec<DVec3>,

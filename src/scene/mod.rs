@@ -1,5 +1,24 @@
 //! Scene description, scene files, OBJ and MTL. No GPU types.
+//!
+//! [`Scene`] is plain data. [`Scene::load`] makes one from a file and [`Scene::validate`] checks one that was built in
+//! code; both refuse anything that could not be rendered, with a [`SceneError`] that names the place.
 
+mod defaults;
 mod description;
+mod error;
+mod format;
+mod from_table;
+mod load;
+mod locate;
+mod materials;
+pub mod obj;
+mod read;
+mod transform;
+mod triangle;
+mod validate;
 
 pub use description::*;
+pub use error::{Entity, Location, SceneError};
+pub use load::Loaded;
+pub use transform::Placement;
+pub use validate::{MAX_DEPTH, MAX_IMAGE_SIDE, MAX_MAGNITUDE, MIN_RADIUS};

@@ -1,0 +1,255 @@
+//! The scene file as it is written: tables, keys and defaults of version 1, read by serde.
+//!
+//! Only types are checked here; what the values mean is checked once, in `validate`.
+
+use std::fmt;
+
+use serde::Deserialize;
+use serde::de::{Deserializer, Error, Unexpected, Visitor};
+
+use super::description::{Film, Integrator, PixelFilter, Transfer};
+
+/// The version of the format that this program reads.
+pub(super) const VERSION: i64 = 1;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SceneTable {
+    pub version: i64,
+    pub camera: CameraTable,
+    #[serde(default)]
+    pub film: FilmTable,
+    #[serde(default)]
+    pub integrator: IntegratorTable,
+    #[serde(default)]
+    pub background: BackgroundTable,
+    #[serde(default)]
+    pub material: Vec<MaterialTable>,
+    #[serde(default)]
+    pub sphere: Vec<SphereTable>,
+    #[serde(default)]
+    pub mesh: Vec<MeshTable>,
+    #[serde(default)]
+    pub light: Vec<LightTable>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct CameraTable {
+    pub position: [f64; 3],
+    pub target: [f64; 3],
+    #[serde(default = "up")]
+    pub up: [f64; 3],
+    pub horizontal_fov: f64,
+}
+
+fn up() -> [f64; 3] {
+    [0.0, 1.0, 0.0]
+}
+
+#[derive(Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(super) struct FilmTable {
+    pub width: i64,
+    pub height: i64,
+    pub filter: FilterName,
+    pub gamma: GammaValue,
+}
+
+impl Default for FilmTable {
+    fn default() -> Self {
+        let film = Film::default();
+        Self {
+            width: film.width.into(),
+            height: film.height.into(),
+            filter: match film.filter {
+                PixelFilter::Gaussian => FilterName::Gaussian,
+                PixelFilter::Box => FilterName::Box,
+            },
+            gamma: match film.transfer {
+                Transfer::Gamma(gamma) => GammaValue::Number(gamma),
+                Transfer::Srgb => GammaValue::Srgb,
+            },
+        }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum FilterName {
+    Gaussian,
+    Box,
+}
+
+pub(super) enum GammaValue {
+    Number(f64),
+    Srgb,
+}
+
+#[derive(Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(super) struct IntegratorTable {
+    pub max_depth: i64,
+    pub samples: i64,
+    pub russian_roulette: RouletteValue,
+    pub indirect: bool,
+}
+
+impl Default for IntegratorTable {
+    fn default() -> Self {
+        let integrator = Integrator::default();
+        Self {
+            max_depth: integrator.max_depth.into(),
+            samples: integrator.samples.into(),
+            russian_roulette: match integrator.russian_roulette {
+                Some(depth) => RouletteValue::From(depth.into()),
+                None => RouletteValue::Off,
+            },
+            indirect: integrator.indirect,
+        }
+    }
+}
+
+pub(super) enum RouletteValue {
+    /// The first depth that may end a path.
+    From(i64),
+    Off,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default, deny_unknown_fields)]
+pub(super) struct BackgroundTable {
+    pub radiance: [f64; 3],
+}
+
+/// Which of the optional keys belong to which type is checked when the material is built: serde's tagged enums would
+/// lose the place of a wrong key.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MaterialTable {
+    pub name: String,
+    #[serde(rename = "type")]
+    pub kind: MaterialKind,
+    pub reflectance: Option<[f64; 3]>,
+    pub ior: Option<f64>,
+    pub radiance: Option<[f64; 3]>,
+}
+
+#[derive(Deserialize, Clone, Copy)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum MaterialKind {
+    Diffuse,
+    Mirror,
+    Dielectric,
+    Emitter,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SphereTable {
+    pub center: [f64; 3],
+    pub radius: f64,
+    pub material: String,
+    #[serde(default)]
+    pub inward: bool,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MeshTable {
+    pub file: String,
+    pub material: Option<String>,
+    #[serde(default)]
+    pub normals: NormalsName,
+    #[serde(default = "one")]
+    pub scale: f64,
+    #[serde(default)]
+    pub rotate: [f64; 3],
+    #[serde(default)]
+    pub translate: [f64; 3],
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+#[derive(Deserialize, Default, Clone, Copy)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum NormalsName {
+    #[default]
+    Flat,
+    Smooth,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct LightTable {
+    #[serde(rename = "type")]
+    pub kind: LightKind,
+    pub position: [f64; 3],
+    pub power: [f64; 3],
+}
+
+#[derive(Deserialize, Clone, Copy)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum LightKind {
+    Point,
+}
+
+impl<'de> Deserialize<'de> for GammaValue {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct GammaVisitor;
+
+        impl Visitor<'_> for GammaVisitor {
+            type Value = GammaValue;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a number > 0 or \"srgb\"")
+            }
+
+            fn visit_f64<E: Error>(self, value: f64) -> Result<GammaValue, E> {
+                Ok(GammaValue::Number(value))
+            }
+
+            fn visit_i64<E: Error>(self, value: i64) -> Result<GammaValue, E> {
+                Ok(GammaValue::Number(value as f64))
+            }
+
+            fn visit_str<E: Error>(self, value: &str) -> Result<GammaValue, E> {
+                match value {
+                    "srgb" => Ok(GammaValue::Srgb),
+                    _ => Err(E::invalid_value(Unexpected::Str(value), &self)),
+                }
+            }
+        }
+
+        deserializer.deserialize_any(GammaVisitor)
+    }
+}
+
+impl<'de> Deserialize<'de> for RouletteValue {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct RouletteVisitor;
+
+        impl Visitor<'_> for RouletteVisitor {
+            type Value = RouletteValue;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("an integer >= 1 or \"off\"")
+            }
+
+            fn visit_i64<E: Error>(self, value: i64) -> Result<RouletteValue, E> {
+                Ok(RouletteValue::From(value))
+            }
+
+            fn visit_str<E: Error>(self, value: &str) -> Result<RouletteValue, E> {
+                match value {
+                    "off" => Ok(RouletteValue::Off),
+                    _ => Err(E::invalid_value(Unexpected::Str(value), &self)),
+                }
+            }
+        }
+
+        deserializer.deserialize_any(RouletteVisitor)
+    }
+}

@@ -1,0 +1,191 @@
+//! From the tables of a scene file to a scene: names become indices, meshes are read.
+
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::description::*;
+use super::error::{Entity, Location, SceneError};
+use super::format::*;
+use super::locate::locate_value;
+use super::materials::MaterialList;
+use super::obj::{MaterialSource, MeshRequest, NormalsChoice};
+use super::read::read_relative;
+use super::transform::Placement;
+use super::validate::{MAX_DEPTH, MAX_IMAGE_SIDE, Problem, check_integer, check_positive, check_vector};
+
+/// The text that a scene is being built from.
+pub(super) struct Source<'a> {
+    pub text: &'a str,
+    pub name: &'a str,
+    /// Folder that the paths in the file start from; without one no other file can be read.
+    pub base_dir: Option<&'a Path>,
+}
+
+impl Source<'_> {
+    fn locate(&self, entity: Entity, field: &str) -> Location {
+        locate_value(self.text, self.name, entity, field)
+    }
+
+    pub fn error(&self, problem: Problem) -> SceneError {
+        let at = self.locate(problem.entity, &problem.field);
+        problem.at(at)
+    }
+}
+
+/// Builds the scene. Its values are not validated yet, except those that the scene's own types could not hold.
+pub(super) fn build(source: &Source<'_>, tables: SceneTable, warnings: &mut Vec<String>) -> Result<Scene, SceneError> {
+    let mut materials = MaterialList::default();
+    for (index, table) in tables.material.into_iter().enumerate() {
+        define_material(&mut materials, index, table).map_err(|problem| source.error(problem))?;
+    }
+    let integrator = integrator(&tables.integrator).map_err(|problem| source.error(problem))?;
+    let film = film(&tables.film).map_err(|problem| source.error(problem))?;
+    let spheres = tables.sphere.into_iter().enumerate().map(|(index, table)| {
+        let material = find_material(&materials, Entity::Sphere(index), &table.material)?;
+        Ok(Sphere { center: table.center.into(), radius: table.radius, material, inward: table.inward })
+    });
+    let spheres = spheres.collect::<Result<_, _>>().map_err(|problem| source.error(problem))?;
+    let mut meshes = Vec::with_capacity(tables.mesh.len());
+    for (index, table) in tables.mesh.iter().enumerate() {
+        meshes.push(load_mesh(source, index, table, &mut materials, warnings)?);
+    }
+    let lights = tables.light.iter().map(|table| match table.kind {
+        LightKind::Point => Light::Point { position: table.position.into(), power: table.power },
+    });
+    Ok(Scene {
+        source: source.name.to_owned(),
+        camera: Camera {
+            position: tables.camera.position.into(),
+            target: tables.camera.target.into(),
+            up: tables.camera.up.into(),
+            horizontal_fov: tables.camera.horizontal_fov,
+        },
+        film,
+        integrator,
+        background: tables.background.radiance,
+        lights: lights.collect(),
+        materials: materials.into_vec(),
+        spheres,
+        meshes,
+    })
+}
+
+fn film(table: &FilmTable) -> Result<Film, Problem> {
+    let side = |field, value| integer(Entity::Film, field, value, MAX_IMAGE_SIDE);
+    Ok(Film {
+        width: side("width", table.width)?,
+        height: side("height", table.height)?,
+        filter: match table.filter {
+            FilterName::Gaussian => PixelFilter::Gaussian,
+            FilterName::Box => PixelFilter::Box,
+        },
+        transfer: match table.gamma {
+            GammaValue::Number(gamma) => Transfer::Gamma(gamma),
+            GammaValue::Srgb => Transfer::Srgb,
+        },
+    })
+}
+
+fn integrator(table: &IntegratorTable) -> Result<Integrator, Problem> {
+    let entity = Entity::Integrator;
+    Ok(Integrator {
+        max_depth: integer(entity, "max_depth", table.max_depth, MAX_DEPTH)?,
+        samples: integer(entity, "samples", table.samples, u32::MAX)?,
+        russian_roulette: match table.russian_roulette {
+            RouletteValue::From(depth) => Some(integer(entity, "russian_roulette", depth, u32::MAX)?),
+            RouletteValue::Off => None,
+        },
+        indirect: table.indirect,
+    })
+}
+
+fn define_material(materials: &mut MaterialList, index: usize, table: MaterialTable) -> Result<(), Problem> {
+    let entity = Entity::Material(index);
+    let (kind, surface) = match table.kind {
+        MaterialKind::Diffuse => {
+            let reflectance = required(entity, "reflectance", table.reflectance)?;
+            ("diffuse", Surface::Diffuse { reflectance })
+        }
+        MaterialKind::Mirror => ("mirror", Surface::Mirror { reflectance: table.reflectance.unwrap_or([1.0; 3]) }),
+        MaterialKind::Dielectric => ("dielectric", Surface::Dielectric { ior: required(entity, "ior", table.ior)? }),
+        MaterialKind::Emitter => {
+            let radiance = required(entity, "radiance", table.radiance)?;
+            ("emitter", Surface::Emitter { radiance })
+        }
+    };
+    let takes_reflectance = matches!(surface, Surface::Diffuse { .. } | Surface::Mirror { .. });
+    let superfluous = [
+        ("reflectance", table.reflectance.is_some() && !takes_reflectance),
+        ("ior", table.ior.is_some() && !matches!(surface, Surface::Dielectric { .. })),
+        ("radiance", table.radiance.is_some() && !matches!(surface, Surface::Emitter { .. })),
+    ];
+    if let Some((field, _)) = superfluous.into_iter().find(|&(_, is_there)| is_there) {
+        return Err(Problem::new(entity, field, "given", format!("none for a material of type {kind:?}")));
+    }
+    let quoted_name = format!("{:?}", table.name);
+    match materials.define(table.name, surface) {
+        Some(_) => Ok(()),
+        None => Err(Problem::new(entity, "name", quoted_name, "a name that no earlier material has")),
+    }
+}
+
+fn required<T>(entity: Entity, field: &'static str, value: Option<T>) -> Result<T, Problem> {
+    value.ok_or_else(|| Problem::new(entity, field, "missing", "a value: the material's type needs one"))
+}
+
+fn find_material(materials: &MaterialList, entity: Entity, name: &str) -> Result<u32, Problem> {
+    materials.find(name).ok_or_else(|| {
+        let names = materials.names();
+        let expected = if names.is_empty() {
+            "the name of a [[material]], of which there are none".to_owned()
+        } else {
+            format!("the name of a [[material]]: {names}")
+        };
+        Problem::new(entity, "material", format!("{name:?}"), expected)
+    })
+}
+
+fn load_mesh(
+    source: &Source<'_>,
+    index: usize,
+    table: &MeshTable,
+    materials: &mut MaterialList,
+    warnings: &mut Vec<String>,
+) -> Result<Mesh, SceneError> {
+    let entity = Entity::Mesh(index);
+    let request = mesh_request(entity, table, materials).map_err(|problem| source.error(problem))?;
+    let mesh = read_relative(source.base_dir, &table.file).and_then(|(path, bytes)| {
+        request.build(&bytes, &path.display().to_string(), path.parent(), materials, warnings)
+    });
+    mesh.map_err(|cause| SceneError::Mesh { at: source.locate(entity, "file"), entity, cause: Box::new(cause) })
+}
+
+fn mesh_request(entity: Entity, table: &MeshTable, materials: &MaterialList) -> Result<MeshRequest, Problem> {
+    let is_obj = Path::new(&table.file).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("obj"));
+    if !is_obj {
+        return Err(Problem::new(entity, "file", format!("{:?}", table.file), "a file whose name ends in .obj"));
+    }
+    // Checked before they are used, so that they and not the vertices are blamed.
+    check_positive(entity, "scale", table.scale)?;
+    let (rotate, translate) = (DVec3::from(table.rotate), DVec3::from(table.translate));
+    check_vector(entity, "rotate", rotate)?;
+    check_vector(entity, "translate", translate)?;
+    Ok(MeshRequest {
+        placement: Placement { scale: table.scale, rotate, translate },
+        normals: match table.normals {
+            NormalsName::Flat => NormalsChoice::Flat,
+            NormalsName::Smooth => NormalsChoice::Smooth,
+        },
+        material: match &table.material {
+            Some(name) => MaterialSource::Given(find_material(materials, entity, name)?),
+            None => MaterialSource::Mtl,
+        },
+    })
+}
+
+/// A number that the scene's `u32` can hold.
+fn integer(entity: Entity, field: &'static str, value: i64, most: u32) -> Result<u32, Problem> {
+    check_integer(entity, field, value, 1, most)?;
+    Ok(value as u32)
+}

@@ -1,0 +1,102 @@
+//! Loading a scene from a file or from memory.
+
+use std::path::Path;
+
+use super::description::Scene;
+use super::error::{Location, SceneError};
+use super::format::{SceneTable, VERSION};
+use super::from_table::{Source, build};
+use super::locate::{context_of, version_in};
+use super::obj;
+use super::read::read_file;
+
+/// A scene, and what its author should know about it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Loaded {
+    /// Passed [`Scene::validate`].
+    pub scene: Scene,
+    /// What was left out or replaced (each with its file and, where there is one, its line), in the order of loading.
+    pub warnings: Vec<String>,
+}
+
+impl Scene {
+    /// Loads a scene file (`.toml`), or a mesh (`.obj`) with a camera and a light that suit it.
+    ///
+    /// Files that the scene names are looked for from the folder of the file that names them.
+    ///
+    /// # Errors
+    /// [`SceneError`] for the first thing that is wrong, with file, line and entity.
+    pub fn load(path: &Path) -> Result<Loaded, SceneError> {
+        let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
+        let name = path.display().to_string();
+        match extension.as_ref().and_then(|extension| extension.to_str()) {
+            Some("toml") => {
+                let bytes = read_file(path)?;
+                let text = std::str::from_utf8(&bytes).map_err(|error| {
+                    let valid = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
+                    SceneError::NotUtf8 { at: Location::of_byte(&name, &valid, valid.len()) }
+                })?;
+                Self::from_toml_str(text, &name, path.parent())
+            }
+            Some("obj") => Self::from_obj_bytes(&read_file(path)?, &name, path.parent()),
+            _ => Err(SceneError::UnknownFileType { path: path.to_owned() }),
+        }
+    }
+
+    /// Loads a scene file that is in memory. `source_name` stands for it in messages; `base_dir` is where its meshes
+    /// are looked for (without it, naming one is an error).
+    ///
+    /// # Errors
+    /// As for [`Scene::load`].
+    pub fn from_toml_str(text: &str, source_name: &str, base_dir: Option<&Path>) -> Result<Loaded, SceneError> {
+        let tables = parse(text, source_name)?;
+        let source = Source { text, name: source_name, base_dir };
+        let mut warnings = Vec::new();
+        let scene = build(&source, tables, &mut warnings)?;
+        scene.check_values().map_err(|problem| source.error(problem))?;
+        finish(scene, warnings)
+    }
+
+    /// Loads an OBJ file that is in memory, as [`Scene::load`] does. `source_name` stands for it in messages;
+    /// `base_dir` is where its MTL files are looked for (without it, they count as missing).
+    ///
+    /// # Errors
+    /// As for [`Scene::load`].
+    pub fn from_obj_bytes(bytes: &[u8], source_name: &str, base_dir: Option<&Path>) -> Result<Loaded, SceneError> {
+        let mut warnings = Vec::new();
+        let scene = obj::preview(bytes, source_name, base_dir, &mut warnings)?;
+        scene.validate()?;
+        finish(scene, warnings)
+    }
+}
+
+fn parse(text: &str, source_name: &str) -> Result<SceneTable, SceneError> {
+    let parsed = toml::from_str::<SceneTable>(text);
+    // A file of another version may well have other keys: the version is what to complain about.
+    let version = match &parsed {
+        Ok(tables) if tables.version == VERSION => None,
+        _ => version_in(text),
+    };
+    if let Some((found, offset)) = version.filter(|&(found, _)| found != VERSION) {
+        let at = Location::of_byte(source_name, text, offset);
+        return Err(SceneError::Version { at, found: found.to_string() });
+    }
+    parsed.map_err(|error| {
+        let span = error.span();
+        let at = match &span {
+            Some(span) => Location::of_byte(source_name, text, span.start),
+            None => Location::file(source_name),
+        };
+        let context = span.map_or_else(String::new, |span| context_of(text, &span));
+        SceneError::Format { at, context, message: error.message().replace('\n', ", ") }
+    })
+}
+
+fn finish(scene: Scene, mut warnings: Vec<String>) -> Result<Loaded, SceneError> {
+    scene.check_not_empty()?;
+    if !scene.has_light() {
+        let source = &scene.source;
+        warnings.push(format!("{source}: no light, no emitter in use and no background: the image will be black"));
+    }
+    Ok(Loaded { scene, warnings })
+}

@@ -1,0 +1,109 @@
+//! What OBJ and MTL have in common: lines of words.
+
+use std::borrow::Cow;
+
+use crate::scene::error::{Location, SceneError};
+
+/// A statement: a line, or several that end in a backslash but for the last.
+pub(super) struct Statement<'a> {
+    /// Of its first line, counted from 1.
+    pub line: u32,
+    text: Cow<'a, [u8]>,
+}
+
+/// The statements of a file, in order, without empty lines and comments.
+pub(super) fn statements(bytes: &[u8]) -> impl Iterator<Item = Statement<'_>> {
+    const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+    let mut rest = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
+    let mut next_line = 1_u32;
+    std::iter::from_fn(move || {
+        while !rest.is_empty() {
+            let line = next_line;
+            let first_line = take_line(&mut rest, &mut next_line);
+            let first_byte = first_line.iter().find(|byte| !byte.is_ascii_whitespace());
+            if first_byte.is_none_or(|&byte| byte == b'#') {
+                continue;
+            }
+            let mut text = Cow::Borrowed(first_line);
+            while text.ends_with(b"\\") && !rest.is_empty() {
+                let joined = text.to_mut();
+                joined.pop();
+                joined.push(b' ');
+                joined.extend_from_slice(take_line(&mut rest, &mut next_line));
+            }
+            return Some(Statement { line, text });
+        }
+        None
+    })
+}
+
+fn take_line<'a>(rest: &mut &'a [u8], next_line: &mut u32) -> &'a [u8] {
+    let end = rest.iter().position(|&byte| byte == b'\n').unwrap_or(rest.len());
+    let line = &rest[..end];
+    *rest = rest.get(end + 1..).unwrap_or_default();
+    *next_line = next_line.saturating_add(1);
+    line.strip_suffix(b"\r").unwrap_or(line)
+}
+
+impl Statement<'_> {
+    /// All words up to a comment.
+    pub fn words(&self) -> impl Iterator<Item = &[u8]> {
+        let words = self.text.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+        words.take_while(|word| word[0] != b'#')
+    }
+
+    /// The keyword; not empty.
+    pub fn keyword(&self) -> &[u8] {
+        self.words().next().unwrap_or_default()
+    }
+
+    /// What follows the keyword, as one name that may have spaces in it. Bytes that are not UTF-8 become U+FFFD.
+    pub fn name(&self) -> Cow<'_, str> {
+        let text = self.text.trim_ascii();
+        String::from_utf8_lossy(text.get(self.keyword().len()..).unwrap_or_default().trim_ascii())
+    }
+
+    /// The numbers after the keyword, of which there must be `least`, and at most `N` are read; the others are 0.
+    /// Also returns how many there were.
+    pub fn numbers<const N: usize>(&self, file: &str, least: usize) -> Result<([f64; N], usize), SceneError> {
+        let mut numbers = [0.0; N];
+        let mut count = 0;
+        for (number, word) in numbers.iter_mut().zip(self.words().skip(1)) {
+            match parse_number(word) {
+                Some(value) => *number = value,
+                None => {
+                    let expected = "a finite number of magnitude <= 1e30";
+                    return Err(self.error(file, format!("{} has {}", self.quoted_keyword(), quoted(word)), expected));
+                }
+            }
+            count += 1;
+        }
+        if count < least {
+            let found = format!("{} has {count} numbers", self.quoted_keyword());
+            return Err(self.error(file, found, format!("at least {least}")));
+        }
+        Ok((numbers, count))
+    }
+
+    pub fn error(&self, file: &str, found: String, expected: impl Into<Cow<'static, str>>) -> SceneError {
+        SceneError::Statement { at: Location::line(file, self.line), found, expected: expected.into() }
+    }
+
+    pub fn quoted_keyword(&self) -> String {
+        quoted(self.keyword())
+    }
+}
+
+/// A finite number of usable magnitude.
+fn parse_number(word: &[u8]) -> Option<f64> {
+    let number: f64 = std::str::from_utf8(word).ok()?.parse().ok()?;
+    (number.abs() <= crate::scene::validate::MAX_MAGNITUDE).then_some(number)
+}
+
+/// A word for a message, cut if it is long.
+pub(super) fn quoted(word: &[u8]) -> String {
+    const SHOWN: usize = 40;
+    let text = String::from_utf8_lossy(&word[..word.len().min(SHOWN)]);
+    let ellipsis = if word.len() > SHOWN { "…" } else { "" };
+    format!("\"{}{ellipsis}\"", text.escape_debug())
+}

@@ -1,0 +1,289 @@
+//! What makes a scene renderable: every number finite and in range, every index in bounds.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use super::description::*;
+use super::error::{Entity, Location, SceneError};
+use super::triangle::has_area;
+
+/// Largest magnitude of any number of a scene: leaves room below `f32::MAX` (3.4e38) for a sum or a product with a
+/// few others, since images are rendered in single precision.
+pub const MAX_MAGNITUDE: f64 = 1e30;
+
+/// Smallest radius of a sphere: with room to spare above the smallest normal number in single precision (1.2e-38).
+pub const MIN_RADIUS: f64 = 1e-30;
+
+/// Largest width and height of an image, pixels.
+pub const MAX_IMAGE_SIDE: u32 = 65_536;
+
+/// Largest [`Integrator::max_depth`].
+pub const MAX_DEPTH: u32 = 65_535;
+
+/// Sine of the smallest angle between [`Camera::up`] and the optical axis: below it the image's orientation would be
+/// made of rounding errors.
+const MIN_UP_SINE: f64 = 1e-10;
+
+/// A value that makes no sense. The caller knows the file, and maybe the line.
+#[derive(Debug)]
+pub(super) struct Problem {
+    pub entity: Entity,
+    pub field: Cow<'static, str>,
+    pub found: String,
+    pub expected: Cow<'static, str>,
+}
+
+impl Problem {
+    pub fn new(
+        entity: Entity,
+        field: impl Into<Cow<'static, str>>,
+        found: impl ToString,
+        expected: impl Into<Cow<'static, str>>,
+    ) -> Self {
+        Self { entity, field: field.into(), found: found.to_string(), expected: expected.into() }
+    }
+
+    pub fn at(self, at: Location) -> SceneError {
+        SceneError::Value { at, entity: self.entity, field: self.field, found: self.found, expected: self.expected }
+    }
+}
+
+type Check = Result<(), Problem>;
+
+impl Scene {
+    /// Checks everything that rendering relies on.
+    ///
+    /// # Errors
+    /// [`SceneError::Value`] or [`SceneError::EmptyScene`] for the first thing that is wrong, naming
+    /// [`Scene::source`], the entity, what was found and what was expected.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        self.check_values().map_err(|problem| problem.at(Location::file(&self.source)))?;
+        self.check_not_empty()
+    }
+
+    pub(super) fn check_not_empty(&self) -> Result<(), SceneError> {
+        if self.spheres.is_empty() && self.triangle_count() == 0 {
+            return Err(SceneError::EmptyScene { file: self.source.clone() });
+        }
+        Ok(())
+    }
+
+    pub(super) fn check_values(&self) -> Check {
+        check_camera(&self.camera)?;
+        check_film(&self.film)?;
+        check_integrator(&self.integrator)?;
+        check_non_negative(Entity::Background, "radiance", self.background)?;
+        check_materials(&self.materials)?;
+        for (index, sphere) in self.spheres.iter().enumerate() {
+            let entity = Entity::Sphere(index);
+            check_vector(entity, "center", sphere.center)?;
+            check_positive(entity, "radius", sphere.radius)?;
+            if sphere.radius < MIN_RADIUS {
+                return Err(Problem::new(entity, "radius", number(sphere.radius), "a number of at least 1e-30"));
+            }
+            check_material_index(entity, sphere.material, self.materials.len())?;
+        }
+        for (index, mesh) in self.meshes.iter().enumerate() {
+            check_mesh(Entity::Mesh(index), mesh, self.materials.len())?;
+        }
+        for (index, light) in self.lights.iter().enumerate() {
+            let entity = Entity::Light(index);
+            match light {
+                Light::Point { position, power } => {
+                    check_vector(entity, "position", *position)?;
+                    check_non_negative(entity, "power", *power)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether anything can be seen: a light, an emitting surface that is in use, or a background.
+    pub fn has_light(&self) -> bool {
+        let positive = |rgb: &Rgb| rgb.iter().any(|&x| x > 0.0);
+        let emits = |&material: &u32| {
+            matches!(self.materials.get(material as usize),
+                Some(Material { surface: Surface::Emitter { radiance }, .. }) if positive(radiance))
+        };
+        positive(&self.background)
+            || self.lights.iter().any(|Light::Point { power, .. }| positive(power))
+            || self.spheres.iter().any(|sphere| emits(&sphere.material))
+            || self.meshes.iter().any(|mesh| mesh.triangle_materials.iter().any(emits))
+    }
+}
+
+fn check_camera(camera: &Camera) -> Check {
+    let entity = Entity::Camera;
+    check_vector(entity, "position", camera.position)?;
+    check_vector(entity, "target", camera.target)?;
+    check_vector(entity, "up", camera.up)?;
+    let Some(forward) = direction(camera.target - camera.position) else {
+        return Err(Problem::new(entity, "target", vector(camera.target), "a point apart from position"));
+    };
+    let Some(up) = direction(camera.up) else {
+        return Err(Problem::new(entity, "up", vector(camera.up), "a vector of non-zero length"));
+    };
+    if forward.cross(up).length() < MIN_UP_SINE {
+        let expected = "a vector that is not parallel to the view (target - position)";
+        return Err(Problem::new(entity, "up", vector(camera.up), expected));
+    }
+    let fov = camera.horizontal_fov;
+    if !(fov > 0.0 && fov < 180.0) {
+        let expected = "an angle between 0 and 180 degrees, both excluded";
+        return Err(Problem::new(entity, "horizontal_fov", number(fov), expected));
+    }
+    Ok(())
+}
+
+/// Unit vector, also of vectors whose squared length over- or underflows.
+fn direction(v: DVec3) -> Option<DVec3> {
+    let scale = v.abs().max_element();
+    if scale > 0.0 { (v / scale).try_normalize() } else { None }
+}
+
+fn check_film(film: &Film) -> Check {
+    for (field, side) in [("width", film.width), ("height", film.height)] {
+        check_integer(Entity::Film, field, i64::from(side), 1, MAX_IMAGE_SIDE)?;
+    }
+    match film.transfer {
+        Transfer::Gamma(gamma) => check_positive(Entity::Film, "gamma", gamma),
+        Transfer::Srgb => Ok(()),
+    }
+}
+
+fn check_integrator(integrator: &Integrator) -> Check {
+    let entity = Entity::Integrator;
+    check_integer(entity, "max_depth", i64::from(integrator.max_depth), 1, MAX_DEPTH)?;
+    check_integer(entity, "samples", i64::from(integrator.samples), 1, u32::MAX)?;
+    if let Some(depth) = integrator.russian_roulette {
+        check_integer(entity, "russian_roulette", i64::from(depth), 1, u32::MAX)?;
+    }
+    Ok(())
+}
+
+fn check_materials(materials: &[Material]) -> Check {
+    let mut first_of_name = HashMap::new();
+    for (index, material) in materials.iter().enumerate() {
+        let entity = Entity::Material(index);
+        if material.name.is_empty() {
+            return Err(Problem::new(entity, "name", "empty", "a name"));
+        }
+        if let Some(first) = first_of_name.insert(&material.name, index) {
+            let expected = format!("a name of its own: it is taken by {}", Entity::Material(first));
+            return Err(Problem::new(entity, "name", format!("{:?}", material.name), expected));
+        }
+        match material.surface {
+            Surface::Diffuse { reflectance } | Surface::Mirror { reflectance } => {
+                check_reflectance(entity, reflectance)?;
+            }
+            Surface::Dielectric { ior } => check_positive(entity, "ior", ior)?,
+            Surface::Emitter { radiance } => check_non_negative(entity, "radiance", radiance)?,
+        }
+    }
+    Ok(())
+}
+
+fn check_mesh(entity: Entity, mesh: &Mesh, material_count: usize) -> Check {
+    let count = mesh.positions.len();
+    for (index, &position) in mesh.positions.iter().enumerate() {
+        if !in_range(position) {
+            let expected = "three finite numbers of magnitude <= 1e30, after scale, rotate and translate";
+            return Err(Problem::new(entity, format!("vertex {}", index + 1), vector(position), expected));
+        }
+    }
+    let expected_normals = if mesh.normals == Normals::Smooth { count } else { 0 };
+    check_length(entity, "the number of vertex normals", mesh.vertex_normals.len(), expected_normals)?;
+    for (index, normal) in mesh.vertex_normals.iter().enumerate() {
+        if !normal.is_normalized() {
+            let field = format!("vertex normal {}", index + 1);
+            return Err(Problem::new(entity, field, vector(*normal), "a vector of length 1"));
+        }
+    }
+    if !mesh.texcoords.is_empty() {
+        check_length(entity, "the number of texture coordinates", mesh.texcoords.len(), count)?;
+    }
+    check_length(entity, "the number of triangle materials", mesh.triangle_materials.len(), mesh.triangles.len())?;
+    if mesh.triangles.is_empty() {
+        return Err(Problem::new(entity, "the number of triangles", 0, "at least 1"));
+    }
+    for (index, triangle) in mesh.triangles.iter().enumerate() {
+        let corners = triangle.map(|vertex| mesh.positions.get(vertex as usize).copied());
+        let [Some(a), Some(b), Some(c)] = corners else {
+            let expected = format!("indices below {count}");
+            return Err(Problem::new(entity, format!("triangle {}", index + 1), format!("{triangle:?}"), expected));
+        };
+        if !has_area(a, b, c) {
+            let expected = "a triangle with an area";
+            return Err(Problem::new(entity, format!("triangle {}", index + 1), format!("{triangle:?}"), expected));
+        }
+    }
+    mesh.triangle_materials.iter().try_for_each(|&material| check_material_index(entity, material, material_count))
+}
+
+fn check_length(entity: Entity, what: &'static str, found: usize, expected: usize) -> Check {
+    if found == expected { Ok(()) } else { Err(Problem::new(entity, what, found, expected.to_string())) }
+}
+
+fn check_material_index(entity: Entity, material: u32, count: usize) -> Check {
+    if (material as usize) < count {
+        return Ok(());
+    }
+    Err(Problem::new(entity, "material", material, format!("an index below {count}")))
+}
+
+pub(super) fn check_integer(entity: Entity, field: &'static str, value: i64, least: u32, most: u32) -> Check {
+    if value >= i64::from(least) && value <= i64::from(most) {
+        return Ok(());
+    }
+    Err(Problem::new(entity, field, value, format!("an integer from {least} to {most}")))
+}
+
+pub(super) fn check_positive(entity: Entity, field: &'static str, value: f64) -> Check {
+    if !(value > 0.0 && value.is_finite()) {
+        return Err(Problem::new(entity, field, number(value), "a finite number > 0"));
+    }
+    if value > MAX_MAGNITUDE {
+        return Err(Problem::new(entity, field, number(value), "a number <= 1e30"));
+    }
+    Ok(())
+}
+
+pub(super) fn check_vector(entity: Entity, field: &'static str, value: DVec3) -> Check {
+    if in_range(value) {
+        return Ok(());
+    }
+    Err(Problem::new(entity, field, vector(value), "three finite numbers of magnitude <= 1e30"))
+}
+
+fn check_non_negative(entity: Entity, field: &'static str, value: Rgb) -> Check {
+    if value.iter().all(|&x| (0.0..=MAX_MAGNITUDE).contains(&x)) {
+        return Ok(());
+    }
+    Err(Problem::new(entity, field, vector(value.into()), "three finite numbers >= 0 (and <= 1e30)"))
+}
+
+fn check_reflectance(entity: Entity, value: Rgb) -> Check {
+    if value.iter().all(|x| (0.0..=1.0).contains(x)) {
+        return Ok(());
+    }
+    Err(Problem::new(entity, "reflectance", vector(value.into()), "three numbers from 0 to 1"))
+}
+
+/// Whether all components are finite and of usable magnitude.
+pub(super) fn in_range(v: DVec3) -> bool {
+    // NaN compares false.
+    v.to_array().iter().all(|x| x.abs() <= MAX_MAGNITUDE)
+}
+
+/// A number as one would write it in a scene file.
+pub(super) fn number(x: f64) -> String {
+    let plain = x == 0.0 || (1e-4..1e15).contains(&x.abs());
+    if plain || !x.is_finite() { x.to_string() } else { format!("{x:e}") }
+}
+
+/// A vector as one would write it in a scene file.
+pub(super) fn vector(v: DVec3) -> String {
+    format!("[{}]", v.to_array().map(number).join(", "))
+}
