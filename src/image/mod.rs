@@ -1,1 +1,21 @@
-//! image
+//! Images of linear radiance: files (PNG, OpenEXR, Radiance HDR, PFM) and error metrics.
+//!
+//! [`write`] and [`read`] choose the format by the file name's extension; [`metrics::compare`] measures
+//! one image against a reference. Nothing here knows of the GPU.
+
+mod atomic;
+mod buffer;
+mod codec;
+mod error;
+mod file;
+mod format;
+pub mod heatmap;
+mod metadata;
+pub mod metrics;
+mod transfer;
+
+pub use buffer::{Image, MAX_SIDE, Variance};
+pub use error::ImageError;
+pub use file::{Written, check_writable, read, write};
+pub use format::Format;
+pub use metadata::Metadata;

@@ -1,0 +1,78 @@
+//! The file formats: bytes to image and back. Files and names are the caller's business.
+
+mod exr;
+mod hdr;
+mod pfm;
+mod png;
+
+use std::io::{self, Seek, Write};
+
+use super::{Format, Image, ImageError, MAX_SIDE, Metadata};
+use crate::scene::Transfer;
+
+/// Why bytes are not an image.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum DecodeError {
+    /// The bytes contradict the format.
+    Malformed(String),
+    /// The format allows it, this program does not.
+    Unsupported(String),
+}
+
+impl DecodeError {
+    fn malformed(problem: impl ToString) -> Self {
+        Self::Malformed(problem.to_string())
+    }
+}
+
+impl From<ImageError> for DecodeError {
+    fn from(error: ImageError) -> Self {
+        Self::malformed(error)
+    }
+}
+
+/// Writes `image` to `writer`; `transfer` concerns PNG only.
+pub(super) fn encode(
+    format: Format,
+    image: &Image,
+    metadata: &Metadata,
+    transfer: Transfer,
+    writer: &mut (impl Write + Seek),
+) -> io::Result<()> {
+    match format {
+        Format::Png => png::encode(image, metadata, transfer, writer),
+        Format::Exr => exr::encode(image, metadata, writer),
+        Format::Hdr => hdr::encode(image, metadata, writer),
+        Format::Pfm => pfm::encode(image, writer),
+    }
+}
+
+/// Reads a whole file's bytes.
+pub(super) fn decode(format: Format, bytes: &[u8]) -> Result<(Image, Metadata), DecodeError> {
+    match format {
+        Format::Png => png::decode(bytes),
+        Format::Exr => exr::decode(bytes),
+        Format::Hdr => hdr::decode(bytes),
+        Format::Pfm => pfm::decode(bytes).map(|image| (image, Metadata::new())),
+    }
+}
+
+/// Checks a header's size before memory is set aside for it: sides in range, and no more pixels than
+/// `bytes` can hold at `max_pixels_per_byte`, the best compression of the format.
+fn check_header(width: u64, height: u64, bytes: usize, max_pixels_per_byte: u64) -> Result<(u32, u32), DecodeError> {
+    let side = |length: u64| u32::try_from(length).ok().filter(|l| (1..=MAX_SIDE).contains(l));
+    let (Some(w), Some(h)) = (side(width), side(height)) else {
+        return Err(DecodeError::Malformed(format!(
+            "the header says {width}x{height} pixels, each side must be in 1..={MAX_SIDE}"
+        )));
+    };
+    if width * height > (bytes as u64).saturating_mul(max_pixels_per_byte) {
+        return Err(DecodeError::Malformed(format!(
+            "the header says {width}x{height} pixels, too many for a file of {bytes} bytes"
+        )));
+    }
+    Ok((w, h))
+}
+
+#[cfg(test)]
+mod tests;

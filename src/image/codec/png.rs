@@ -1,0 +1,124 @@
+//! PNG (ISO/IEC 15948): written with 8 bits per channel and the transfer curve in a gAMA or sRGB chunk.
+
+use std::io::{self, Cursor, Write};
+
+use ::png::text_metadata::{ITXtChunk, TEXtChunk};
+use ::png::{BitDepth, ColorType, Decoder, Encoder, Info, ScaledFloat, SrgbRenderingIntent, Transformations};
+
+use super::{DecodeError, check_header};
+use crate::image::{Image, Metadata};
+use crate::scene::Transfer;
+
+/// The gAMA chunk holds 100000 times the encoding exponent.
+const GAMA_SCALE: f64 = 100_000.0;
+
+/// Writes 8-bit RGB; metadata become tEXt chunks, or iTXt where a value is not ASCII.
+pub(super) fn encode(
+    image: &Image,
+    metadata: &Metadata,
+    transfer: Transfer,
+    writer: &mut impl Write,
+) -> io::Result<()> {
+    let mut encoder = Encoder::new(writer, image.width(), image.height());
+    encoder.set_color(ColorType::Rgb);
+    encoder.set_depth(BitDepth::Eight);
+    match transfer {
+        Transfer::Srgb => encoder.set_source_srgb(SrgbRenderingIntent::Perceptual),
+        Transfer::Gamma(gamma) => {
+            encoder.set_source_gamma(ScaledFloat::from_scaled((GAMA_SCALE / gamma).round().max(1.0) as u32));
+        }
+    }
+    let mut writer = encoder.write_header()?;
+    for (key, value) in metadata.iter() {
+        if value.is_ascii() {
+            writer.write_text_chunk(&TEXtChunk::new(key, value))?;
+        } else {
+            writer.write_text_chunk(&ITXtChunk::new(key, value))?;
+        }
+    }
+    let codes: Vec<u8> = image.pixels().as_flattened().iter().map(|&value| transfer.code(value)).collect();
+    writer.write_image_data(&codes)?;
+    Ok(writer.finish()?)
+}
+
+/// Reads grey, colour and palette images of any depth; alpha is ignored.
+pub(super) fn decode(bytes: &[u8]) -> Result<(Image, Metadata), DecodeError> {
+    let mut decoder = Decoder::new(Cursor::new(bytes));
+    decoder.set_transformations(Transformations::EXPAND);
+    let header = decoder.read_header_info().map_err(DecodeError::malformed)?;
+    // Deflate reaches 1032:1, and a byte may hold 8 pixels.
+    let (width, height) = check_header(header.width.into(), header.height.into(), bytes.len(), 8 * 1032)?;
+
+    let mut reader = decoder.read_info().map_err(DecodeError::malformed)?;
+    let size = reader
+        .output_buffer_size()
+        .ok_or_else(|| DecodeError::Unsupported(format!("{width}x{height} pixels do not fit into memory")))?;
+    let mut data = vec![0; size];
+    reader.next_frame(&mut data).map_err(DecodeError::malformed)?;
+    reader.finish().map_err(DecodeError::malformed)?;
+
+    let transfer = stored_transfer(reader.info());
+    let (color, depth) = reader.output_color_type();
+    let linear: Vec<f32> = match depth {
+        BitDepth::Sixteen => {
+            let table: Vec<f32> = (0..=65_535).map(|c| transfer.decode(f64::from(c) / 65_535.0) as f32).collect();
+            data.as_chunks::<2>().0.iter().map(|b| table[usize::from(u16::from_be_bytes(*b))]).collect()
+        }
+        _ => {
+            let table: Vec<f32> = (0..=255).map(|c| transfer.decode(f64::from(c) / 255.0) as f32).collect();
+            data.iter().map(|&b| table[usize::from(b)]).collect()
+        }
+    };
+    let pixels = match color {
+        ColorType::Rgb => linear.as_chunks::<3>().0.to_vec(),
+        ColorType::Rgba => linear.as_chunks::<4>().0.iter().map(|&[r, g, b, _]| [r, g, b]).collect(),
+        ColorType::Grayscale => linear.iter().map(|&v| [v; 3]).collect(),
+        ColorType::GrayscaleAlpha => linear.as_chunks::<2>().0.iter().map(|&[v, _]| [v; 3]).collect(),
+        ColorType::Indexed => return Err(DecodeError::Malformed("a palette image without a palette".into())),
+    };
+    let metadata = stored_text(reader.info());
+    Ok((Image::from_pixels(width, height, pixels)?, metadata))
+}
+
+/// sRGB chunk before gAMA chunk, sRGB if there is neither, as the standard has it.
+fn stored_transfer(info: &Info) -> Transfer {
+    match info.gama_chunk.map(ScaledFloat::into_scaled) {
+        Some(gama) if info.srgb.is_none() && gama > 0 => Transfer::Gamma(gamma_from_chunk(gama)),
+        _ => Transfer::Srgb,
+    }
+}
+
+/// The gamma of at most three decimals that the chunk's five digits stand for (45455 is 2.2, not 2.19998),
+/// else the exact quotient.
+fn gamma_from_chunk(gama: u32) -> f64 {
+    let exact = GAMA_SCALE / f64::from(gama);
+    let short = (exact * 1000.0).round() / 1000.0;
+    if (GAMA_SCALE / short).round() == f64::from(gama) { short } else { exact }
+}
+
+fn stored_text(info: &Info) -> Metadata {
+    let mut metadata = Metadata::new();
+    for chunk in &info.uncompressed_latin1_text {
+        metadata.push(chunk.keyword.as_str(), &chunk.text);
+    }
+    for chunk in &info.utf8_text {
+        if let Ok(text) = chunk.get_text() {
+            metadata.push(chunk.keyword.as_str(), text);
+        }
+    }
+    metadata
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn five_digits_give_back_the_gamma() {
+        for gamma in [0.5, 1.0, 1.8, 2.2, 2.4, 2.222, 3.0] {
+            let chunk = (GAMA_SCALE / gamma).round() as u32;
+            assert_eq!(gamma_from_chunk(chunk), gamma);
+        }
+        assert!((gamma_from_chunk(12_345) - 8.100_445_524).abs() < 1e-3);
+    }
+}
