@@ -20,3 +20,8 @@ pub use film::Film;
 pub use mutation::Mutation;
 pub use renderer::{Progress, RenderStatistics, Renderer};
 pub use settings::{Accel, RenderSettings, Sampler, Scheduler, TriangleTest};
+
+/// Builds the tree of a scene and measures it; `None` if the scene needs none.
+pub fn tree_statistics(scene: &crate::scene::Scene) -> Option<crate::accel::TreeStatistics> {
+    tables::Tables::of(scene, &space::RenderSpace::of(scene)).tree
+}

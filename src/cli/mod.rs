@@ -1,0 +1,73 @@
+//! Subcommands: parse, call the library, print. Data goes to stdout, everything else to stderr.
+
+mod devices;
+mod exit;
+mod info;
+mod options;
+mod progress;
+mod render;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// A headless Vulkan path tracer.
+///
+/// Renders scene files (TOML) and OBJ meshes with GLSL compute shaders on any Vulkan 1.2 device, a CPU driver such as
+/// lavapipe included.
+#[derive(Parser)]
+#[command(name = "photolith", version, max_term_width = 100, after_help = exit::HELP)]
+struct Cli {
+    /// Say more about what is done (-v: notes, -vv: details)
+    #[arg(short, long, action = clap::ArgAction::Count, global = true)]
+    verbose: u8,
+
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Render a scene to an image
+    Render(render::RenderArgs),
+    /// List the Vulkan devices, which one would be used, and what the others lack
+    Devices(devices::DevicesArgs),
+    /// Describe a scene: counts, bounds, tree, and the features its pipeline is specialised for
+    Info(info::InfoArgs),
+}
+
+/// Runs the command line; returns the exit code (see [`exit::HELP`]).
+pub fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Help and version are not errors.
+            let code = if error.use_stderr() { exit::BAD_INPUT } else { exit::OK };
+            let _ = error.print();
+            return ExitCode::from(code);
+        }
+    };
+    let level = match cli.verbose {
+        0 => log::LevelFilter::Warn,
+        1 => log::LevelFilter::Info,
+        _ => log::LevelFilter::Debug,
+    };
+    env_logger::Builder::new()
+        .filter_module("photolith", level)
+        .parse_default_env()
+        .format_target(false)
+        .format_timestamp(None)
+        .init();
+    let result = match cli.command {
+        Command::Render(args) => render::run(&args),
+        Command::Devices(args) => devices::run(&args),
+        Command::Info(args) => info::run(&args),
+    };
+    match result {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("photolith: {error:#}");
+            ExitCode::from(exit::code_of(&error))
+        }
+    }
+}

@@ -1,0 +1,199 @@
+//! Options that several subcommands share.
+
+use std::path::Path;
+use std::str::FromStr;
+
+use anyhow::Context as _;
+use clap::{Args, ValueEnum};
+use photolith::render::{Accel, Sampler, Scheduler, TriangleTest};
+use photolith::scene::Scene;
+use photolith::{Context, ContextOptions, RenderSettings, Validation};
+
+/// Which device, and whether it is watched.
+#[derive(Args, Clone)]
+pub struct DeviceOptions {
+    /// Vulkan device: index, UUID or part of the name (see `photolith devices`)
+    #[arg(long, value_name = "INDEX|NAME|UUID")]
+    pub device: Option<String>,
+
+    /// Run with Vulkan validation layers; any message makes the exit code 4
+    #[arg(long, value_name = "WHICH", num_args = 0..=1, default_missing_value = "core")]
+    pub validate: Option<ValidateArg>,
+}
+
+/// Which validation.
+#[derive(Clone, Copy, ValueEnum, PartialEq, Eq)]
+pub enum ValidateArg {
+    /// Rules of each call
+    Core,
+    /// Missing barriers
+    Sync,
+}
+
+impl DeviceOptions {
+    /// Opens the device.
+    pub fn open(&self) -> anyhow::Result<Context> {
+        let validation = match self.validate {
+            None => Validation::Off,
+            Some(ValidateArg::Core) => Validation::Core,
+            Some(ValidateArg::Sync) => Validation::Synchronization,
+        };
+        Ok(Context::new(&ContextOptions { device: self.device.clone(), validation })?)
+    }
+}
+
+/// Settings that replace those of the scene, or that the scene does not hold.
+#[derive(Args, Clone)]
+pub struct SceneOptions {
+    /// Image size instead of the scene's
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<Size>,
+
+    /// Samples per pixel instead of the scene's
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 30))]
+    pub samples: Option<u32>,
+
+    /// Surface hits of a path instead of the scene's (1: direct light only)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65535))]
+    pub max_depth: Option<u32>,
+
+    /// Selects the random numbers
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u32,
+
+    /// Random numbers
+    #[arg(long, value_enum, default_value_t = SamplerArg::Sobol)]
+    pub sampler: SamplerArg,
+
+    /// Ray–triangle test
+    #[arg(long, value_enum, default_value_t = IntersectionArg::Watertight)]
+    pub intersection: IntersectionArg,
+
+    /// How triangles are found; `none` tests every one
+    #[arg(long, value_enum, default_value_t = AccelArg::Bvh)]
+    pub accel: AccelArg,
+
+    /// How rays that need the tree are scheduled (changes no bit of the image)
+    #[arg(long, value_enum, default_value_t = SchedulerArg::Auto)]
+    pub scheduler: SchedulerArg,
+
+    /// Compile every feature, needed or not (changes no bit of the image)
+    #[arg(long)]
+    pub general: bool,
+}
+
+/// Random numbers.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum SamplerArg {
+    /// Owen-scrambled Sobol points
+    Sobol,
+    /// Independent numbers
+    Independent,
+}
+
+/// Ray–triangle tests.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum IntersectionArg {
+    /// Woop, Benthin and Wald: no leaks between triangles
+    Watertight,
+    /// Möller and Trumbore
+    MollerTrumbore,
+}
+
+/// Acceleration structures.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum AccelArg {
+    /// Bounding volume hierarchy
+    Bvh,
+    /// None
+    None,
+}
+
+/// Schedulers.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum SchedulerArg {
+    /// What is faster on the device
+    Auto,
+    /// Each lane walks the tree at once
+    Inline,
+    /// Each subgroup parks rays in a queue and traces them together
+    Queue,
+}
+
+impl SceneOptions {
+    /// Loads the scene, prints its warnings, and applies the options to it.
+    pub fn load(&self, path: &Path) -> anyhow::Result<(Scene, RenderSettings)> {
+        let loaded = Scene::load(path)?;
+        for warning in &loaded.warnings {
+            log::warn!("{warning}");
+        }
+        let mut scene = loaded.scene;
+        if let Some(Size { width, height }) = self.size {
+            scene.film.width = width;
+            scene.film.height = height;
+        }
+        if let Some(samples) = self.samples {
+            scene.integrator.samples = samples;
+        }
+        if let Some(depth) = self.max_depth {
+            scene.integrator.max_depth = depth;
+        }
+        scene.validate().context("after the options were applied")?;
+        let settings = RenderSettings {
+            seed: self.seed,
+            sampler: match self.sampler {
+                SamplerArg::Sobol => Sampler::Sobol,
+                SamplerArg::Independent => Sampler::Independent,
+            },
+            triangle_test: match self.intersection {
+                IntersectionArg::Watertight => TriangleTest::Watertight,
+                IntersectionArg::MollerTrumbore => TriangleTest::MollerTrumbore,
+            },
+            accel: match self.accel {
+                AccelArg::Bvh => Accel::Bvh,
+                AccelArg::None => Accel::None,
+            },
+            scheduler: match self.scheduler {
+                SchedulerArg::Auto => Scheduler::Auto,
+                SchedulerArg::Inline => Scheduler::Inline,
+                SchedulerArg::Queue => Scheduler::Queue,
+            },
+            general: self.general,
+            ..RenderSettings::of(&scene)
+        };
+        Ok((scene, settings))
+    }
+}
+
+/// `WIDTHxHEIGHT`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Size {
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+}
+
+impl FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let error = || format!("'{text}' is not a size, expected WIDTHxHEIGHT with 1 to 65536 each, such as 640x480");
+        let (width, height) = text.split_once(['x', 'X']).ok_or_else(error)?;
+        let number = |t: &str| t.parse().ok().filter(|n| (1..=65536).contains(n)).ok_or_else(error);
+        Ok(Self { width: number(width)?, height: number(height)? })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes() {
+        assert_eq!("640x480".parse(), Ok(Size { width: 640, height: 480 }));
+        for bad in ["", "640", "x", "0x1", "1x0", "-1x5", "1x65537", "1.5x2", "4x4x4"] {
+            assert!(bad.parse::<Size>().is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,29 @@
+//! The progress bar on a terminal.
+
+use indicatif::{ProgressBar, ProgressStyle};
+use photolith::render::Progress;
+
+/// A bar with rate and time left; invisible where stderr is no terminal.
+pub struct Bar(ProgressBar);
+
+impl Bar {
+    /// A bar over `total` samples.
+    pub fn new(total: u64) -> Self {
+        let bar = ProgressBar::new(total);
+        let template = "{percent:>3}% [{bar:40}] {human_pos} of {human_len} samples, {per_sec}, {eta} left";
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        Self(bar)
+    }
+
+    /// Moves the bar.
+    pub fn set(&self, progress: &Progress) {
+        self.0.set_position(progress.done);
+    }
+
+    /// Removes it.
+    pub fn finish(&self) {
+        self.0.finish_and_clear();
+    }
+}

@@ -1,0 +1,191 @@
+//! `photolith render`.
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use anyhow::{Context as _, anyhow};
+use clap::Args;
+use photolith::image::{self, Metadata};
+use photolith::scene::Scene;
+use photolith::{Context, Image, RenderSettings, Renderer};
+use serde_json::json;
+
+use super::exit;
+use super::options::{DeviceOptions, SceneOptions};
+use super::progress::Bar;
+
+/// Arguments of `photolith render`.
+#[derive(Args)]
+pub struct RenderArgs {
+    /// Scene file (.toml) or mesh (.obj)
+    scene: PathBuf,
+
+    /// Image to write: .png (8 bit), .exr, .hdr or .pfm (linear). Without it: the scene's name with .png, here
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+
+    #[command(flatten)]
+    scene_options: SceneOptions,
+
+    #[command(flatten)]
+    device: DeviceOptions,
+
+    /// Stop after so many seconds of rendering and write what there is
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    time_limit: Option<Duration>,
+
+    /// Samples per pixel of one dispatch instead of the measured number (changes no bit of the image)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    samples_per_dispatch: Option<u32>,
+
+    /// Invocations of a workgroup (changes no bit of the image)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    workgroup: Option<u32>,
+
+    /// Loop iterations of an invocation, 0 for no bound (changes no bit of the image)
+    #[arg(long, value_name = "N")]
+    loop_budget: Option<u32>,
+
+    /// Count steps through the tree
+    #[arg(long)]
+    count_steps: bool,
+
+    /// Print one line of JSON about the rendering on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    text.parse::<f64>()
+        .ok()
+        .filter(|s| *s > 0.0)
+        .and_then(|s| Duration::try_from_secs_f64(s).ok())
+        .ok_or_else(|| format!("'{text}' is not a time, expected seconds > 0"))
+}
+
+/// Renders and writes the image.
+pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
+    let output = match &args.output {
+        Some(path) => path.clone(),
+        None => default_output(&args.scene)?,
+    };
+    // Before hours of rendering, not after.
+    image::check_writable(&output)?;
+    let (scene, mut settings) = args.scene_options.load(&args.scene)?;
+    settings.time_limit = args.time_limit;
+    settings.samples_per_dispatch = args.samples_per_dispatch;
+    settings.workgroup_size = args.workgroup;
+    settings.loop_budget = args.loop_budget;
+    settings.count_steps = args.count_steps;
+
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupted);
+    ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::SeqCst) {
+            // Asked twice: whoever insists does not want the image.
+            std::process::exit(i32::from(exit::INTERRUPTED));
+        }
+    })
+    .context("installing the Ctrl-C handler")?;
+
+    let started = std::time::Instant::now();
+    let context = args.device.open()?;
+    let mut renderer = Renderer::new(&context, &scene, &settings)?;
+    if renderer.hidden_lights() > 0 {
+        log::warn!("{} light(s) left out: an opaque sphere keeps them from all that is seen", renderer.hidden_lights());
+    }
+    let setup = started.elapsed().as_secs_f64();
+    let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
+    let bar = Bar::new(pixels * u64::from(settings.samples));
+    let film = renderer.render(|progress| {
+        bar.set(progress);
+        if interrupted.load(Ordering::SeqCst) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })?;
+    bar.finish();
+
+    let statistics = renderer.statistics();
+    if statistics.bad_samples > 0 {
+        log::warn!("{} samples were NaN or infinite and count as black", statistics.bad_samples);
+    }
+    let was_interrupted = statistics.stopped && interrupted.load(Ordering::SeqCst);
+    if statistics.stopped {
+        let why = if was_interrupted { "interrupted" } else { "time limit reached" };
+        eprintln!(
+            "photolith: {why} after {} of {} samples per pixel; writing what there is",
+            statistics.samples_per_pixel, settings.samples
+        );
+    }
+    let image = Image::from_pixels(film.width(), film.height(), film.mean())?;
+    let written = image::write(&output, &image, &metadata(&scene, &settings, &context, &renderer), scene.film.transfer)?;
+    if written.non_finite > 0 {
+        log::warn!("{}: {} pixels are not finite", output.display(), written.non_finite);
+    }
+    if args.json {
+        println!("{}", report(&context, &renderer, setup, &output));
+    }
+    let messages = context.messages().all();
+    if !messages.is_empty() {
+        eprintln!("photolith: {} validation message(s); the first: {}", messages.len(), messages[0]);
+        return Ok(ExitCode::from(exit::VALIDATION));
+    }
+    Ok(ExitCode::from(if was_interrupted { exit::INTERRUPTED } else { exit::OK }))
+}
+
+fn default_output(scene: &Path) -> anyhow::Result<PathBuf> {
+    let stem = scene.file_stem().ok_or_else(|| anyhow!("{}: not a file name", scene.display()))?;
+    Ok(PathBuf::from(stem).with_extension("png"))
+}
+
+fn metadata(scene: &Scene, settings: &RenderSettings, context: &Context, renderer: &Renderer) -> Metadata {
+    let mut m = Metadata::new();
+    m.push("Software", format!("photolith {}", env!("CARGO_PKG_VERSION")));
+    m.push("Scene", &scene.source);
+    m.push("Samples", renderer.statistics().samples_per_pixel);
+    m.push("MaxDepth", scene.integrator.max_depth);
+    m.push("Seed", settings.seed);
+    m.push("Sampler", format!("{:?}", settings.sampler));
+    m.push("Intersection", format!("{:?}", settings.triangle_test));
+    m.push("Filter", format!("{:?}", scene.film.filter));
+    m.push("Device", &context.info().name);
+    m.push("Driver", &context.info().driver);
+    m
+}
+
+fn report(context: &Context, renderer: &Renderer, setup_seconds: f64, output: &Path) -> serde_json::Value {
+    let s = renderer.statistics();
+    let per_second = |n: u64| if s.render_seconds > 0.0 { n as f64 / s.render_seconds / 1e6 } else { 0.0 };
+    let stages: serde_json::Map<_, _> = s.stages.iter().map(|t| (t.stage.to_owned(), json!(t.seconds))).collect();
+    json!({
+        "schema": "photolith-render-1",
+        "output": output,
+        "setup_s": setup_seconds,
+        "render_s": s.render_seconds,
+        "spp_done": s.samples_per_pixel,
+        "stopped": s.stopped,
+        "samples": s.samples,
+        "rays": s.rays,
+        "shadow_rays": s.shadow_rays,
+        "tree_steps": s.tree_steps,
+        "bad_samples": s.bad_samples,
+        "msamples_per_s": per_second(s.samples),
+        "mrays_per_s": per_second(s.rays + s.shadow_rays),
+        "dispatches": s.dispatches,
+        "stages_s": stages,
+        "device": context.info().name,
+        "driver": context.info().driver,
+        "bvh": renderer.tree().map(|t| json!({
+            "nodes": t.nodes,
+            "leaves": t.leaves,
+            "depth": t.depth,
+            "sah_cost": t.sah_cost,
+            "bytes": t.bytes,
+            "build_s": t.build_seconds,
+        })),
+        "peak_device_bytes": context.memory().1,
+        "version": env!("CARGO_PKG_VERSION"),
+    })
+}
