@@ -1,5 +1,6 @@
 //! Subcommands: parse, call the library, print. Data goes to stdout, everything else to stderr.
 
+mod compare;
 mod devices;
 mod exit;
 mod info;
@@ -34,6 +35,8 @@ enum Command {
     Devices(devices::DevicesArgs),
     /// Describe a scene: counts, bounds, tree, and the features its pipeline is specialised for
     Info(info::InfoArgs),
+    /// Compare an image with a reference: error metrics, bias, statistical test
+    Compare(compare::CompareArgs),
 }
 
 /// Runs the command line; returns the exit code (see [`exit::HELP`]).
@@ -62,6 +65,7 @@ pub fn main() -> ExitCode {
         Command::Render(args) => render::run(&args),
         Command::Devices(args) => devices::run(&args),
         Command::Info(args) => info::run(&args),
+        Command::Compare(args) => compare::run(&args),
     };
     match result {
         Ok(code) => code,

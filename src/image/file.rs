@@ -55,7 +55,7 @@ pub fn read(path: &Path) -> Result<(Image, Metadata), ImageError> {
     })
 }
 
-/// Checks, before hours of rendering, that [`write`] can write to `path`: a known extension, a directory
+/// Checks, before hours of rendering, that [`write()`] can write to `path`: a known extension, a directory
 /// that exists and can be written, and no directory in the file's place.
 ///
 /// # Errors
@@ -63,4 +63,68 @@ pub fn read(path: &Path) -> Result<(Image, Metadata), ImageError> {
 pub fn check_writable(path: &Path) -> Result<(), ImageError> {
     Format::from_path(path)?;
     atomic::check(path).map_err(|source| ImageError::Write { path: path.to_owned(), source })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::error::Error;
+
+    #[test]
+    fn round_trip_by_extension_and_count_of_what_is_lost() {
+        let directory = tempfile::tempdir().unwrap();
+        let image = Image::from_pixels(2, 1, vec![[0.0, 1.0, 0.5], [f32::NAN, f32::INFINITY, 1.0]]).unwrap();
+        for (name, non_finite) in [("a.png", 1), ("a.HDR", 1), ("a.exr", 0), ("a.pfm", 0)] {
+            let path = directory.path().join(name);
+            check_writable(&path).unwrap();
+            let written = write(&path, &image, &Metadata::new(), Transfer::Srgb).unwrap();
+            assert_eq!(written, Written { non_finite }, "{name}");
+            let (read, _) = read(&path).unwrap();
+            assert!((read.pixels()[0][2] - 0.5).abs() < 0.003 && read.pixels()[0][1] == 1.0, "{name}");
+        }
+    }
+
+    #[test]
+    fn errors_name_the_file_and_the_reason() {
+        let directory = tempfile::tempdir().unwrap();
+        let at = |name: &str| directory.path().join(name);
+        fs::write(at("short.pfm"), "PF\n1 1\n-1\n").unwrap();
+        fs::write(at("x.hdr"), "#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n").unwrap();
+        fs::create_dir(at("folder.png")).unwrap();
+        let message = |error: ImageError| match error.source() {
+            Some(source) => format!("{error}: {source}"),
+            None => error.to_string(),
+        };
+        for (name, reason) in [
+            ("short.pfm", "not a valid PFM file: 0 bytes of pixels, expected 12"),
+            ("x.hdr", "unsupported Radiance HDR file: FORMAT"),
+            ("gone.exr", "No such file"),
+            ("x.jpg", "unknown image format"),
+        ] {
+            let message = message(read(&at(name)).unwrap_err());
+            assert!(message.contains(name) && message.contains(reason), "{message}");
+        }
+        let image = Image::new(1, 1).unwrap();
+        for (name, reason) in
+            [("folder.png", "directory"), ("gone/a.png", "No such file"), ("x.jpg", "unknown image format")]
+        {
+            let path = at(name);
+            for error in [check_writable(&path), write(&path, &image, &Metadata::new(), Transfer::Srgb).map(drop)] {
+                let message = message(error.unwrap_err());
+                assert!(message.contains(name) && message.contains(reason), "{message}");
+            }
+        }
+    }
+
+    #[test]
+    fn refused_metadata_keep_the_old_file() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("a.png");
+        fs::write(&path, "old").unwrap();
+        let mut metadata = Metadata::new();
+        metadata.push("no spaces", "please");
+        let error = write(&path, &Image::new(1, 1).unwrap(), &metadata, Transfer::Srgb).unwrap_err();
+        assert!(matches!(error, ImageError::Metadata { .. }));
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+    }
 }

@@ -1,6 +1,6 @@
 //! Images of linear radiance: files (PNG, OpenEXR, Radiance HDR, PFM) and error metrics.
 //!
-//! [`write`] and [`read`] choose the format by the file name's extension; [`metrics::compare`] measures
+//! [`write()`] and [`read`] choose the format by the file name's extension; [`metrics::compare`] measures
 //! one image against a reference. Nothing here knows of the GPU.
 
 mod atomic;
