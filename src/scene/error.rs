@@ -156,7 +156,7 @@ pub enum SceneError {
         /// Which value.
         field: Cow<'static, str>,
         /// What it is.
-        found: String,
+        found: Box<str>,
         /// What it may be.
         expected: Cow<'static, str>,
     },

@@ -5,7 +5,7 @@
 use std::fmt;
 
 use serde::Deserialize;
-use serde::de::{Deserializer, Error, Unexpected, Visitor};
+use serde::de::{Deserializer, Error, SeqAccess, Unexpected, Visitor};
 
 use super::description::{Film, Integrator, PixelFilter, Transfer};
 
@@ -15,6 +15,7 @@ pub(super) const VERSION: i64 = 1;
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SceneTable {
+    #[expect(dead_code, reason = "checked before the tables are read; here so that it is required and known")]
     pub version: i64,
     pub camera: CameraTable,
     #[serde(default)]
@@ -36,15 +37,15 @@ pub(super) struct SceneTable {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct CameraTable {
-    pub position: [f64; 3],
-    pub target: [f64; 3],
+    pub position: Triple,
+    pub target: Triple,
     #[serde(default = "up")]
-    pub up: [f64; 3],
+    pub up: Triple,
     pub horizontal_fov: f64,
 }
 
-fn up() -> [f64; 3] {
-    [0.0, 1.0, 0.0]
+fn up() -> Triple {
+    Triple([0.0, 1.0, 0.0])
 }
 
 #[derive(Deserialize)]
@@ -119,7 +120,7 @@ pub(super) enum RouletteValue {
 #[derive(Deserialize, Default)]
 #[serde(default, deny_unknown_fields)]
 pub(super) struct BackgroundTable {
-    pub radiance: [f64; 3],
+    pub radiance: Triple,
 }
 
 /// Which of the optional keys belong to which type is checked when the material is built: serde's tagged enums would
@@ -130,9 +131,9 @@ pub(super) struct MaterialTable {
     pub name: String,
     #[serde(rename = "type")]
     pub kind: MaterialKind,
-    pub reflectance: Option<[f64; 3]>,
+    pub reflectance: Option<Triple>,
     pub ior: Option<f64>,
-    pub radiance: Option<[f64; 3]>,
+    pub radiance: Option<Triple>,
 }
 
 #[derive(Deserialize, Clone, Copy)]
@@ -147,7 +148,7 @@ pub(super) enum MaterialKind {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SphereTable {
-    pub center: [f64; 3],
+    pub center: Triple,
     pub radius: f64,
     pub material: String,
     #[serde(default)]
@@ -164,9 +165,9 @@ pub(super) struct MeshTable {
     #[serde(default = "one")]
     pub scale: f64,
     #[serde(default)]
-    pub rotate: [f64; 3],
+    pub rotate: Triple,
     #[serde(default)]
-    pub translate: [f64; 3],
+    pub translate: Triple,
 }
 
 fn one() -> f64 {
@@ -186,14 +187,46 @@ pub(super) enum NormalsName {
 pub(super) struct LightTable {
     #[serde(rename = "type")]
     pub kind: LightKind,
-    pub position: [f64; 3],
-    pub power: [f64; 3],
+    pub position: Triple,
+    pub power: Triple,
 }
 
 #[derive(Deserialize, Clone, Copy)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum LightKind {
     Point,
+}
+
+/// A point, a vector or a colour. Not a plain array, of which the `toml` crate ignores what is too much.
+#[derive(Default, Clone, Copy)]
+pub(super) struct Triple(pub [f64; 3]);
+
+impl<'de> Deserialize<'de> for Triple {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct TripleVisitor;
+
+        impl<'de> Visitor<'de> for TripleVisitor {
+            type Value = Triple;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("an array of three numbers")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut elements: A) -> Result<Triple, A::Error> {
+                let mut numbers = [0.0; 3];
+                let mut count = 0;
+                while let Some(number) = elements.next_element()? {
+                    if let Some(slot) = numbers.get_mut(count) {
+                        *slot = number;
+                    }
+                    count += 1;
+                }
+                if count == numbers.len() { Ok(Triple(numbers)) } else { Err(A::Error::invalid_length(count, &self)) }
+            }
+        }
+
+        deserializer.deserialize_any(TripleVisitor)
+    }
 }
 
 impl<'de> Deserialize<'de> for GammaValue {

@@ -43,7 +43,7 @@ pub(super) fn build(source: &Source<'_>, tables: SceneTable, warnings: &mut Vec<
     let film = film(&tables.film).map_err(|problem| source.error(problem))?;
     let spheres = tables.sphere.into_iter().enumerate().map(|(index, table)| {
         let material = find_material(&materials, Entity::Sphere(index), &table.material)?;
-        Ok(Sphere { center: table.center.into(), radius: table.radius, material, inward: table.inward })
+        Ok(Sphere { center: table.center.0.into(), radius: table.radius, material, inward: table.inward })
     });
     let spheres = spheres.collect::<Result<_, _>>().map_err(|problem| source.error(problem))?;
     let mut meshes = Vec::with_capacity(tables.mesh.len());
@@ -51,19 +51,19 @@ pub(super) fn build(source: &Source<'_>, tables: SceneTable, warnings: &mut Vec<
         meshes.push(load_mesh(source, index, table, &mut materials, warnings)?);
     }
     let lights = tables.light.iter().map(|table| match table.kind {
-        LightKind::Point => Light::Point { position: table.position.into(), power: table.power },
+        LightKind::Point => Light::Point { position: table.position.0.into(), power: table.power.0 },
     });
     Ok(Scene {
         source: source.name.to_owned(),
         camera: Camera {
-            position: tables.camera.position.into(),
-            target: tables.camera.target.into(),
-            up: tables.camera.up.into(),
+            position: tables.camera.position.0.into(),
+            target: tables.camera.target.0.into(),
+            up: tables.camera.up.0.into(),
             horizontal_fov: tables.camera.horizontal_fov,
         },
         film,
         integrator,
-        background: tables.background.radiance,
+        background: tables.background.radiance.0,
         lights: lights.collect(),
         materials: materials.into_vec(),
         spheres,
@@ -104,13 +104,15 @@ fn define_material(materials: &mut MaterialList, index: usize, table: MaterialTa
     let entity = Entity::Material(index);
     let (kind, surface) = match table.kind {
         MaterialKind::Diffuse => {
-            let reflectance = required(entity, "reflectance", table.reflectance)?;
+            let reflectance = required(entity, "reflectance", table.reflectance)?.0;
             ("diffuse", Surface::Diffuse { reflectance })
         }
-        MaterialKind::Mirror => ("mirror", Surface::Mirror { reflectance: table.reflectance.unwrap_or([1.0; 3]) }),
+        MaterialKind::Mirror => {
+            ("mirror", Surface::Mirror { reflectance: table.reflectance.map_or([1.0; 3], |triple| triple.0) })
+        }
         MaterialKind::Dielectric => ("dielectric", Surface::Dielectric { ior: required(entity, "ior", table.ior)? }),
         MaterialKind::Emitter => {
-            let radiance = required(entity, "radiance", table.radiance)?;
+            let radiance = required(entity, "radiance", table.radiance)?.0;
             ("emitter", Surface::Emitter { radiance })
         }
     };
@@ -168,7 +170,7 @@ fn mesh_request(entity: Entity, table: &MeshTable, materials: &MaterialList) -> 
     }
     // Checked before they are used, so that they and not the vertices are blamed.
     check_positive(entity, "scale", table.scale)?;
-    let (rotate, translate) = (DVec3::from(table.rotate), DVec3::from(table.translate));
+    let (rotate, translate) = (DVec3::from(table.rotate.0), DVec3::from(table.translate.0));
     check_vector(entity, "rotate", rotate)?;
     check_vector(entity, "translate", translate)?;
     Ok(MeshRequest {

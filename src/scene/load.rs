@@ -4,10 +4,9 @@ use std::path::Path;
 
 use super::description::Scene;
 use super::error::{Location, SceneError};
-use super::format::{SceneTable, VERSION};
 use super::from_table::{Source, build};
-use super::locate::{context_of, version_in};
 use super::obj;
+use super::parse::parse;
 use super::read::read_file;
 
 /// A scene, and what its author should know about it.
@@ -68,28 +67,6 @@ impl Scene {
         scene.validate()?;
         finish(scene, warnings)
     }
-}
-
-fn parse(text: &str, source_name: &str) -> Result<SceneTable, SceneError> {
-    let parsed = toml::from_str::<SceneTable>(text);
-    // A file of another version may well have other keys: the version is what to complain about.
-    let version = match &parsed {
-        Ok(tables) if tables.version == VERSION => None,
-        _ => version_in(text),
-    };
-    if let Some((found, offset)) = version.filter(|&(found, _)| found != VERSION) {
-        let at = Location::of_byte(source_name, text, offset);
-        return Err(SceneError::Version { at, found: found.to_string() });
-    }
-    parsed.map_err(|error| {
-        let span = error.span();
-        let at = match &span {
-            Some(span) => Location::of_byte(source_name, text, span.start),
-            None => Location::file(source_name),
-        };
-        let context = span.map_or_else(String::new, |span| context_of(text, &span));
-        SceneError::Format { at, context, message: error.message().replace('\n', ", ") }
-    })
 }
 
 fn finish(scene: Scene, mut warnings: Vec<String>) -> Result<Loaded, SceneError> {

@@ -31,42 +31,43 @@ fn find_value(text: &str, entity: Entity, field: &str) -> Option<usize> {
     Some(of_field.map_or(value.span().start, |(_, value)| value.span().start))
 }
 
-/// The version that a file claims to be of, if that is an integer, and where it says so.
-pub(super) fn version_in(text: &str) -> Option<(i64, usize)> {
-    let (document, _) = DeTable::parse_recoverable(text);
-    let (_, value) = document.get_ref().iter().find(|(name, _)| name.get_ref() == "version")?;
-    let integer = value.get_ref().as_integer()?;
-    let version = i64::from_str_radix(integer.as_str(), integer.radix()).ok()?;
-    Some((version, value.span().start))
-}
-
-/// What a byte of the file belongs to, as the start of a message: `sphere 2: radius: `. Empty if it belongs to nothing.
+/// What a value or key belongs to, as the start of a message: `sphere 2: radius: `. Empty if it belongs to nothing.
 pub(super) fn context_of(text: &str, span: &Range<usize>) -> String {
     let (document, _) = DeTable::parse_recoverable(text);
-    let mut context = String::new();
-    for (name, value) in document.get_ref() {
-        let mut is_there = false;
+    let entities = entities(document.get_ref());
+    let holder = entities.into_iter().find(|(_, value)| is_within(value, span));
+    holder.map_or_else(String::new, |(mut context, value)| {
+        append_key(&mut context, value, span);
+        context
+    })
+}
+
+/// What a place where the file is not TOML belongs to: the entity whose header is the last before it.
+pub(super) fn context_of_syntax(text: &str, span: &Range<usize>) -> String {
+    let start = span.start.min(text.len());
+    let line_start = text.as_bytes()[..start].iter().rposition(|&byte| byte == b'\n').map_or(0, |newline| newline + 1);
+    if text.as_bytes()[line_start..].trim_ascii_start().starts_with(b"[") {
+        // A header itself.
+        return String::new();
+    }
+    let (document, _) = DeTable::parse_recoverable(text);
+    let before = entities(document.get_ref()).into_iter().filter(|(_, value)| value.span().start <= start);
+    before.max_by_key(|(_, value)| value.span().start).map_or_else(String::new, |(context, _)| context)
+}
+
+/// The parts of the file, each with its context, such as `sphere 2: `.
+fn entities<'a, 'i>(document: &'a DeTable<'i>) -> Vec<(String, &'a Spanned<DeValue<'i>>)> {
+    let mut entities = Vec::new();
+    for (name, value) in document {
         match value.get_ref() {
             DeValue::Array(elements) => {
-                let holder = elements.iter().enumerate().find(|(_, element)| is_within(element, span));
-                if let Some((index, element)) = holder {
-                    context = format!("{} {}: ", name.get_ref(), index + 1);
-                    append_key(&mut context, element, span);
-                    is_there = true;
-                }
+                let elements = elements.iter().enumerate();
+                entities.extend(elements.map(|(i, element)| (format!("{} {}: ", name.get_ref(), i + 1), element)));
             }
-            _ if is_within(value, span) => {
-                context = format!("{}: ", name.get_ref());
-                append_key(&mut context, value, span);
-                is_there = true;
-            }
-            _ => {}
-        }
-        if is_there {
-            break;
+            _ => entities.push((format!("{}: ", name.get_ref()), value)),
         }
     }
-    context
+    entities
 }
 
 fn append_key(context: &mut String, table: &Spanned<DeValue<'_>>, span: &Range<usize>) {

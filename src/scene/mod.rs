@@ -12,6 +12,7 @@ mod load;
 mod locate;
 mod materials;
 pub mod obj;
+mod parse;
 mod read;
 mod transform;
 mod triangle;

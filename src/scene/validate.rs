@@ -46,7 +46,13 @@ impl Problem {
     }
 
     pub fn at(self, at: Location) -> SceneError {
-        SceneError::Value { at, entity: self.entity, field: self.field, found: self.found, expected: self.expected }
+        SceneError::Value {
+            at,
+            entity: self.entity,
+            field: self.field,
+            found: self.found.into(),
+            expected: self.expected,
+        }
     }
 }
 

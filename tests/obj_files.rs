@@ -1,0 +1,341 @@
+//! OBJ and MTL files: every feature by hand-counted examples, against `tobj`, and the message for bad lines.
+
+use std::fs;
+
+use glam::DVec3;
+use photolith::Scene;
+use photolith::scene::obj::{parse_mtl, parse_obj};
+use photolith::scene::{Light, Loaded, Mesh, Normals, Surface};
+
+/// Loads an OBJ from memory, without its MTL.
+fn load(text: &str) -> Loaded {
+    Scene::from_obj_bytes(text.as_bytes(), "a.obj", None).unwrap_or_else(|error| panic!("{error}\n{text}"))
+}
+
+fn error(text: &[u8]) -> String {
+    Scene::from_obj_bytes(text, "a.obj", None).expect_err(&String::from_utf8_lossy(text)).to_string()
+}
+
+/// The corners of all triangles.
+fn soup(mesh: &Mesh) -> Vec<[DVec3; 3]> {
+    mesh.triangles.iter().map(|triangle| triangle.map(|vertex| mesh.positions[vertex as usize])).collect()
+}
+
+fn triangle(corners: [[f64; 3]; 3]) -> [DVec3; 3] {
+    corners.map(DVec3::from)
+}
+
+const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+const LOWER: [[f64; 3]; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]];
+const UPPER: [[f64; 3]; 3] = [[0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+
+#[test]
+fn ways_to_write_a_square() {
+    for faces in [
+        "f 1 2 3 4",
+        "f -4 -3 -2 -1",
+        "f 1 2 3\nf 1 3 4",
+        "f 1/ 2/ 3/ 4/",
+        "vt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1 4/1/1",
+        "vn 0 0 1\nf 1//1 2//-1 3//1 4//1",
+        "f 1 2 \\\n 3 4",
+        "f 1 2 3 4 # comment",
+        "\t f  1\t2 3 4  ",
+        "s off\ng a b\nl 1 2 3\np 1\nl 1 2\nf 1 2 3 4\nend",
+        "o one\nf 1 2 3\no two\nf 1 3 4",
+    ] {
+        let text = format!("{SQUARE}{faces}\n");
+        for text in [text.clone(), text.replace('\n', "\r\n"), text.trim_end().to_owned(), format!("\u{feff}{text}")] {
+            let mesh = &load(&text).scene.meshes[0];
+            assert_eq!(soup(mesh), [triangle(LOWER), triangle(UPPER)], "{text:?}");
+            assert_eq!(mesh.positions.len(), 4, "{text:?}");
+        }
+    }
+    // Faces before their vertices.
+    let early = load(&format!("f 1 2 3 4\n{SQUARE}"));
+    assert_eq!(soup(&early.scene.meshes[0]), [triangle(LOWER), triangle(UPPER)]);
+}
+
+#[test]
+fn numbers_and_ignored_parts() {
+    let mesh = load("v +1e0 .5 -2. 1.0\nv 3 0 0 1 0 0\n# c\\\nv 0 3 1e-2\nv 9 9 9\nf 1 2 3\n").scene.meshes.remove(0);
+    assert_eq!(soup(&mesh), [triangle([[1.0, 0.5, -2.0], [3.0, 0.0, 0.0], [0.0, 3.0, 0.01]])]);
+    assert_eq!(mesh.positions.len(), 3, "a vertex that no face uses is dropped");
+    assert_eq!(mesh.name, "a.obj");
+}
+
+#[test]
+fn polygons_become_fans() {
+    let text = "v 0 0 0\nv 2 0 0\nv 3 1 0\nv 1 2 0\nv -1 1 0\nf 1 2 3 4 5\n";
+    let mesh = &load(text).scene.meshes[0];
+    assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [0, 3, 4]]);
+}
+
+#[test]
+fn degenerate_faces_are_dropped_and_counted() {
+    let faces = "f 1 2 3\nf 1 1 2\nf 1 2 2\nf 5 6 7\nf 1 2 3\nf 8 9 10\nf 1 2 2 3\n";
+    let rest = "v 0 0 0\nv .1 .1 .1\nv .3 .3 .3\nv 0 0 0\nv 1e-25 0 0\nv 0 1e-25 0\n";
+    let loaded = load(&format!("{SQUARE}{rest}{faces}"));
+    let mesh = &loaded.scene.meshes[0];
+    // The duplicate is kept, and the half of the quad that has an area.
+    assert_eq!(soup(mesh), [triangle(LOWER), triangle(LOWER), triangle(LOWER)]);
+    assert_eq!(mesh.degenerate_dropped, 4);
+    let [warning] = &loaded.warnings[..] else { panic!("{:?}", loaded.warnings) };
+    assert!(warning.contains("a.obj: 4 of 7 faces have no area"), "{warning}");
+}
+
+#[test]
+fn bad_lines_are_named() {
+    for (line, words) in [
+        ("v 0 0", "\"v\" has 2 numbers, expected at least 3"),
+        ("v 0 x 0", "\"v\" has \"x\", expected a finite number"),
+        ("v 0 nan 0", "\"v\" has \"nan\", expected a finite number"),
+        ("v 0 inf 0", "\"v\" has \"inf\", expected a finite number"),
+        ("v 0 1e308 0", "\"v\" has \"1e308\", expected a finite number of magnitude <= 1e30"),
+        ("v 0 1e999 0", "\"v\" has \"1e999\""),
+        ("vn 0 0 nan", "\"vn\" has \"nan\""),
+        ("vt 0 nan", "\"vt\" has \"nan\""),
+        ("f 1 2", "a face with 2 corners, expected at least 3"),
+        ("f", "a face with 0 corners, expected at least 3"),
+        ("f 1 2 0", "corner 3 is \"0\", expected"),
+        ("f 1 2 5", "vertex 5 of a face, expected at most 4"),
+        ("f 1 -5 2", "corner 2 is \"-5\", expected"),
+        ("f 1/1 2/1 3/1", "texture coordinate 1 of a face, expected at most 0"),
+        ("f 1//9 2//9 3//9", "normal 9 of a face, expected at most 0"),
+        ("f 1 2 three", "corner 3 is \"three\""),
+        ("f 1/1/1/1 2 3", "corner 1 is \"1/1/1/1\""),
+        ("f 1.5 2 3", "corner 1 is \"1.5\""),
+        ("f 4294967296 2 3", "corner 1 is \"4294967296\""),
+        ("f 99999999999999999999 2 3", "corner 1 is"),
+        ("f -9223372036854775808 2 3", "corner 1 is"),
+    ] {
+        let message = error(format!("{SQUARE}{line}\nf 1 2 3\n").as_bytes());
+        assert!(message.starts_with("a.obj:5: ") && message.contains(words), "{line}: {message}");
+    }
+    // Lines are counted through continuations and comments.
+    let message = error(b"# one\nv 0 0 0 \\\n\n\nv 1 0 0\r\nv 1 1 0\nf 1 2 4\n");
+    assert!(message.starts_with("a.obj:7: "), "{message}");
+    assert_eq!(error(b"\x89PNG\r\n\x1a\n\0\0"), error(b""));
+    assert!(error(b"").contains("a.obj: empty mesh: 0 faces"));
+    assert!(error(format!("{SQUARE}f 1 1 2\n").as_bytes()).contains("empty mesh: 1 faces, 1 of them without area"));
+}
+
+/// Two triangles of areas 1 and 4 that share the edge from vertex 1 to 2, at a right angle.
+const FOLD: &str = "v 0 0 0\nv 2 0 0\nv 0 1 0\nv 0 0 4\n";
+
+fn smooth(obj: &str, normals: &str) -> Mesh {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("a.obj"), obj).unwrap();
+    let text = format!(
+        "version = 1\n[camera]\nposition = [0, 0, 5]\ntarget = [0, 0, 0]\nhorizontal_fov = 40\n\
+         [[mesh]]\nfile = \"a.obj\"\nnormals = \"{normals}\"\nrotate = [0, 0, 90]\nscale = 2\ntranslate = [1, 0, 0]\n"
+    );
+    Scene::from_toml_str(&text, "scene.toml", Some(folder.path())).unwrap().scene.meshes.remove(0)
+}
+
+#[test]
+fn missing_normals_are_weighted_by_area() {
+    // Normals +z (area 1) and +y (area 4), across a change of material; then turned about z: y becomes -x.
+    let mesh = smooth(&format!("{FOLD}usemtl a\nf 1 2 3\nusemtl b\nf 1 4 2\n"), "smooth");
+    assert_eq!(mesh.normals, Normals::Smooth);
+    assert_eq!(mesh.positions[..2], [DVec3::new(1.0, 0.0, 0.0), DVec3::new(1.0, 4.0, 0.0)]);
+    let shared = DVec3::new(-4.0, 0.0, 1.0).normalize();
+    let expected = [shared, shared, DVec3::Z, DVec3::NEG_X];
+    assert_eq!(mesh.vertex_normals.len(), 4);
+    for (normal, expected) in mesh.vertex_normals.iter().zip(expected) {
+        assert!(normal.abs_diff_eq(expected, 1e-15), "{normal} {expected}");
+    }
+    let flat = smooth(&format!("{FOLD}vn 1 0 0\nf 1//1 2//1 3//1\n"), "flat");
+    assert_eq!((flat.normals, flat.vertex_normals.len()), (Normals::Flat, 0));
+}
+
+#[test]
+fn normals_of_the_file_are_used_and_split_vertices() {
+    let text = format!("{FOLD}vn 0 0 3\nvn 0 5 0\nvn 0 0 0\nf 1//1 2//1 3//1\nf 1//2 4 2//3\n");
+    let mesh = smooth(&text, "smooth");
+    assert_eq!(mesh.triangles, [[0, 1, 2], [3, 4, 5]]);
+    assert_eq!(mesh.vertex_normals[..5], [DVec3::Z, DVec3::Z, DVec3::Z, DVec3::NEG_X, DVec3::NEG_X]);
+    // A normal of length zero is as good as none.
+    assert!(mesh.vertex_normals[5].abs_diff_eq(DVec3::new(-4.0, 0.0, 1.0).normalize(), 1e-15));
+}
+
+#[test]
+fn normals_that_cancel_fall_back_to_a_face() {
+    let mesh = smooth("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 3 2\n", "smooth");
+    assert!(mesh.vertex_normals.iter().all(|normal| *normal == DVec3::Z || *normal == DVec3::NEG_Z));
+}
+
+#[test]
+fn texture_coordinates_follow_their_vertices() {
+    let text = format!("{SQUARE}vt 0 0\nvt 1 0.25\nf 1/1 2/2 3/1\nf 1/2 3/1 4\n");
+    let mesh = &load(&text).scene.meshes[0];
+    let pairs: Vec<_> = mesh.triangles.iter().flatten().map(|&v| mesh.texcoords[v as usize].to_array()).collect();
+    let (a, b, none) = ([0.0, 0.0], [1.0, 0.25], [0.0, 0.0]);
+    assert_eq!(pairs, [a, b, a, b, a, none]);
+    assert_eq!(soup(mesh), [triangle(LOWER), triangle(UPPER)]);
+}
+
+fn surface_of(mtl: &str) -> (Surface, Vec<String>) {
+    let materials = parse_mtl(format!("newmtl a b\n{mtl}\n").as_bytes(), "a.mtl").unwrap();
+    assert_eq!(materials[0].name, "a b");
+    let mut warnings = Vec::new();
+    (materials[0].surface(|text| warnings.push(text.to_owned())), warnings)
+}
+
+#[test]
+fn mtl_materials_become_surfaces() {
+    let diffuse = |r, g, b| Surface::Diffuse { reflectance: [r, g, b] };
+    let mirror = |r, g, b| Surface::Mirror { reflectance: [r, g, b] };
+    for (mtl, expected) in [
+        ("Kd 0.1 0.2 0.3", diffuse(0.1, 0.2, 0.3)),
+        ("Kd 0.5", diffuse(0.5, 0.5, 0.5)),
+        ("", diffuse(0.8, 0.8, 0.8)),
+        ("Kd 1 1 1\nKe 3 0 1 # red", Surface::Emitter { radiance: [3.0, 0.0, 1.0] }),
+        ("Kd 1 1 1\nKe 0 0 0", diffuse(1.0, 1.0, 1.0)),
+        ("Kd 0 0 0\nKs 1 1 1", mirror(1.0, 1.0, 1.0)),
+        ("Kd 1 1 1\nKs 1 1 1", diffuse(1.0, 1.0, 1.0)),
+        ("illum 3\nKs 0.9 0.8 0.7", mirror(0.9, 0.8, 0.7)),
+        ("illum 3", mirror(1.0, 1.0, 1.0)),
+        ("illum 8\nKs 0 0 0", mirror(1.0, 1.0, 1.0)),
+        ("illum 7\nNi 2.5", Surface::Dielectric { ior: 2.5 }),
+        ("illum 4", Surface::Dielectric { ior: 1.5 }),
+        ("d 0.1\nNi 1.3", Surface::Dielectric { ior: 1.3 }),
+        ("Tr 0.9\nNi 1.3", Surface::Dielectric { ior: 1.3 }),
+        ("Tf 1 1 1\nNi 1.5\nd 1\nKd 0 0 1", diffuse(0.0, 0.0, 1.0)),
+        ("Tf 0.2 0.2 0.2\nNi 1.5\nKd 0 0 1", Surface::Dielectric { ior: 1.5 }),
+    ] {
+        let (surface, warnings) = surface_of(mtl);
+        assert_eq!(surface, expected, "{mtl}");
+        assert!(warnings.is_empty(), "{mtl}: {warnings:?}");
+    }
+    for (mtl, expected, words) in [
+        ("Kd 1.5 0.5 -1", diffuse(1.0, 0.5, 0.0), "clamped"),
+        ("Kd 1 0 0\nmap_Kd wood.png", diffuse(1.0, 0.0, 0.0), "\"map_Kd\" is not supported"),
+        ("Kd 1 0 0\nd 0.5", diffuse(1.0, 0.0, 0.0), "transparency"),
+    ] {
+        let (surface, warnings) = surface_of(mtl);
+        assert_eq!(surface, expected, "{mtl}");
+        assert!(matches!(&warnings[..], [warning] if warning.contains(words)), "{mtl}: {warnings:?}");
+    }
+    for (mtl, words) in [
+        ("Kd 1 1", "\"Kd\" has 2 numbers, expected 1 or 3"),
+        ("Kd", "\"Kd\" has 0 numbers"),
+        ("Kd 0.5 nan 0.5", "\"Kd\" has \"nan\""),
+        ("Ke -1 0 0", "\"Ke\" is [-1.0, 0.0, 0.0], expected numbers >= 0"),
+        ("Ni 0", "\"Ni\" is 0, expected a number > 0"),
+        ("illum 2.5", "\"illum\" is 2.5, expected an integer from 0 to 10"),
+        ("d x", "\"d\" has \"x\""),
+    ] {
+        let message = parse_mtl(format!("newmtl a\n\n{mtl}\n").as_bytes(), "a.mtl").unwrap_err().to_string();
+        assert!(message.starts_with("a.mtl:3: ") && message.contains(words), "{message}");
+    }
+    assert!(parse_mtl(b"newmtl\n", "a.mtl").unwrap_err().to_string().starts_with("a.mtl:1: "));
+}
+
+#[test]
+fn materials_are_found_beside_the_mesh() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("sub dir")).unwrap();
+    fs::write(folder.path().join("sub dir/my colors.mtl"), "newmtl red\nKd 1 0 0\nnewmtl unused\nKe 1 1 1\n").unwrap();
+    fs::write(folder.path().join("lamp.mtl"), "newmtl lamp\nKe 5 5 5\n").unwrap();
+    let faces = "f 1 2 3\nusemtl red\nf 1 2 3\nusemtl nowhere\nf 1 2 3\nusemtl red\nf 1 3 4\n";
+    let obj = |libraries: &str, faces: &str| {
+        let path = folder.path().join("a.obj");
+        fs::write(&path, format!("{libraries}\n{SQUARE}{faces}")).unwrap();
+        Scene::load(&path).unwrap()
+    };
+    let Loaded { scene, warnings } = obj("mtllib sub dir\\my colors.mtl", faces);
+    let names: Vec<_> = scene.materials.iter().map(|material| material.name.as_str()).collect();
+    assert_eq!(names, ["red", "default grey"]);
+    assert_eq!(scene.meshes[0].triangle_materials, [1, 0, 1, 0]);
+    assert_eq!(scene.materials[0].surface, Surface::Diffuse { reflectance: [1.0, 0.0, 0.0] });
+    assert_eq!(scene.materials[1].surface, Surface::Diffuse { reflectance: [0.8; 3] });
+    let [warning] = &warnings[..] else { panic!("{warnings:?}") };
+    assert!(warning.contains("a.obj:9: the material \"nowhere\""), "{warning}");
+    assert_eq!(scene.lights.len(), 1, "an emitter that nothing uses gives no light");
+
+    // Two files in one statement; the first is not there.
+    let Loaded { scene, warnings } = obj("mtllib gone.mtl lamp.mtl", "usemtl lamp\nf 1 2 3\n");
+    assert!(matches!(&warnings[..], [w] if w.contains("a.obj:1: ") && w.contains("gone.mtl")), "{warnings:?}");
+    assert_eq!(scene.materials[0].surface, Surface::Emitter { radiance: [5.0; 3] });
+    assert!(scene.lights.is_empty() && scene.background == [0.0; 3], "the mesh lights itself");
+
+    // In a scene file: the mesh's own materials, shared or renamed, or one for all.
+    let base = "version = 1\n[camera]\nposition = [0, 0, 5]\ntarget = [0, 0, 0]\nhorizontal_fov = 40\n\
+        [[material]]\nname = \"lamp\"\ntype = \"mirror\"\n";
+    let mesh = "[[mesh]]\nfile = \"a.obj\"\n";
+    let text = format!("{base}{mesh}{mesh}{mesh}material = \"lamp\"\n");
+    let scene = Scene::from_toml_str(&text, "scene.toml", Some(folder.path())).unwrap().scene;
+    let names: Vec<_> = scene.materials.iter().map(|material| material.name.as_str()).collect();
+    assert_eq!(names, ["lamp", "lamp (2)"]);
+    let used: Vec<_> = scene.meshes.iter().map(|mesh| mesh.triangle_materials[0]).collect();
+    assert_eq!(used, [1, 1, 0]);
+}
+
+#[test]
+fn a_mesh_alone_is_framed_and_lit() {
+    let text = "v -3 1 7\nv 5 1 7\nv 1 9 6\nv 1 2 -1\nf 1 2 3\nf 1 4 2\nf 2 4 3\nf 3 4 1\n";
+    let Loaded { scene, warnings } = load(text);
+    assert!(warnings.is_empty());
+    assert_eq!((scene.film.width, scene.film.height, scene.integrator.samples), (512, 512, 64));
+    assert_eq!(scene.background, [0.3; 3]);
+    let camera = &scene.camera;
+    assert_eq!(camera.horizontal_fov, 40.0);
+    let forward = (camera.target - camera.position).normalize();
+    let right = forward.cross(camera.up).normalize();
+    let up = right.cross(forward);
+    assert!(-forward.z > 0.8 && forward.y < 0.0, "seen from +z, slightly above");
+    let mut farthest: f64 = 0.0;
+    for &position in &scene.meshes[0].positions {
+        let p = position - camera.position;
+        let tangent = 20_f64.to_radians().tan() * p.dot(forward);
+        assert!(p.dot(forward) > 0.0);
+        farthest = farthest.max(p.dot(right).abs() / tangent).max(p.dot(up).abs() / tangent);
+    }
+    assert!(farthest < 1.0 && farthest > 0.5, "all in the image, and large: {farthest}");
+    // A white surface that faces the light from the middle of the mesh has radiance power/(4π d²)/π.
+    let Light::Point { position, power } = &scene.lights[0];
+    let center = DVec3::new(1.0, 5.0, 3.0);
+    assert_eq!(camera.target, center);
+    let pi = std::f64::consts::PI;
+    assert!((power[0] / (4.0 * pi * position.distance_squared(center)) / pi - 1.0).abs() < 1e-12);
+    assert!(position.x < center.x && position.y > center.y && position.z > center.z, "left, above, in front");
+}
+
+#[test]
+fn agrees_with_tobj() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/meshes");
+    let mut count = 0;
+    for path in fs::read_dir(root).unwrap().map(|entry| entry.unwrap().path()) {
+        if path.extension().is_none_or(|extension| extension != "obj") {
+            continue;
+        }
+        count += 1;
+        let options = tobj::LoadOptions { triangulate: true, ..Default::default() };
+        let (models, _) = tobj::load_obj(&path, &options).unwrap();
+        let mut expected = Vec::new();
+        for model in models {
+            let position = |i: u32| DVec3::from_slice(&model.mesh.positions[3 * i as usize..]);
+            expected
+                .extend(model.mesh.indices.chunks_exact(3).map(|t| [position(t[0]), position(t[1]), position(t[2])]));
+        }
+        assert_eq!(soup(&Scene::load(&path).unwrap().scene.meshes[0]), expected, "{path:?}");
+    }
+    assert!(count > 0);
+}
+
+#[test]
+fn large_files_take_linear_time() {
+    // A million faces without area, and half a million materials: quadratic work would take hours.
+    let mut text = String::from("v 0 0 0\nv 1 1 1\nv 2 2 2\n");
+    text.push_str(&"f 1 2 3\n".repeat(1_000_000));
+    assert!(error(text.as_bytes()).contains("empty mesh: 1000000 faces, 1000000 of them without area"));
+    let mut text = String::from(SQUARE);
+    (0..200_000).for_each(|i| text.push_str(&format!("mtllib m{i} m\nusemtl m{i}\no o{i}\nf 1 2 3\n")));
+    text.push_str(&format!("f {}\n", "1 2 3 ".repeat(100_000)));
+    text.push_str(&"\\\n".repeat(200_000));
+    assert_eq!(parse_obj(text.as_bytes(), "a.obj").unwrap().material_names.len(), 200_000);
+    let scene = load(&text).scene;
+    assert!(scene.triangle_count() >= 300_000);
+    assert_eq!(scene.materials.len(), 1);
+}

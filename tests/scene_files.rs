@@ -1,0 +1,315 @@
+//! Scene files: what is accepted and what it means, and the message for each kind of bad input.
+
+use std::fs;
+use std::path::Path;
+
+use photolith::Scene;
+use photolith::scene::{Film, Integrator, Light, Loaded, PixelFilter, SceneError, Sphere, Surface, Transfer};
+
+const CAMERA: &str = "[camera]\nposition = [0, 0, 5]\ntarget = [0, 0, 0]\nhorizontal_fov = 40\n";
+const WHITE: &str = "[[material]]\nname = \"white\"\ntype = \"diffuse\"\nreflectance = [0.8, 0.8, 0.8]\n";
+const BALL: &str = "[[sphere]]\ncenter = [0, 0, 0]\nradius = 1\nmaterial = \"white\"\n";
+const LIGHT: &str = "[[light]]\ntype = \"point\"\nposition = [0, 9, 0]\npower = [1, 1, 1]\n";
+
+/// A good scene, with `extra` after it.
+fn good(extra: &str) -> String {
+    format!("version = 1\n{CAMERA}{WHITE}{BALL}{LIGHT}{extra}")
+}
+
+fn load_text(text: &str) -> Result<Loaded, SceneError> {
+    Scene::from_toml_str(text, "scene.toml", None)
+}
+
+/// Asserts that loading fails with a message that starts with the file and the line marked `#!`, and has the words.
+fn assert_rejected(text: &str, words: &[&str]) {
+    let marked = text.lines().position(|line| line.contains("#!")).map(|index| index + 1);
+    let message = load_text(text).expect_err(text).to_string();
+    let place = marked.map_or("scene.toml: ".to_owned(), |line| format!("scene.toml:{line}:"));
+    assert!(message.starts_with(&place), "{message:?} should start with {place:?}\n{text}");
+    for word in words {
+        assert!(message.contains(word), "{message:?} should contain {word:?}\n{text}");
+    }
+    assert!(!message.contains('\n'), "{message:?} should be one line");
+}
+
+/// Replaces a part of the good scene, which must be there.
+fn changed(from: &str, to: &str) -> String {
+    let text = good("");
+    assert!(text.contains(from), "{from}");
+    text.replacen(from, to, 1)
+}
+
+#[test]
+fn syntax_and_structure() {
+    assert_rejected(&changed("version = 1", "version = #!"), &["expected"]);
+    assert_rejected(&changed("version = 1", "vers ion = 1 #!"), &["expected"]);
+    assert_rejected(&changed("radius = 1", "radius = 1\nradius = 2 #!"), &["duplicate", "sphere 1"]);
+    assert_rejected(&changed("radius = 1", "radius = 1e #!"), &["sphere 1"]);
+    assert_rejected(
+        &changed("[0, 9, 0]\npower = [1, 1, 1]", "[0, 9, 0\npower = [1, 1, 1] #!"),
+        &["light 1: ", "array"],
+    );
+    assert_rejected(&good("\"\\q\" = 1 #!"), &["escape"]);
+    assert_rejected(&changed("radius = 1", "radus = 1 #!"), &["sphere 1", "radus", "expected", "radius"]);
+    assert_rejected(&good("[[sfere]] #!\nradius = 1"), &["unknown field", "sfere", "sphere"]);
+    assert_rejected(&good("[film]\nfocus = 3 #!"), &["film", "focus", "expected", "width"]);
+    assert_rejected(&good("[sphere] #!"), &["duplicate key"]);
+    assert_rejected(&changed("[camera]", "[[camera]] #!"), &["camera: ", "array", "expected one table: [camera]"]);
+    assert_rejected(&changed("[[sphere]]", "[sphere] #!"), &["sphere: ", "table", "expected an array of tables"]);
+    assert_rejected(&format!("sphere = [[0, 1]] #!\nversion = 1\n{CAMERA}"), &["sphere 1: ", "expected a table"]);
+    assert_rejected(&changed("radius = 1\n", "").replace("[[sphere]]", "[[sphere]] #!"), &["sphere 1", "`radius`"]);
+    assert_rejected(&changed("horizontal_fov = 40", "").replace("[camera]", "[camera] #!"), &["`horizontal_fov`"]);
+    assert_rejected(&format!("version = 1 #!\n{WHITE}{BALL}"), &["missing field `camera`"]);
+    assert_rejected("#!", &["missing field"]);
+}
+
+#[test]
+fn versions() {
+    assert_rejected(&changed("version = 1", "#!"), &["missing field `version`"]);
+    assert_rejected(&changed("version = 1", "version = 2 #!"), &["version is 2, expected 1"]);
+    // The version is blamed before keys that it may have brought.
+    assert_rejected(&changed("version = 1", "version = 0x10 #!\nshutter = 1"), &["version is 16, expected 1"]);
+    assert_rejected(&changed("version = 1", "version = \"1\" #!"), &["version", "string \"1\"", "expected"]);
+}
+
+#[test]
+fn wrong_types() {
+    assert_rejected(&changed("radius = 1", "radius = \"big\" #!"), &["sphere 1: radius", "string \"big\"", "f64"]);
+    assert_rejected(&changed("[0, 0, 5]", "[0, 0] #!"), &["camera: position", "length 2", "three numbers"]);
+    assert_rejected(&changed("[0, 0, 5]", "[0, 0, 5, 6] #!"), &["camera: position", "length 4", "three numbers"]);
+    assert_rejected(&changed("[0, 9, 0]", "[0, true, 0] #!"), &["light 1: position", "boolean `true`"]);
+    assert_rejected(&changed("\"point\"", "\"spot\" #!"), &["light 1: type", "spot", "expected `point`"]);
+    assert_rejected(&changed("\"diffuse\"", "\"metal\" #!"), &["material 1: type", "metal", "expected", "`mirror`"]);
+    assert_rejected(&good("[film]\nfilter = \"tent\" #!"), &["film: filter", "tent", "`gaussian` or `box`"]);
+    assert_rejected(&good("[film]\ngamma = \"rgb\" #!"), &["film: gamma", "rgb", "a number > 0 or \"srgb\""]);
+    assert_rejected(&good("[film]\nwidth = 5.5 #!"), &["film: width", "5.5"]);
+    assert_rejected(&good("[film]\nwidth = 99999999999999999999 #!"), &["film: width"]);
+    assert_rejected(&good("[integrator]\nrussian_roulette = \"on\" #!"), &["an integer >= 1 or \"off\""]);
+    assert_rejected(&good("[integrator]\nindirect = 1 #!"), &["integrator: indirect", "boolean"]);
+}
+
+#[test]
+fn camera_film_and_integrator_values() {
+    assert_rejected(&changed("[0, 0, 5]", "[0, nan, 5] #!"), &["camera: position is [0, NaN, 5], expected", "finite"]);
+    assert_rejected(&changed("[0, 0, 5]", "[0, 0, inf] #!"), &["camera: position", "finite"]);
+    assert_rejected(&changed("[0, 0, 5]", "[0, 0, 2e30] #!"), &["camera: position is [0, 0, 2e30]", "<= 1e30"]);
+    assert_rejected(
+        &changed("target = [0, 0, 0]", "target = [0, 0, 5] #!"),
+        &["camera: target", "apart from position"],
+    );
+    assert_rejected(&changed("target", "up = [0, 0, -3] #!\ntarget"), &["camera: up is [0, 0, -3]", "parallel"]);
+    assert_rejected(&changed("target", "up = [0, 0, 0] #!\ntarget"), &["camera: up", "non-zero length"]);
+    for fov in ["0", "180", "-10", "nan", "inf"] {
+        let text = changed("horizontal_fov = 40", &format!("horizontal_fov = {fov} #!"));
+        assert_rejected(&text, &["camera: horizontal_fov is", "between 0 and 180 degrees"]);
+    }
+    for (key, value, words) in [
+        ("film", "width = 0", "width is 0, expected an integer from 1 to 65536"),
+        ("film", "height = -4", "height is -4, expected an integer from 1 to 65536"),
+        ("film", "height = 65537", "height is 65537, expected an integer from 1 to 65536"),
+        ("film", "gamma = 0", "gamma is 0, expected a finite number > 0"),
+        ("film", "gamma = nan", "gamma is NaN, expected a finite number > 0"),
+        ("integrator", "max_depth = 0", "max_depth is 0, expected an integer from 1 to 65535"),
+        ("integrator", "max_depth = 65536", "max_depth is 65536, expected an integer from 1 to 65535"),
+        ("integrator", "samples = 0", "samples is 0, expected an integer from 1 to"),
+        ("integrator", "samples = 4294967296", "samples is 4294967296, expected an integer from 1 to 4294967295"),
+        ("integrator", "russian_roulette = 0", "russian_roulette is 0, expected an integer from 1"),
+        ("background", "radiance = [0, 0, -1]", "radiance is [0, 0, -1], expected three finite numbers >= 0"),
+        ("background", "radiance = [inf, 0, 0]", "radiance is [inf, 0, 0], expected three finite numbers >= 0"),
+    ] {
+        assert_rejected(&good(&format!("[{key}]\n{value} #!")), &[&format!("{key}: {words}")]);
+    }
+}
+
+#[test]
+fn material_sphere_and_light_values() {
+    for (from, to, words) in [
+        ("radius = 1", "radius = -1", "sphere 1: radius is -1, expected a finite number > 0"),
+        ("radius = 1", "radius = 0", "sphere 1: radius is 0, expected a finite number > 0"),
+        ("radius = 1", "radius = nan", "sphere 1: radius is NaN, expected a finite number > 0"),
+        ("radius = 1", "radius = 1e-31", "sphere 1: radius is 1e-31, expected a number of at least 1e-30"),
+        ("radius = 1", "radius = 1e31", "sphere 1: radius is 1e31, expected a number <= 1e30"),
+        ("center = [0, 0, 0]", "center = [0, -inf, 0]", "sphere 1: center is [0, -inf, 0]"),
+        ("material = \"white\"", "material = \"whit\"", "sphere 1: material is \"whit\", expected the name of"),
+        ("[0.8, 0.8, 0.8]", "[0.8, 1.1, 0.8]", "material 1: reflectance is [0.8, 1.1, 0.8], expected three numbers"),
+        ("[0.8, 0.8, 0.8]", "[0.8, -0.1, 0.8]", "material 1: reflectance is [0.8, -0.1, 0.8], expected"),
+        ("[0.8, 0.8, 0.8]", "[0.8, nan, 0.8]", "material 1: reflectance is [0.8, NaN, 0.8], expected"),
+        ("[0, 9, 0]", "[0, 1e31, 0]", "light 1: position is [0, 1e31, 0]"),
+        ("[1, 1, 1]", "[1, -1, 1]", "light 1: power is [1, -1, 1], expected three finite numbers >= 0"),
+        ("[1, 1, 1]", "[1, nan, 1]", "light 1: power is [1, NaN, 1]"),
+        ("[1, 1, 1]", "[1, 1e39, 1]", "light 1: power is [1, 1e39, 1]"),
+    ] {
+        assert_rejected(&changed(from, &format!("{to} #!")), &[words]);
+    }
+    let second = "[[material]]\nname = \"b\"\n";
+    for (keys, words) in [
+        ("type = \"dielectric\"\nior = 0 #!", "material 2: ior is 0, expected a finite number > 0"),
+        ("type = \"dielectric\"\nior = -1.5 #!", "material 2: ior is -1.5"),
+        ("type = \"emitter\"\nradiance = [1, -2, 1] #!", "material 2: radiance is [1, -2, 1]"),
+        ("type = \"mirror\"\nreflectance = [2, 1, 1] #!", "material 2: reflectance is [2, 1, 1]"),
+        ("type = \"mirror\"\nior = 1.5 #!", "material 2: ior is given, expected none"),
+        ("type = \"diffuse\"\nreflectance = [0, 0, 0]\nradiance = [1, 1, 1] #!", "material 2: radiance is given"),
+    ] {
+        assert_rejected(&good(&format!("{second}{keys}")), &[words]);
+    }
+    let missing = good("[[material]] #!\nname = \"b\"\ntype = \"dielectric\"");
+    assert_rejected(&missing, &["material 2: ior is missing"]);
+    let unnamed = good("[[material]]\nname = \"\" #!\ntype = \"mirror\"");
+    assert_rejected(&unnamed, &["material 2: name is empty"]);
+    let duplicate = good("[[material]]\nname = \"white\" #!\ntype = \"mirror\"");
+    assert_rejected(&duplicate, &["material 2: name is \"white\"", "no earlier material"]);
+    let third = format!("{BALL}{}", BALL.replace("radius = 1", "radius = -3 #!"));
+    assert_rejected(&good(&third), &["sphere 3: radius is -3"]);
+    // Also where all spheres are on one line.
+    let inline = "sphere = [ { center = [0, 0, 0], radius = -1, material = \"white\" } ] #!\n";
+    let text = format!("version = 1\n{inline}{CAMERA}{WHITE}");
+    assert_rejected(&text, &["scene.toml:2:43: sphere 1: radius is -1"]);
+}
+
+#[test]
+fn empty_scenes() {
+    assert_rejected(&format!("version = 1\n{CAMERA}{WHITE}"), &["empty scene", "expected"]);
+}
+
+#[test]
+fn mesh_tables() {
+    let mesh = |keys: &str| good(&format!("[[mesh]]\n{keys}\n"));
+    assert_rejected(&mesh("file = \"a.stl\" #!"), &["mesh 1: file is \"a.stl\"", "ends in .obj"]);
+    assert_rejected(&mesh("file = \"a.obj\"\nscale = 0 #!"), &["mesh 1: scale is 0, expected a finite number > 0"]);
+    assert_rejected(&mesh("file = \"a.obj\"\nscale = [1, 1, 1] #!"), &["mesh 1: scale", "sequence"]);
+    assert_rejected(&mesh("file = \"a.obj\"\nrotate = [0, nan, 0] #!"), &["mesh 1: rotate is [0, NaN, 0]"]);
+    assert_rejected(&mesh("file = \"a.obj\"\ntranslate = [1e99, 0, 0] #!"), &["mesh 1: translate is [1e99, 0, 0]"]);
+    assert_rejected(&mesh("file = \"a.obj\"\nnormals = \"soft\" #!"), &["mesh 1: normals", "`flat` or `smooth`"]);
+    assert_rejected(&mesh("file = \"a.obj\"\nmaterial = \"red\" #!"), &["mesh 1: material is \"red\"", "\"white\""]);
+    assert_rejected(&mesh("file = \"a.obj\" #!"), &["mesh 1: a.obj: cannot be read"]);
+
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    let line_of_mesh = good("").lines().count() + 1;
+    // Line of the message counted from the mesh's, and what follows it.
+    let message = |obj: Option<&str>, keys: &str, line: usize| {
+        if let Some(text) = obj {
+            fs::write(folder.path().join("a.obj"), text).unwrap();
+        }
+        fs::write(&path, mesh(&format!("file = \"a.obj\"\n{keys}"))).unwrap();
+        let message = Scene::load(&path).unwrap_err().to_string();
+        assert!(message.starts_with(&format!("{}:{}:", path.display(), line_of_mesh + line)), "{message}");
+        message
+    };
+    let missing = message(None, "", 1);
+    assert!(missing.contains("mesh 1: ") && missing.contains("a.obj: cannot be read: "), "{missing}");
+    let bad_index = message(Some("v 0 0 0\nv 1 0 0\nf 1 2 3\n"), "", 1);
+    assert!(bad_index.contains("a.obj:3: vertex 3 of a face, expected at most 2"), "{bad_index}");
+    let empty = message(Some("v 0 0 0\n"), "", 1);
+    assert!(empty.contains("a.obj: empty mesh: 0 faces"), "{empty}");
+    let too_large = message(Some("v 0 0 0\nv 1e20 0 0\nv 0 1e20 0\nf 1 2 3\n"), "scale = 1e20", 0);
+    assert!(too_large.contains("mesh 1: vertex 2 is [1e40, 0, 0], expected three finite numbers"), "{too_large}");
+}
+
+#[test]
+fn files_that_cannot_be_loaded() {
+    let folder = tempfile::tempdir().unwrap();
+    let message = |name: &str| {
+        let path = folder.path().join(name);
+        let message = Scene::load(&path).unwrap_err().to_string();
+        assert!(message.starts_with(&path.display().to_string()), "{message}");
+        message
+    };
+    assert!(message("none.toml").contains("cannot be read: "));
+    assert!(message("none.obj").contains("cannot be read: "));
+    fs::create_dir(folder.path().join("folder.toml")).unwrap();
+    assert!(message("folder.toml").contains("folder, expected a file"));
+    assert!(message("image.png").contains("expected a name that ends in .toml (scene) or .obj (mesh)"));
+    assert!(message("noextension").contains("expected a name that ends in .toml"));
+    fs::write(folder.path().join("latin.toml"), b"version = 1\n# caf\xe9\n").unwrap();
+    assert!(message("latin.toml").contains("latin.toml:2:6: not UTF-8"));
+    fs::write(folder.path().join("empty.toml"), b"").unwrap();
+    assert!(message("empty.toml").contains("missing field"));
+    fs::write(folder.path().join("empty.obj"), b"").unwrap();
+    assert!(message("empty.obj").contains("empty mesh"));
+}
+
+#[test]
+fn defaults() {
+    let Loaded { scene, warnings } = load_text(&good("")).unwrap();
+    assert!(warnings.is_empty(), "{warnings:?}");
+    assert_eq!(scene.camera.up.to_array(), [0.0, 1.0, 0.0]);
+    let film = Film { width: 512, height: 512, filter: PixelFilter::Gaussian, transfer: Transfer::Gamma(2.2) };
+    assert_eq!(scene.film, film);
+    let integrator = Integrator { max_depth: 8, samples: 64, russian_roulette: Some(5), indirect: true };
+    assert_eq!(scene.integrator, integrator);
+    assert_eq!(scene.background, [0.0; 3]);
+    assert!(!scene.spheres[0].inward);
+    assert_eq!(scene.source, "scene.toml");
+}
+
+#[test]
+fn all_keys() {
+    let extra = "[film]\nwidth = 3\nheight = 4\nfilter = \"box\"\ngamma = \"srgb\"\n\
+        [integrator]\nmax_depth = 2\nsamples = 7\nrussian_roulette = \"off\"\nindirect = false\n\
+        [background]\nradiance = [1, 2.5, 0]\n\
+        [[material]]\nname = \"m\"\ntype = \"mirror\"\n\
+        [[material]]\nname = \"g\"\ntype = \"dielectric\"\nior = 1.5\n\
+        [[material]]\nname = \"e\"\ntype = \"emitter\"\nradiance = [4, 5, 6]\n\
+        [[sphere]]\ncenter = [1.5, -2, 3e2]\nradius = 0.25\nmaterial = \"g\"\ninward = true\n";
+    let loaded = load_text(&good(extra)).unwrap();
+    let scene = &loaded.scene;
+    let film = Film { width: 3, height: 4, filter: PixelFilter::Box, transfer: Transfer::Srgb };
+    assert_eq!(scene.film, film);
+    let integrator = Integrator { max_depth: 2, samples: 7, russian_roulette: None, indirect: false };
+    assert_eq!(scene.integrator, integrator);
+    assert_eq!(scene.background, [1.0, 2.5, 0.0]);
+    assert_eq!(scene.materials[0].name, "white");
+    assert_eq!(scene.materials[0].surface, Surface::Diffuse { reflectance: [0.8; 3] });
+    assert_eq!(scene.materials[1].surface, Surface::Mirror { reflectance: [1.0; 3] });
+    assert_eq!(scene.materials[2].surface, Surface::Dielectric { ior: 1.5 });
+    assert_eq!(scene.materials[3].surface, Surface::Emitter { radiance: [4.0, 5.0, 6.0] });
+    let glass = Sphere { center: [1.5, -2.0, 300.0].into(), radius: 0.25, material: 2, inward: true };
+    assert_eq!(scene.spheres[1], glass);
+    assert_eq!(scene.lights, [Light::Point { position: [0.0, 9.0, 0.0].into(), power: [1.0; 3] }]);
+    assert_eq!(load_text(&good(extra).replace('\n', "\r\n")).unwrap(), loaded);
+}
+
+#[test]
+fn darkness_is_a_warning() {
+    let dark = load_text(&good("").replace("[1, 1, 1]", "[0, 0, 0]")).unwrap();
+    assert!(
+        matches!(&dark.warnings[..], [w] if w.contains("scene.toml") && w.contains("black")),
+        "{:?}",
+        dark.warnings
+    );
+    let lamp = "[[material]]\nname = \"lamp\"\ntype = \"emitter\"\nradiance = [1, 1, 1]\n";
+    let text = format!("version = 1\n{CAMERA}{WHITE}{BALL}{lamp}");
+    assert_eq!(load_text(&text).unwrap().warnings.len(), 1, "an emitter that nothing is made of");
+    assert!(load_text(&text.replace("material = \"white\"", "material = \"lamp\"")).unwrap().warnings.is_empty());
+    assert!(load_text(&format!("{text}[background]\nradiance = [0, 0, 0.1]")).unwrap().warnings.is_empty());
+}
+
+#[test]
+fn shipped_scenes_load_as_the_report_has_them() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes");
+    let mut count = 0;
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let Loaded { scene, warnings } = Scene::load(&path).unwrap_or_else(|error| panic!("{error}"));
+        assert!(warnings.is_empty(), "{warnings:?}");
+        count += 1;
+        if path.ends_with("cornell.toml") {
+            continue;
+        }
+        assert_eq!(scene.camera.position.to_array(), [0.0, 0.0, 55.0]);
+        assert_eq!(scene.camera.horizontal_fov, 60.0);
+        assert_eq!(scene.integrator.russian_roulette, None);
+        assert_eq!(scene.integrator.indirect, !path.ends_with("direct.toml"));
+        assert_eq!(scene.lights, [Light::Point { position: [-10.0, 20.0, 40.0].into(), power: [30000.0; 3] }]);
+        // Every body stands on the floor, which is at y = -10 under the origin.
+        for sphere in &scene.spheres[6..] {
+            assert!(sphere.center.y - sphere.radius >= -10.0, "{path:?}");
+        }
+        for mesh in &scene.meshes {
+            let lowest = mesh.positions.iter().fold(f64::INFINITY, |lowest, p| lowest.min(p.y));
+            assert!((lowest + 10.0).abs() < 0.1, "{path:?}: {lowest}");
+        }
+    }
+    assert_eq!(count, 8);
+}
