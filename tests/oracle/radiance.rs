@@ -64,13 +64,19 @@ fn black_is_exactly_black() {
     assert!(render(&scene, 4).mean.iter().all(|&m| m == [0.0; 3]));
 }
 
+/// Corners at distance `radius`, and triangles counter-clockwise from outside.
+fn octahedron(radius: f64) -> ([DVec3; 6], [[u32; 3]; 8]) {
+    let corners = [DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_X, DVec3::NEG_Y, DVec3::NEG_Z].map(|p| radius * p);
+    let faces = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]];
+    (corners, faces)
+}
+
 #[test]
 fn convex_body_in_a_uniform_background_shows_its_reflectance() {
-    let axes = [DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_X, DVec3::NEG_Y, DVec3::NEG_Z].map(|p| 2.0 * p);
-    let faces = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]];
     let (mut sphere, mut octahedron) = (empty(), empty());
     sphere.sphere(DVec3::ZERO, 2.0, diffuse(0.6));
-    octahedron.mesh(&axes, &faces, diffuse(0.6));
+    let (points, faces) = self::octahedron(2.0);
+    octahedron.mesh(&points, &faces, diffuse(0.6));
     for mut scene in [sphere, octahedron] {
         scene.background = grey(1.0);
         scene.camera = Camera { position: v(3.0, 5.0, 6.0), target: DVec3::ZERO, up: DVec3::Y, horizontal_fov: 9.0 };
@@ -113,6 +119,37 @@ fn irradiance_of_a_spherical_emitter() {
     assert_mean(0.5 * 6.0 * (2.0f64 / 5.0).powi(2) * 0.8, 6e-3, 200_000, || {
         trace(&scene, v(-1.0, 1.0, 0.0), v(1.0, -1.0, 0.0), &mut rng).x
     });
+}
+
+/// All flux of an emitting body arrives at the closed shell around it, and none that the body absorbs comes back.
+#[test]
+fn flux_of_emitters_in_a_closed_sphere() {
+    let (rho, shell) = (0.5, 3.0f64);
+    let (sphere, octahedron) = (1.2f64, 2.0f64);
+    let absorbed = (sphere / shell).powi(2);
+    // (body, area, depth, the shell's gain: 1 after one hit, a geometric series in (1 - absorbed) rho after many)
+    for (body, area, depth, gain) in [
+        (0, 4.0 * PI * sphere * sphere, 1, 1.0),
+        (0, 4.0 * PI * sphere * sphere, 200, 1.0 / (1.0 - (1.0 - absorbed) * rho)),
+        (1, 8.0 * 3f64.sqrt() / 4.0 * 2.0 * octahedron * octahedron, 1, 1.0),
+    ] {
+        let mut scene = empty();
+        scene.integrator.max_depth = depth;
+        scene.integrator.russian_roulette = Some(3);
+        scene.sphere(DVec3::ZERO, shell, diffuse(rho)).inward = true;
+        if body == 0 {
+            scene.sphere(DVec3::ZERO, sphere, emitter(7.0));
+        } else {
+            let (points, faces) = self::octahedron(octahedron);
+            scene.mesh(&points, &faces, emitter(7.0));
+        }
+        let expected = rho / PI * (PI * 7.0 * area) / (4.0 * PI * shell * shell) * gain;
+        let mut rng = Pcg64::new(8, u128::from(depth));
+        assert_mean(expected, 5e-3, 400_000, || {
+            let n = uniform_direction(&mut rng);
+            trace(&scene, 2.5 * n, n, &mut rng).x
+        });
+    }
 }
 
 /// Concentric spheres, which become parallel plates as their gap closes: by symmetry of the form factors
