@@ -1,0 +1,53 @@
+//! Reflection and refraction at a surface. Directions are of unit length; normals face the incoming ray.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+
+use super::Pcg64;
+
+/// Share of unpolarised light that a smooth interface reflects (Fresnel's equations).
+///
+/// `cosine` is that of the angle of incidence, 0..=1; `ior` the index of the far side over that of the near
+/// side. 1 on total internal reflection; 0 for `ior == 1` at any angle.
+pub fn fresnel(cosine: f64, ior: f64) -> f64 {
+    if ior == 1.0 {
+        return 0.0;
+    }
+    let Some(transmitted) = transmitted_cosine(cosine, ior) else {
+        return 1.0;
+    };
+    let perpendicular = (cosine - ior * transmitted) / (cosine + ior * transmitted);
+    let parallel = (ior * cosine - transmitted) / (ior * cosine + transmitted);
+    0.5 * (perpendicular * perpendicular + parallel * parallel)
+}
+
+/// Cosine of the angle of refraction by Snell's law; `None` on total internal reflection, grazing included.
+fn transmitted_cosine(cosine: f64, ior: f64) -> Option<f64> {
+    // cos² = 1 - sin²θ / ior², written so that nothing cancels where θ or ior - 1 is small
+    let cosine2 = ((ior - 1.0) * (ior + 1.0) + cosine * cosine) / (ior * ior);
+    (cosine2 > 0.0).then(|| cosine2.sqrt())
+}
+
+/// The mirror direction of `direction` about `normal` (of either sign).
+pub fn reflect(direction: DVec3, normal: DVec3) -> DVec3 {
+    (direction - 2.0 * direction.dot(normal) * normal).normalize()
+}
+
+/// The direction behind the interface, or `None` on total internal reflection. `ior` as for [`fresnel`].
+pub fn refract(direction: DVec3, normal: DVec3, ior: f64) -> Option<DVec3> {
+    if ior == 1.0 {
+        return Some(direction);
+    }
+    let cosine = -direction.dot(normal);
+    let transmitted = transmitted_cosine(cosine, ior)?;
+    Some((direction / ior + (cosine / ior - transmitted) * normal).normalize())
+}
+
+/// A direction about `normal` with density cos θ / π in solid angle (Malley's method).
+pub fn cosine_hemisphere(normal: DVec3, rng: &mut Pcg64) -> DVec3 {
+    let (u, v) = (rng.uniform(), rng.uniform());
+    let (tangent, bitangent) = normal.any_orthonormal_pair();
+    let (sin, cos) = (TAU * v).sin_cos();
+    (u.sqrt() * (cos * tangent + sin * bitangent) + (1.0 - u).sqrt() * normal).normalize()
+}

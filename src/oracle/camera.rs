@@ -1,0 +1,32 @@
+//! Where a sample falls on the film, and the ray that it sees along.
+
+use std::f64::consts::TAU;
+
+use glam::{DVec2, DVec3};
+
+use super::{Pcg64, Ray};
+use crate::scene::{PixelFilter, Scene};
+
+/// Draws a point by the pixel filter, in pixels from the upper left corner of the pixel.
+pub fn film_offset(filter: PixelFilter, rng: &mut Pcg64) -> DVec2 {
+    let (u, v) = (rng.uniform(), rng.uniform());
+    match filter {
+        PixelFilter::Box => DVec2::new(u, v),
+        // Box and Muller 1958; 1 - u is never 0.
+        PixelFilter::Gaussian => DVec2::splat(0.5) + 0.5 * (-2.0 * (1.0 - u).ln()).sqrt() * DVec2::from_angle(TAU * v),
+    }
+}
+
+/// The ray of unit direction that leaves the pinhole through a point of the film.
+///
+/// `film` is in pixels from the upper left corner of the image, y downwards; pixels are square.
+pub fn primary_ray(scene: &Scene, film: DVec2) -> Ray {
+    let camera = &scene.camera;
+    let forward = (camera.target - camera.position).normalize();
+    let right = forward.cross(camera.up).normalize();
+    let up = right.cross(forward);
+    let (width, height) = (f64::from(scene.film.width), f64::from(scene.film.height));
+    let pixel = 2.0 * (0.5 * camera.horizontal_fov.to_radians()).tan() / width;
+    let direction: DVec3 = forward + right * (pixel * (film.x - 0.5 * width)) + up * (pixel * (0.5 * height - film.y));
+    Ray::new(camera.position, direction.normalize())
+}
