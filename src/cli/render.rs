@@ -50,6 +50,11 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N")]
     loop_budget: Option<u32>,
 
+    /// Use path_trace.spv or path_queue.spv of this folder instead of the built-in shaders (compile an edited shader
+    /// with `glslc --target-env=vulkan1.2`, and re-run)
+    #[arg(long, value_name = "FOLDER")]
+    spirv: Option<PathBuf>,
+
     /// Count steps through the tree
     #[arg(long)]
     count_steps: bool,
@@ -81,6 +86,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     settings.workgroup_size = args.workgroup;
     settings.loop_budget = args.loop_budget;
     settings.count_steps = args.count_steps;
+    settings.spirv_folder = args.spirv.clone();
 
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);

@@ -167,7 +167,7 @@ impl Renderer {
         let loop_budget = settings.loop_budget.unwrap_or(facts.loop_budget);
         let mut specialization = tables.specialization(&features, settings);
         specialization.uint(constant::WORKGROUP, workgroup).uint(constant::LOOP_BUDGET, loop_budget);
-        let spirv = words(PATH_TRACE);
+        let spirv = kernel(settings, "path_trace", PATH_TRACE)?;
         let pipeline = Pipeline::new(device, "path_trace", &spirv, &specialization, &bands[0].set)?;
 
         let mut timeline = Timeline::new(device, IN_FLIGHT)?;
@@ -369,6 +369,22 @@ impl Renderer {
 
 fn mapped(buffer: &Buffer) -> Result<&[u8], RenderError> {
     buffer.mapped().ok_or_else(|| RenderError::Settings("the driver does not map read-back memory".to_owned()))
+}
+
+/// A kernel's SPIR-V: the caller's, if there is one in the folder of the settings, else the built-in one.
+fn kernel(settings: &RenderSettings, name: &str, built_in: &[u8]) -> Result<Vec<u32>, RenderError> {
+    let Some(path) = settings.spirv_folder.as_ref().map(|f| f.join(name).with_extension("spv")) else {
+        return Ok(words(built_in));
+    };
+    if !path.exists() {
+        return Ok(words(built_in));
+    }
+    let bytes = std::fs::read(&path).map_err(|e| RenderError::Settings(format!("{}: {e}", path.display())))?;
+    // The magic number of the SPIR-V specification, section 2.3.
+    if bytes.len() < 20 || bytes.len() % 4 != 0 || bytes[..4] != 0x0723_0203u32.to_le_bytes() {
+        return Err(RenderError::Settings(format!("{}: not a SPIR-V module", path.display())));
+    }
+    Ok(words(&bytes))
 }
 
 /// SPIR-V as words, whatever the alignment of the bytes.

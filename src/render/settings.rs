@@ -1,5 +1,6 @@
 //! What a caller decides about a rendering.
 
+use std::path::PathBuf;
 use std::time::Duration;
 
 use crate::scene::Scene;
@@ -73,6 +74,9 @@ pub struct RenderSettings {
     pub loop_budget: Option<u32>,
     /// Count steps through the tree as well; a little slower.
     pub count_steps: bool,
+    /// A folder with `path_trace.spv` or `path_queue.spv` to use instead of the built-in shaders: edit a shader, run
+    /// `glslc` on it, and render again without building the program.
+    pub spirv_folder: Option<PathBuf>,
     /// Tests only: breaks one thing on purpose, to show that the tests see it.
     #[doc(hidden)]
     pub mutation: Option<super::Mutation>,
@@ -94,6 +98,7 @@ impl RenderSettings {
             workgroup_size: None,
             loop_budget: None,
             count_steps: false,
+            spirv_folder: None,
             mutation: None,
         }
     }
