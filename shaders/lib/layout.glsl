@@ -34,6 +34,21 @@ layout(constant_id = 24) const uint MUTATION = 0u;         // tests only: breaks
 layout(constant_id = 25) const uint EMITTER_COUNT = 0u;    // emitters sampled directly; 0: found only by hitting them
 layout(constant_id = 26) const bool PATH_STATS = false;    // count rays and traversal steps
 
+// Values of MUTATION (render/mutation.rs): errors in transport, then numerical protections taken away.
+const uint MUTATE_ALBEDO = 1u;
+const uint MUTATE_COSINE = 2u;
+const uint MUTATE_IOR = 3u;
+const uint MUTATE_TMIN = 4u;
+const uint MUTATE_SAMPLER = 5u;
+const uint MUTATE_EDGES = 6u;
+const uint MUTATE_OFFSET = 7u;
+const uint MUTATE_SKIP = 8u;
+const uint MUTATE_SLAB = 9u;
+const uint MUTATE_SPHERE = 10u;
+const uint MUTATE_FILM = 11u;
+const uint MUTATE_INVERSE = 12u;
+const uint MUTATE_FINITE = 13u;
+
 // ---- bindings
 layout(binding = 0) uniform samplerBuffer tree_texels;     // 4 texels a record, see intersect/tree.glsl
 layout(binding = 1) uniform samplerBuffer shape_texels;    // spheres and materials, see surface.glsl

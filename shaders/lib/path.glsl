@@ -80,7 +80,7 @@ ShadowRay direct_light(Surface s, vec3 n, vec3 origin, int id, vec3 reflected, u
     float r2 = dot(to, to);
     float inverse = 1.0 / sqrt(r2);
     float c = dot(n, to) * inverse;
-    if (MUTATION == 2u) c = c > 0.0 ? 1.0 : c;
+    if (MUTATION == MUTATE_COSINE) c = c > 0.0 ? 1.0 : c;
     ray.direction = to * inverse;
     ray.distance = r2 * inverse;
     ray.radiance = reflected * light.intensity * (weight * c * inverse * inverse);
@@ -105,7 +105,7 @@ bool path_scatter(inout Path path, int id, float t, uint pixel, uint key, inout 
     bool diffuse = HAS_DIFFUSE && s.kind == KIND_DIFFUSE;
     bool alive = met && hits <= MAX_DEPTH && s.kind != KIND_EMITTER;
     vec3 weight = HAS_DIELECTRIC && s.kind > 0.0 ? vec3(1.0) : s.color;
-    if (MUTATION == 1u) weight *= 1.01;
+    if (MUTATION == MUTATE_ALBEDO) weight *= 1.01;
     vec3 throughput = path.throughput * weight;
     alive = alive && upper(upper(throughput.x, throughput.y), throughput.z) > 0.0;
     vec3 n = front ? s.shading : -s.shading;
@@ -138,7 +138,7 @@ bool path_scatter(inout Path path, int id, float t, uint pixel, uint key, inout 
     bool crossed = false;
     if (HAS_DIFFUSE) next = diffuse_sample(n, u);
     if (HAS_MIRROR && s.kind == KIND_MIRROR) next = mirror_sample(path.direction, s.shading);
-    if (HAS_DIELECTRIC && s.kind > 0.0) next = dielectric_sample(path.direction, s.shading, s.kind, u.x, crossed);
+    if (HAS_DIELECTRIC && s.kind > 0.0) next = dielectric_sample(path.direction, n, front, s.kind, u.x, crossed);
     // A shading normal may send the ray to the wrong side of the surface: nothing is there to be seen.
     if (SMOOTH_NORMALS) {
         bool above = dot(next, up) > 0.0;

@@ -21,19 +21,19 @@ float fresnel(float cos_i, float eta, out float cos_t) {
 }
 
 // Follows the reflected or the refracted ray; the same Fresnel value is the probability and the weight, which
-// therefore is 1. n points to the side of index 1. `crossed`: the ray goes on to the other side.
-vec3 dielectric_sample(vec3 d, vec3 n, float ior, float u, out bool crossed) {
-    float c = -dot(d, n);
-    bool front = c >= 0.0;
-    float eta = (front != (MUTATION == 3u)) ? ior : 1.0 / ior;
-    vec3 m = front ? n : -n;
-    c = abs(c);
+// therefore is 1. n is the shading normal on the side that d comes from; whether that is the side of index 1 (`front`)
+// is the geometric normal's to say, or rays that graze a smooth mesh would change sides. `crossed`: the ray goes on to
+// the other side.
+vec3 dielectric_sample(vec3 d, vec3 n, bool front, float ior, float u, out bool crossed) {
+    float signed_cos = -dot(d, n);
+    float cos_i = upper(signed_cos, 0.0);
+    float eta = (front != (MUTATION == MUTATE_IOR)) ? ior : 1.0 / ior;
     float cos_t;
-    float f = fresnel(c, eta, cos_t);
+    float f = fresnel(cos_i, eta, cos_t);
     crossed = u >= f;
-    vec3 refracted = d * (1.0 / eta) + m * (c / eta - cos_t);
-    vec3 next = crossed ? refracted : d + (2.0 * c) * m;
-    return normalize(next);
+    vec3 refracted = d * (1.0 / eta) + n * (cos_i / eta - cos_t);
+    vec3 reflected = d + (2.0 * signed_cos) * n;
+    return normalize(crossed ? refracted : reflected);
 }
 
 #endif

@@ -40,7 +40,12 @@ const int INSIDE = 0x40000000;
 
 // Distance b to the closest approach, discriminant, and C (only its sign is used where the form lacks precision).
 void sphere_quadratic(Sphere s, vec3 o, float oo, vec3 d, float od, out float b, out float disc, out float c) {
-    if (s.form == FORM_WALL) {
+    if (MUTATION == MUTATE_SPHERE) {
+        vec3 f = s.center - o;
+        b = dot(f, d);
+        c = dot(f, f) - s.radius * s.radius;
+        disc = b * b - c;
+    } else if (s.form == FORM_WALL) {
         b = dot(s.center, d) - od;
         c = (s.power + oo) - 2.0 * dot(s.center, o);
         disc = b * b - c;

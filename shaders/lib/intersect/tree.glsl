@@ -20,7 +20,7 @@ const int FINISHED = 0x7fffffff;
 const int TREE_ID = 0x01000000;     // ids from here on are TREE_ID + record; those below are constant spheres
 
 // Widens the slab test by 1 + 2γ(7): the reciprocal of a direction may be off by 2.5 ulp (Ize, JCGT 2013).
-const float SLAB_MARGIN = 1.0000009;
+const float SLAB_MARGIN = MUTATION == MUTATE_SLAB ? 1.0 : 1.0000009;
 
 struct TreeRay {
     vec3 origin;
@@ -33,7 +33,7 @@ struct TreeRay {
 vec3 safe_inverse(vec3 d) {
     const float tiny = 1e-18;
     vec3 clamped = vec3(abs(d.x) < tiny ? tiny : d.x, abs(d.y) < tiny ? tiny : d.y, abs(d.z) < tiny ? tiny : d.z);
-    return 1.0 / clamped;
+    return 1.0 / (MUTATION == MUTATE_INVERSE ? d : clamped);
 }
 
 TreeRay tree_ray(vec3 o, vec3 d) { return TreeRay(o, d, safe_inverse(d), shear_of(d)); }
@@ -59,8 +59,8 @@ bool leaf_test(TreeRay r, int record, vec4 q0, vec4 q1, vec4 q2, vec4 q3, float 
         vec3 unused;
         hit = watertight(r.shear, r.origin, q0.xyz, q1.xyz, q2.xyz, t_max, t, unused);
     }
-    if (MUTATION == 4u) hit = hit && t > 1e-3;
-    else hit = hit && leaving != id;
+    if (MUTATION == MUTATE_TMIN) hit = hit && t > 1e-3;
+    else if (MUTATION != MUTATE_SKIP) hit = hit && leaving != id;
     if (TREE_SPHERES) {
         Sphere s = Sphere(q0.xyz, q1.x, 0.0, SIDE_BOTH, FORM_SMALL);
         float h = sphere_distance(s, r.origin, 0.0, r.direction, 0.0, leaving_code(leaving, id));

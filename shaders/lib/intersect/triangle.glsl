@@ -27,6 +27,14 @@ Shear shear_of(vec3 d) {
 
 vec3 along(Shear r, vec3 v) { return r.along_x ? v.yzx : (r.along_y ? v.zxy : v); }
 
+// a·b − c·d as a compiler may contract it: the first product unrounded (tests only).
+float contracted(float a, float b, float c, float d) {
+    float p, e;
+    two_product(a, b, p, e);
+    precise float r = (p - c * d) + e;
+    return r;
+}
+
 // Barycentrics (u, v, w for v0, v1, v2; not normalised), their sum and the scaled distance. The edge functions are
 // `precise`: contracted to FMA they would no longer agree between the two triangles of an edge (3% leaks).
 // Paper's fall-back to double where one is 0 is not needed: 0 counts as inside on both sides of an edge.
@@ -43,6 +51,11 @@ bool watertight(Shear r, vec3 o, vec3 v0, vec3 v1, vec3 v2, float t_max, out flo
     precise float u = cx * by - cy * bx;
     precise float v = ax * cy - ay * cx;
     precise float w = bx * ay - by * ax;
+    if (MUTATION == MUTATE_EDGES) {
+        u = contracted(cx, by, cy, bx);
+        v = contracted(ax, cy, ay, cx);
+        w = contracted(bx, ay, by, ax);
+    }
     bool inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
     precise float det = (u + v) + w;
     precise float inverse = 1.0 / det;
