@@ -45,6 +45,7 @@
 #![warn(missing_docs)]
 
 pub mod accel;
+pub mod check;
 pub mod gpu;
 pub mod image;
 pub mod oracle;

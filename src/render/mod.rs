@@ -1,18 +1,18 @@
 //! From a scene to a film: what the scene needs, how it is cut into dispatches, and the loop that runs them.
 
-mod driver;
+pub(crate) mod driver;
 mod error;
 mod features;
 mod film;
-mod layout;
+pub(crate) mod layout;
 mod mutation;
 mod plan;
 mod renderer;
 mod settings;
-mod sobol;
-mod space;
+pub(crate) mod sobol;
+pub(crate) mod space;
 mod spheres;
-mod tables;
+pub(crate) mod tables;
 
 pub use error::RenderError;
 pub use features::Features;
@@ -24,4 +24,9 @@ pub use settings::{Accel, RenderSettings, Sampler, Scheduler, TriangleTest};
 /// Builds the tree of a scene and measures it; `None` if the scene needs none.
 pub fn tree_statistics(scene: &crate::scene::Scene) -> Option<crate::accel::TreeStatistics> {
     tables::Tables::of(scene, &space::RenderSpace::of(scene)).tree
+}
+
+/// Indices of the spheres that are held in constants, and of those in the tree.
+pub(crate) fn spheres_of(scene: &crate::scene::Scene) -> (Vec<usize>, Vec<usize>) {
+    spheres::partition(&scene.spheres)
 }

@@ -49,4 +49,23 @@ impl Mutation {
         Self::InfiniteInverse,
         Self::NonFiniteSamples,
     ];
+
+    /// What is broken, in words.
+    pub fn describe(self) -> &'static str {
+        match self {
+            Self::Albedo => "reflectances × 1.01",
+            Self::Cosine => "direct light without its cosine",
+            Self::SwappedIor => "index of refraction inverted",
+            Self::FixedTmin => "fixed tmin of 1e-3 instead of primitive skip",
+            Self::TruncatedSampler => "sampler truncated to a few values",
+            Self::ContractedEdges => "edge functions contracted to FMA",
+            Self::NoOffset => "no error-bounded offset of ray origins",
+            Self::NoSkip => "primitive that a ray leaves not skipped",
+            Self::NoSlabMargin => "slab test not widened",
+            Self::TextbookSphere => "textbook quadratic for spheres",
+            Self::PlainSum => "film summed in plain single precision",
+            Self::InfiniteInverse => "reciprocal directions may be infinite",
+            Self::NonFiniteSamples => "NaN and infinite samples added to the film",
+        }
+    }
 }

@@ -14,13 +14,27 @@ use super::settings::{RenderSettings, Sampler};
 use super::space::RenderSpace;
 use super::spheres::{self, ConstantSphere};
 
+/// Ids of the shader from here on are records of the tree (shaders/lib/intersect/tree.glsl).
+const TREE_ID: usize = 0x0100_0000;
+
+/// A primitive by its place in the tables.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum TablePrimitive {
+    /// Index among the constant spheres.
+    ConstantSphere(usize),
+    /// Index among the tree's primitives: triangles in scene order, then spheres.
+    OfTree(usize),
+}
+
 /// Everything that is uploaded or becomes a constant.
 pub(crate) struct Tables {
     pub shapes: Vec<[f32; 4]>,
     pub lights: Vec<[f32; 4]>,
     pub records: Vec<Record>,
     pub tree: Option<TreeStatistics>,
-    first_leaf: u32,
+    /// Primitive of each leaf record: triangles in scene order, then the spheres of the tree.
+    pub order: Vec<u32>,
+    pub first_leaf: u32,
     tree_boxes: Vec<Aabb>,
     constant_spheres: Vec<ConstantSphere>,
     hidden_lights: usize,
@@ -66,6 +80,7 @@ impl Tables {
             lights,
             records: Vec::new(),
             tree: None,
+            order: Vec::new(),
             first_leaf: 0,
             tree_boxes: Vec::new(),
             constant_spheres,
@@ -76,6 +91,7 @@ impl Tables {
             tables.first_leaf = tree.nodes.len() as u32;
             tables.tree_boxes = tree.top_boxes(constant::MAX_TREE_BOXES);
             tables.tree = Some(TreeStatistics::of(&tree, start.elapsed().as_secs_f64()));
+            tables.order = tree.order;
         } else {
             // A tree is compiled in only by the general pipeline: one node whose boxes no ray meets.
             let mut nothing = [f32::NAN; 16];
@@ -89,6 +105,18 @@ impl Tables {
     /// Point lights that no path can see, because an opaque sphere is around them or around the camera.
     pub fn hidden_lights(&self) -> usize {
         self.hidden_lights
+    }
+
+    /// What the shader calls the primitive that a ray met, in scene order: constant spheres, triangles, tree spheres.
+    pub fn primitive_of(&self, id: i32) -> Option<TablePrimitive> {
+        let record = usize::try_from(id).ok()?.checked_sub(TREE_ID);
+        match record {
+            None => Some(TablePrimitive::ConstantSphere(id as usize)),
+            Some(record) => {
+                let leaf = record.checked_sub(self.first_leaf as usize)?;
+                self.order.get(leaf).map(|&p| TablePrimitive::OfTree(p as usize))
+            }
+        }
     }
 
     /// Values of all specialization constants but the workgroup's size and the loop budget.

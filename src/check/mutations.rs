@@ -1,0 +1,22 @@
+//! Which cases notice which deliberate error.
+
+use crate::render::Mutation;
+
+/// Cases of which each must fail under the mutation.
+pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
+    match mutation {
+        Mutation::Albedo => &["energy/sphere-centre", "energy/sphere-1000-bounces", "energy/convex-body"],
+        Mutation::Cosine => &["light/closed-form"],
+        Mutation::SwappedIor => &["glass/slab-shift", "glass/total-reflection"],
+        Mutation::FixedTmin => &["triangles/close-corner"],
+        Mutation::TruncatedSampler => &["sampling/uniformity"],
+        Mutation::ContractedEdges => &["triangles/edges"],
+        Mutation::NoOffset => &["triangles/spawn-flat"],
+        Mutation::NoSkip => &["triangles/spawn-flat"],
+        Mutation::NoSlabMargin => &["tree/brute-force"],
+        Mutation::TextbookSphere => &["spheres/walls", "spheres/far-small"],
+        Mutation::PlainSum => &["film/long-sum"],
+        Mutation::InfiniteInverse => &["tree/axis-aligned"],
+        Mutation::NonFiniteSamples => &["scale/overflow"],
+    }
+}
