@@ -246,10 +246,10 @@ fn materials_are_found_beside_the_mesh() {
     };
     let Loaded { scene, warnings } = obj("mtllib sub dir\\my colors.mtl", faces);
     let names: Vec<_> = scene.materials.iter().map(|material| material.name.as_str()).collect();
-    assert_eq!(names, ["red", "default grey"]);
-    assert_eq!(scene.meshes[0].triangle_materials, [1, 0, 1, 0]);
-    assert_eq!(scene.materials[0].surface, Surface::Diffuse { reflectance: [1.0, 0.0, 0.0] });
-    assert_eq!(scene.materials[1].surface, Surface::Diffuse { reflectance: [0.8; 3] });
+    assert_eq!(names, ["default grey", "red"], "in order of use");
+    assert_eq!(scene.meshes[0].triangle_materials, [0, 1, 0, 1]);
+    assert_eq!(scene.materials[0].surface, Surface::Diffuse { reflectance: [0.8; 3] });
+    assert_eq!(scene.materials[1].surface, Surface::Diffuse { reflectance: [1.0, 0.0, 0.0] });
     let [warning] = &warnings[..] else { panic!("{warnings:?}") };
     assert!(warning.contains("a.obj:9: the material \"nowhere\""), "{warning}");
     assert_eq!(scene.lights.len(), 1, "an emitter that nothing uses gives no light");

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use glam::{DVec2, DVec3};
 
-use super::library::{MaterialOfName, resolve_materials};
+use super::library::resolve_materials;
 use super::parse::{Obj, parse_obj};
 use crate::scene::description::{Mesh, Normals};
 use crate::scene::error::SceneError;
@@ -61,8 +61,8 @@ impl MeshRequest {
         if degenerate > 0 {
             warnings.push(format!("{file}: {degenerate} of {faces} faces have no area and are dropped"));
         }
-        let material_of_name = match self.material {
-            MaterialSource::Given(index) => MaterialOfName::all(index),
+        let triangle_materials = match self.material {
+            MaterialSource::Given(index) => vec![index; triangles.len()],
             MaterialSource::Mtl => {
                 let used = triangles.iter().map(|triangle| triangle.material);
                 resolve_materials(&obj, used, file, base_dir, materials, warnings)?
@@ -73,14 +73,14 @@ impl MeshRequest {
             NormalsChoice::Smooth => true,
             NormalsChoice::AsInFile => !obj.mesh.normals.is_empty(),
         };
-        let vertices = Vertices::number(&triangles, smooth);
+        let (vertices, vertices_of_triangles) = number_vertices(&triangles, smooth);
         let mut mesh = Mesh {
             name: file.to_owned(),
-            positions: vertices.corners.iter().map(|corner| positions[corner.position as usize]).collect(),
+            positions: vertices.iter().map(|corner| positions[corner.position as usize]).collect(),
             vertex_normals: Vec::new(),
             texcoords: Vec::new(),
-            triangle_materials: triangles.iter().map(|t| material_of_name.get(t.material)).collect(),
-            triangles: vertices.triangles,
+            triangle_materials,
+            triangles: vertices_of_triangles,
             normals: if smooth { Normals::Smooth } else { Normals::Flat },
             degenerate_dropped: degenerate,
         };
@@ -92,12 +92,12 @@ impl MeshRequest {
                 let given = of_file.get(corner.normal as usize).and_then(|&n| unit(rotation * DVec3::from_array(n)));
                 given.unwrap_or_else(|| generated[corner.position as usize])
             };
-            mesh.vertex_normals = vertices.corners.iter().map(normal_of).collect();
+            mesh.vertex_normals = vertices.iter().map(normal_of).collect();
         }
         if obj.mesh.texcoords.iter().any(|&coordinate| coordinate != 0.0) {
             let of_file = obj.mesh.texcoords.as_chunks().0;
             let texcoord_of = |corner: &Corner| DVec2::from_array(of_file[corner.texcoord as usize]);
-            mesh.texcoords = vertices.corners.iter().map(texcoord_of).collect();
+            mesh.texcoords = vertices.iter().map(texcoord_of).collect();
         }
         Ok(mesh)
     }
@@ -173,24 +173,18 @@ fn unit(v: DVec3) -> Option<DVec3> {
     if scale > 0.0 { (v / scale).try_normalize() } else { None }
 }
 
-/// The vertices of the mesh: one for each combination of indices that matters and is used.
-struct Vertices {
-    corners: Vec<Corner>,
-    triangles: Vec<[u32; 3]>,
-}
-
-impl Vertices {
-    fn number(triangles: &[FileTriangle], normals_matter: bool) -> Self {
-        let mut corners = Vec::new();
-        let mut index_of_corner = HashMap::new();
-        let mut index = |corner: Corner| {
-            let corner = Corner { normal: if normals_matter { corner.normal } else { NONE }, ..corner };
-            *index_of_corner.entry(corner).or_insert_with(|| {
-                corners.push(corner);
-                corners.len() as u32 - 1
-            })
-        };
-        let triangles = triangles.iter().map(|triangle| triangle.corners.map(&mut index)).collect();
-        Self { corners, triangles }
-    }
+/// Numbers the vertices of the mesh: one for each combination of indices that matters and is used. Returns the indices
+/// of each vertex, and the vertices of each triangle.
+fn number_vertices(triangles: &[FileTriangle], normals_matter: bool) -> (Vec<Corner>, Vec<[u32; 3]>) {
+    let mut corners = Vec::new();
+    let mut vertex_of_corner = HashMap::new();
+    let mut vertex = |corner: Corner| {
+        let corner = Corner { normal: if normals_matter { corner.normal } else { NONE }, ..corner };
+        *vertex_of_corner.entry(corner).or_insert_with(|| {
+            corners.push(corner);
+            corners.len() as u32 - 1
+        })
+    };
+    let triangles = triangles.iter().map(|triangle| triangle.corners.map(&mut vertex)).collect();
+    (corners, triangles)
 }
