@@ -32,16 +32,16 @@ int closest_hit(vec3 o, vec3 d, int leaving, out float t, inout uint loops) {
     return id;
 }
 
-bool occluded(ShadowRay ray, inout uint loops) {
-    bool hidden = spheres_occlude(ray);
-    if (HAS_TREE) {
-        if (!hidden && meets_tree(ray.origin, ray.direction, ray.distance)) {
-            Walk walk = walk_begin(ray.distance);
-            walk_tree(walk, ray.origin, ray.direction, ray.leaving, true, loops);
-            hidden = walk.id >= 0;
-        }
-    }
-    return hidden;
+// Whether a shadow ray must be traced through the tree; if not, `hidden` is already known.
+bool shadow_needs_tree(ShadowRay ray, out bool hidden) {
+    hidden = spheres_occlude(ray);
+    return HAS_TREE && !hidden && meets_tree(ray.origin, ray.direction, ray.distance);
+}
+
+bool hidden_by_tree(ShadowRay ray, inout uint loops) {
+    Walk walk = walk_begin(ray.distance);
+    walk_tree(walk, ray.origin, ray.direction, ray.leaving, true, loops);
+    return walk.id >= 0;
 }
 
 #endif
