@@ -94,7 +94,7 @@ impl MeshRequest {
             };
             mesh.vertex_normals = vertices.iter().map(normal_of).collect();
         }
-        if obj.mesh.texcoords.iter().any(|&coordinate| coordinate != 0.0) {
+        if !obj.mesh.texcoords.is_empty() {
             let of_file = obj.mesh.texcoords.as_chunks().0;
             let texcoord_of = |corner: &Corner| DVec2::from_array(of_file[corner.texcoord as usize]);
             mesh.texcoords = vertices.iter().map(texcoord_of).collect();
