@@ -57,7 +57,7 @@ void main() {
             through_tree = vec3(0.0);
         }
         path_depart(path, arrival, alive, pixel, key, path.index + (alive ? 0u : 1u));
-        loops += 1u;
+        loops += 1u + LIGHT_LOOPS;
         // Out of budget: what the film holds is complete; the sample in hand begins again in the next dispatch.
         within_budget = LOOP_BUDGET == 0u || loops < LOOP_BUDGET;
     }

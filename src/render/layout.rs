@@ -32,6 +32,8 @@ pub(crate) mod constant {
     pub const PATH_STATS: u32 = 26;
     pub const REGIONS: u32 = 27;
     pub const REFILL_BELOW: u32 = 28;
+    pub const LIGHT_NODES: u32 = 29;
+    pub const LIGHT_LOOPS: u32 = 30;
     /// Six floats a box: lowest and highest corner.
     pub const TREE_BOXES: u32 = 32;
     /// Boxes that there are constants for.
@@ -109,6 +111,6 @@ pub(crate) mod queue {
     pub const TILE: u32 = 64;
     /// Paths of a workgroup in one dispatch.
     pub const PATHS: u32 = 1024;
-    /// Bytes of a workgroup's region: 2 × 512 parked rays, 512 shadow rays, two slots for each path.
-    pub const REGION_BYTES: u64 = 16 * (2 * 512 * 4 + 512 * 3 + 2 * PATHS as u64);
+    /// Bytes of a workgroup's region: 2 × 512 parked rays of 5 vec4, 512 shadow rays, two slots for each path.
+    pub const REGION_BYTES: u64 = 16 * (2 * 512 * 5 + 512 * 3 + 2 * PATHS as u64);
 }

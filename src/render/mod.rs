@@ -5,6 +5,7 @@ mod error;
 mod features;
 mod film;
 mod layout;
+mod lights;
 mod mutation;
 mod plan;
 mod renderer;

@@ -141,7 +141,10 @@ impl Renderer {
                 texel("sobol", size_of_val(sobol.as_slice()), ash::vk::Format::R32G32B32A32_UINT)?,
                 bytemuck::cast_slice::<_, u8>(&sobol),
             ),
-            (texel("lights", size_of_val(tables.lights.as_slice()), float4)?, bytemuck::cast_slice(&tables.lights)),
+            (
+                texel("lights", size_of_val(tables.lights.texels.as_slice()), float4)?,
+                bytemuck::cast_slice(&tables.lights.texels),
+            ),
         ];
         let counters = Buffer::new(device, "counters", size_of::<Counters>() as u64, Usage::Storage)?;
         let readbacks = (0..IN_FLIGHT)
