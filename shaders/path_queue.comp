@@ -304,7 +304,7 @@ void main() {
             bool fresh = alive || begins;
             float t = INFINITY;
             int id = -1;
-            closest_sphere(h.path.origin, h.path.direction, h.path.leaving, t, id);
+            closest_constant(h.path.origin, h.path.direction, h.path.leaving, t, id);
             h.t = t;
             h.id = id;
             bool waits = fresh && meets_tree(h.path.origin, h.path.direction, t);

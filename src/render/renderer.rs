@@ -122,7 +122,7 @@ impl Renderer {
         let facts = DriverFacts::of(context.info());
         let features = Features::of(scene, settings);
         let space = RenderSpace::of(scene);
-        let tables = Tables::of(scene, &space);
+        let tables = Tables::of(scene, &space, settings);
         let sobol = sobol::table(features.sobol_levels);
 
         let (width, height) = (scene.film.width, scene.film.height);
