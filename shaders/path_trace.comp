@@ -23,7 +23,10 @@ void main() {
 
     uint key = pixel_key(pixel);
     Path path = path_begin(pixel, key, first);
+    // Light whose shadow ray went through the tree is summed apart: path_queue.comp learns of it later, and both
+    // schedulers must round alike.
     vec3 radiance = vec3(0.0);
+    vec3 through_tree = vec3(0.0);
     uint bad = 0u;
     uint rays = 0u;
     uint shadow_rays = 0u;
@@ -32,18 +35,29 @@ void main() {
     while (film_pixel.count < end && within_budget) {
         float t;
         int id = closest_hit(path.origin, path.direction, path.leaving, t, loops);
+        Arrival arrival;
         ShadowRay shadow;
-        bool alive = path_scatter(path, id, t, pixel, key, radiance, shadow);
+        bool alive = path_arrive(path, id, t, key, radiance, arrival, shadow);
         rays += 1u;
         if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
             shadow_rays += shadow.wanted ? 1u : 0u;
-            if (shadow.wanted && !occluded(shadow, loops)) radiance += shadow.radiance;
+            if (shadow.wanted) {
+                bool hidden;
+                if (shadow_needs_tree(shadow, hidden)) {
+                    if (!hidden_by_tree(shadow, loops)) through_tree += shadow.radiance;
+                } else if (!hidden) {
+                    radiance += shadow.radiance;
+                }
+            }
         }
         if (!alive) {
+            if (HAS_TREE) radiance += through_tree;
             bad += film_add(film_pixel, radiance) ? 0u : 1u;
             radiance = vec3(0.0);
+            through_tree = vec3(0.0);
         }
-        loops += 1u;
+        path_depart(path, arrival, alive, pixel, key, path.index + (alive ? 0u : 1u));
+        loops += 1u + LIGHT_LOOPS;
         // Out of budget: what the film holds is complete; the sample in hand begins again in the next dispatch.
         within_budget = LOOP_BUDGET == 0u || loops < LOOP_BUDGET;
     }

@@ -4,6 +4,7 @@
 #define TRACE_GLSL
 
 #include "path.glsl"
+#include "intersect/facet.glsl"
 
 // Walks the tree to the end; `loops` grows by the iterations that the whole subgroup spends (drivers bound those).
 void walk_tree(inout Walk walk, vec3 o, vec3 d, int leaving, bool any_hit, inout uint loops) {
@@ -16,11 +17,17 @@ void walk_tree(inout Walk walk, vec3 o, vec3 d, int leaving, bool any_hit, inout
     if (LOOP_BUDGET > 0u) loops += subgroupMax(steps);
 }
 
+// Nearest of what is held in constants.
+void closest_constant(vec3 o, vec3 d, int leaving, inout float t, inout int id) {
+    closest_sphere(o, d, leaving, t, id);
+    if (FACET_COUNT > 0u) closest_facet(o, d, leaving, t, id);
+}
+
 // Nearest surface along a ray: its id (TREE_GLSL) or -1, and its distance.
 int closest_hit(vec3 o, vec3 d, int leaving, out float t, inout uint loops) {
     t = INFINITY;
     int id = -1;
-    closest_sphere(o, d, leaving, t, id);
+    closest_constant(o, d, leaving, t, id);
     if (HAS_TREE) {
         if (meets_tree(o, d, t)) {
             Walk walk = walk_begin(t);
@@ -32,16 +39,17 @@ int closest_hit(vec3 o, vec3 d, int leaving, out float t, inout uint loops) {
     return id;
 }
 
-bool occluded(ShadowRay ray, inout uint loops) {
-    bool hidden = spheres_occlude(ray);
-    if (HAS_TREE) {
-        if (!hidden && meets_tree(ray.origin, ray.direction, ray.distance)) {
-            Walk walk = walk_begin(ray.distance);
-            walk_tree(walk, ray.origin, ray.direction, ray.leaving, true, loops);
-            hidden = walk.id >= 0;
-        }
-    }
-    return hidden;
+// Whether a shadow ray must be traced through the tree; if not, `hidden` is already known.
+bool shadow_needs_tree(ShadowRay ray, out bool hidden) {
+    hidden = spheres_occlude(ray);
+    if (FACET_COUNT > 0u) hidden = hidden || any_facet(ray.origin, ray.direction, ray.distance, ray.leaving);
+    return HAS_TREE && !hidden && meets_tree(ray.origin, ray.direction, ray.distance);
+}
+
+bool hidden_by_tree(ShadowRay ray, inout uint loops) {
+    Walk walk = walk_begin(ray.distance);
+    walk_tree(walk, ray.origin, ray.direction, ray.leaving, true, loops);
+    return walk.id >= 0;
 }
 
 #endif

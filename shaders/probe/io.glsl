@@ -10,8 +10,8 @@ layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
 layout(constant_id = 240) const uint PROBE = 0u;
 
 // Words of integers: floats that hold NaN or integer bits pass unchanged.
-layout(std430, binding = 6) readonly buffer ProbeInput { uvec4 probe_in[]; };
-layout(std430, binding = 7) writeonly buffer ProbeOutput { uvec4 probe_out[]; };
+layout(std430, binding = 8) readonly buffer ProbeInput { uvec4 probe_in[]; };
+layout(std430, binding = 9) writeonly buffer ProbeOutput { uvec4 probe_out[]; };
 
 vec4 input_floats(uint word) { return uintBitsToFloat(probe_in[word]); }
 void output_floats(uint word, vec4 v) { probe_out[word] = floatBitsToUint(v); }

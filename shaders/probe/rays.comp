@@ -27,37 +27,47 @@ void closest(uint i) {
     output_floats(2u * i + 1u, position);
 }
 
+bool arrives(ShadowRay ray, inout uint steps) {
+    bool hidden;
+    if (shadow_needs_tree(ray, hidden)) hidden = hidden_by_tree(ray, steps);
+    return !hidden;
+}
+
 void occlusion(uint i) {
     vec4 o = input_floats(2u * i);
     vec4 d = input_floats(2u * i + 1u);
     uint steps = 0u;
-    bool hidden = occluded(ShadowRay(o.xyz, d.xyz, o.w, floatBitsToInt(d.w), vec3(0.0), true), steps);
-    probe_out[i] = uvec4(hidden ? 1u : 0u, steps, 0u, 0u);
+    bool clear = arrives(ShadowRay(o.xyz, d.xyz, o.w, floatBitsToInt(d.w), vec3(0.0), true), steps);
+    probe_out[i] = uvec4(clear ? 0u : 1u, steps, 0u, 0u);
 }
 
 void scatter(uint i) {
-    vec4 o = input_floats(4u * i);
-    vec4 d = input_floats(4u * i + 1u);
-    vec4 w = input_floats(4u * i + 2u);
-    uvec4 sample_of = probe_in[4u * i + 3u];
+    vec4 o = input_floats(5u * i);
+    vec4 d = input_floats(5u * i + 1u);
+    vec4 w = input_floats(5u * i + 2u);
+    vec4 n = input_floats(5u * i + 3u);
+    uvec4 sample_of = probe_in[5u * i + 4u];
     uint key = pixel_key(sample_of.x);
-    Path path = Path(o.xyz, d.xyz, floatBitsToInt(d.w), w.xyz, floatBitsToUint(w.w), sample_of.y);
+    Path path = Path(o.xyz, d.xyz, floatBitsToInt(d.w), w.xyz, floatBitsToUint(w.w), sample_of.y, n.xyz, n.w);
     uint steps = 0u;
     float t;
     int id = closest_hit(path.origin, path.direction, path.leaving, t, steps);
     vec3 radiance = vec3(0.0);
+    Arrival arrival;
     ShadowRay shadow;
-    bool alive = path_scatter(path, id, t, sample_of.x, key, radiance, shadow);
+    bool alive = path_arrive(path, id, t, key, radiance, arrival, shadow);
     bool lit = false;
     if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
-        lit = shadow.wanted && !occluded(shadow, steps);
+        lit = shadow.wanted && arrives(shadow, steps);
         if (lit) radiance += shadow.radiance;
     }
-    probe_out[5u * i] = uvec4(floatBitsToUint(t), uint(id), alive ? 1u : 0u, lit ? 1u : 0u);
-    output_floats(5u * i + 1u, vec4(radiance, 0.0));
-    probe_out[5u * i + 2u] = uvec4(floatBitsToUint(path.throughput), path.hits);
-    output_floats(5u * i + 3u, vec4(path.origin, 0.0));
-    probe_out[5u * i + 4u] = uvec4(floatBitsToUint(path.direction), uint(path.leaving));
+    path_depart(path, arrival, alive, sample_of.x, key, path.index + (alive ? 0u : 1u));
+    probe_out[6u * i] = uvec4(floatBitsToUint(t), uint(id), alive ? 1u : 0u, lit ? 1u : 0u);
+    output_floats(6u * i + 1u, vec4(radiance, 0.0));
+    probe_out[6u * i + 2u] = uvec4(floatBitsToUint(path.throughput), path.hits);
+    output_floats(6u * i + 3u, vec4(path.origin, 0.0));
+    probe_out[6u * i + 4u] = uvec4(floatBitsToUint(path.direction), uint(path.leaving));
+    output_floats(6u * i + 5u, vec4(path.normal, path.pdf));
 }
 
 void main() {

@@ -153,7 +153,8 @@ impl Lab {
         kernel: Kernel,
         film_slots: usize,
     ) -> Result<Probe<I, O>, CheckError> {
-        let (_, tables) = tables_of(scene);
-        Probe::new(&self.context, kernel, scene, &tables, &self.settings(scene), film_slots)
+        let settings = self.settings(scene);
+        let (_, tables) = tables_of(scene, &settings);
+        Probe::new(&self.context, kernel, scene, &tables, &settings, film_slots)
     }
 }

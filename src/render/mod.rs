@@ -1,10 +1,12 @@
 //! From a scene to a film: what the scene needs, how it is cut into dispatches, and the loop that runs them.
 
-pub(crate) mod driver;
+mod driver;
 mod error;
+mod facets;
 mod features;
 mod film;
 pub(crate) mod layout;
+mod lights;
 mod mutation;
 mod plan;
 mod renderer;
@@ -21,12 +23,7 @@ pub use mutation::Mutation;
 pub use renderer::{Progress, RenderStatistics, Renderer};
 pub use settings::{Accel, RenderSettings, Sampler, Scheduler, TriangleTest};
 
-/// Builds the tree of a scene and measures it; `None` if the scene needs none.
-pub fn tree_statistics(scene: &crate::scene::Scene) -> Option<crate::accel::TreeStatistics> {
-    tables::Tables::of(scene, &space::RenderSpace::of(scene)).tree
-}
-
-/// Indices of the spheres that are held in constants, and of those in the tree.
-pub(crate) fn spheres_of(scene: &crate::scene::Scene) -> (Vec<usize>, Vec<usize>) {
-    spheres::partition(&scene.spheres)
+/// Builds the tree of a scene and measures it; `None` if the scene needs none under these settings.
+pub fn tree_statistics(scene: &crate::scene::Scene, settings: &RenderSettings) -> Option<crate::accel::TreeStatistics> {
+    tables::Tables::of(scene, &space::RenderSpace::of(scene), settings).tree
 }

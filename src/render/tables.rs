@@ -6,10 +6,12 @@ use glam::DVec3;
 
 use crate::accel::{self, Aabb, Primitive, Record, TreeStatistics};
 use crate::gpu::Specialization;
-use crate::scene::{Light, Scene, Surface};
+use crate::scene::{self, Scene, Sphere, Surface};
 
+use super::facets::{self, Facet};
 use super::features::Features;
 use super::layout::{constant, kind};
+use super::lights::{Light, LightShape, LightTable};
 use super::settings::{RenderSettings, Sampler};
 use super::space::RenderSpace;
 use super::spheres::{self, ConstantSphere};
@@ -17,54 +19,86 @@ use super::spheres::{self, ConstantSphere};
 /// Ids of the shader from here on are records of the tree (shaders/lib/intersect/tree.glsl).
 const TREE_ID: usize = 0x0100_0000;
 
-/// A primitive by its place in the tables.
+/// Where a primitive of the shader comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum TablePrimitive {
-    /// Index among the constant spheres.
-    ConstantSphere(usize),
-    /// Index among the tree's primitives: triangles in scene order, then spheres.
-    OfTree(usize),
+pub(crate) enum Origin {
+    /// Index among the scene's spheres.
+    Sphere(usize),
+    /// Index among the triangles of all meshes.
+    Triangle(usize),
 }
 
 /// Everything that is uploaded or becomes a constant.
 pub(crate) struct Tables {
     pub shapes: Vec<[f32; 4]>,
-    pub lights: Vec<[f32; 4]>,
+    pub lights: LightTable,
+    light_count: u32,
+    emitter_count: u32,
+    /// The only light, if that is a point.
+    single_point: Option<Light>,
     pub records: Vec<Record>,
     pub tree: Option<TreeStatistics>,
-    /// Primitive of each leaf record: triangles in scene order, then the spheres of the tree.
-    pub order: Vec<u32>,
-    pub first_leaf: u32,
+    /// Of each leaf record, where its primitive comes from.
+    leaves: Vec<Origin>,
+    /// Scene indices of the constant spheres.
+    constant_origins: Vec<usize>,
+    first_leaf: u32,
     tree_boxes: Vec<Aabb>,
     constant_spheres: Vec<ConstantSphere>,
+    facets: Vec<Facet>,
+    facet_occluders: u32,
     hidden_lights: usize,
 }
 
 impl Tables {
-    pub fn of(scene: &Scene, space: &RenderSpace) -> Self {
+    pub fn of(scene: &Scene, space: &RenderSpace, settings: &RenderSettings) -> Self {
         let (constant, rest) = spheres::partition(&scene.spheres);
         let constant_spheres: Vec<_> =
             constant.iter().map(|&i| spheres::classify(&scene.spheres[i], scene, space)).collect();
 
+        let visible: Vec<_> =
+            scene.lights.iter().filter(|l| !scene.spheres.iter().any(|s| spheres::hides(s, scene, l))).collect();
+        let mut lights: Vec<Light> = visible.iter().map(|l| point_light(l, space)).filter(shines).collect();
+        let points = lights.len();
+        let mut add_light = |shape: LightShape, material: u32| match scene.materials[material as usize].surface {
+            Surface::Emitter { radiance } if radiance != [0.0; 3] => {
+                lights.push(Light { shape, radiance });
+                lights.len() as i32 - 1
+            }
+            _ => -1,
+        };
+        let sphere_shape = |s: &Sphere| LightShape::Sphere {
+            center: space.point(s.center),
+            radius: space.length(s.radius),
+            inward: s.inward,
+        };
+
         let materials: Vec<_> = scene.materials.iter().map(|m| material_texel(&m.surface)).collect();
         let mut shapes = Vec::new();
-        for s in &constant_spheres {
+        for (s, &i) in constant_spheres.iter().zip(&constant) {
             let [x, y, z] = s.center;
             shapes.push([x, y, z, s.curvature]);
             shapes.push(materials[s.material as usize]);
+            let light = add_light(sphere_shape(&scene.spheres[i]), s.material);
+            shapes.push([f32::from_bits(light as u32), 0.0, 0.0, 0.0]);
+        }
+        let (facets, in_constants) = facets::select(scene, space, settings.triangle_test);
+        for f in &facets {
+            let n = f.normal.as_vec3();
+            shapes.push([n.x, n.y, n.z, f.normal.dot(f.corners[0]) as f32]);
+            shapes.push(materials[f.material as usize]);
+            let [a, b, c, d] = f.corners;
+            let shape =
+                if f.is_triangle() { LightShape::Triangle([a, b, c]) } else { LightShape::Parallelogram([a, b, d]) };
+            let light = add_light(shape, f.material);
+            shapes.push([f32::from_bits(light as u32), 0.0, 0.0, 0.0]);
         }
         let first_material = shapes.len() as u32;
         shapes.extend(&materials);
 
-        let visible: Vec<_> =
-            scene.lights.iter().filter(|l| !scene.spheres.iter().any(|s| spheres::hides(s, scene, l))).collect();
-        let lights = visible.iter().flat_map(|l| light_texels(l, space)).collect();
-
         let start = Instant::now();
         let mut primitives = Vec::with_capacity(scene.triangle_count() + rest.len());
-        for mesh in &scene.meshes {
-            add_triangles(mesh, space, first_material, &mut shapes, &mut primitives);
-        }
+        let mut origins: Vec<Origin> = rest.iter().map(|&i| Origin::Sphere(i)).collect();
         for &i in &rest {
             let sphere = &scene.spheres[i];
             primitives.push(Primitive::Sphere {
@@ -72,26 +106,41 @@ impl Tables {
                 radius: space.length(sphere.radius) as f32,
                 inward: sphere.inward,
                 surface: first_material + sphere.material,
+                light: add_light(sphere_shape(sphere), sphere.material),
             });
         }
-        let bounds: Vec<_> = primitives.iter().map(Primitive::bounds).collect();
+        let mut first_triangle = 0;
+        for (mesh, &constant) in scene.meshes.iter().zip(&in_constants) {
+            if !constant {
+                let added = add_triangles(mesh, space, first_material, &mut add_light, &mut shapes, &mut primitives);
+                origins.extend(added.into_iter().map(|i| Origin::Triangle(first_triangle + i)));
+            }
+            first_triangle += mesh.triangles.len();
+        }
+        let light_table = LightTable::of(&lights);
         let mut tables = Self {
             shapes,
-            lights,
+            single_point: (points == 1 && lights.len() == 1).then(|| lights[0]),
+            light_count: lights.len() as u32,
+            emitter_count: (lights.len() - points) as u32,
+            lights: light_table,
             records: Vec::new(),
             tree: None,
-            order: Vec::new(),
+            leaves: Vec::new(),
+            constant_origins: constant,
             first_leaf: 0,
             tree_boxes: Vec::new(),
             constant_spheres,
+            facet_occluders: facets::occluders(&facets, scene, space),
+            facets,
             hidden_lights: scene.lights.len() - visible.len(),
         };
-        if let Some(tree) = accel::build(&bounds) {
+        if let Some(tree) = build_tree(&mut primitives, &mut origins) {
             tables.records = accel::pack(&tree, &primitives);
             tables.first_leaf = tree.nodes.len() as u32;
             tables.tree_boxes = tree.top_boxes(constant::MAX_TREE_BOXES);
             tables.tree = Some(TreeStatistics::of(&tree, start.elapsed().as_secs_f64()));
-            tables.order = tree.order;
+            tables.leaves = tree.order.iter().map(|&p| origins[p as usize]).collect();
         } else {
             // A tree is compiled in only by the general pipeline: one node whose boxes no ray meets.
             let mut nothing = [f32::NAN; 16];
@@ -107,15 +156,12 @@ impl Tables {
         self.hidden_lights
     }
 
-    /// What the shader calls the primitive that a ray met, in scene order: constant spheres, triangles, tree spheres.
-    pub fn primitive_of(&self, id: i32) -> Option<TablePrimitive> {
-        let record = usize::try_from(id).ok()?.checked_sub(TREE_ID);
-        match record {
-            None => Some(TablePrimitive::ConstantSphere(id as usize)),
-            Some(record) => {
-                let leaf = record.checked_sub(self.first_leaf as usize)?;
-                self.order.get(leaf).map(|&p| TablePrimitive::OfTree(p as usize))
-            }
+    /// Where the primitive with this id in the shader comes from; `None` for facets, which may join triangles.
+    pub fn origin_of(&self, id: i32) -> Option<Origin> {
+        let id = usize::try_from(id).ok()?;
+        match id.checked_sub(TREE_ID) {
+            None => self.constant_origins.get(id).map(|&i| Origin::Sphere(i)),
+            Some(record) => self.leaves.get(record.checked_sub(self.first_leaf as usize)?).copied(),
         }
     }
 
@@ -138,7 +184,10 @@ impl Tables {
             .bool(constant::BRUTE_FORCE, features.brute_force)
             .bool(constant::MOLLER_TRUMBORE, features.moller_trumbore)
             .bool(constant::SMOOTH_NORMALS, features.smooth_normals)
-            .uint(constant::LIGHT_COUNT, features.lights)
+            .uint(constant::LIGHT_COUNT, self.light_count)
+            .uint(constant::EMITTER_COUNT, self.emitter_count)
+            .uint(constant::LIGHT_NODES, self.lights.nodes)
+            .uint(constant::LIGHT_LOOPS, if self.single_point.is_some() { 0 } else { 2 * self.lights.depth })
             .uint(constant::SOBOL_LEVELS, features.sobol_levels)
             .uint(constant::TREE_BOX_COUNT, self.tree_boxes.len() as u32)
             .uint(constant::LEAF_BEGIN, self.first_leaf)
@@ -158,9 +207,18 @@ impl Tables {
             }
             s.uint(base + 5, sphere.side as u32).uint(base + 6, sphere.form as u32);
         }
-        if let [position, intensity] = self.lights.as_slice() {
-            for (i, v) in position[..3].iter().chain(&intensity[..3]).enumerate() {
-                s.float(constant::POINT + i as u32, *v);
+        s.uint(constant::FACET_COUNT, self.facets.len() as u32).uint(constant::FACET_OCCLUDERS, self.facet_occluders);
+        for (i, f) in self.facets.iter().enumerate() {
+            let base = constant::FACETS + 16 * i as u32;
+            let corners = f.corners.iter().flat_map(|c| c.to_array());
+            let plane = f.normal.to_array().into_iter().chain([f.normal.dot(f.corners[0])]);
+            for (j, v) in corners.chain(plane).enumerate() {
+                s.float(base + j as u32, v as f32);
+            }
+        }
+        if let Some(Light { shape: LightShape::Point(p), radiance }) = self.single_point {
+            for (i, v) in p.to_array().into_iter().chain(radiance).enumerate() {
+                s.float(constant::POINT + i as u32, v as f32);
             }
         }
         s
@@ -180,23 +238,73 @@ fn material_texel(surface: &Surface) -> [f32; 4] {
     }
 }
 
-fn light_texels(light: &Light, space: &RenderSpace) -> [[f32; 4]; 2] {
-    let Light::Point { position, power } = *light;
-    let p = space.point32(position);
+fn point_light(light: &scene::Light, space: &RenderSpace) -> Light {
+    let scene::Light::Point { position, power } = *light;
     let per = 1.0 / (4.0 * std::f64::consts::PI * std::f64::consts::PI);
-    [[p.x, p.y, p.z, 0.0], rgb(power.map(|x| space.power(x) * per), 0.0)]
+    Light { shape: LightShape::Point(space.point(position)), radiance: power.map(|x| space.power(x) * per) }
 }
 
+fn shines(light: &Light) -> bool {
+    light.radiance != [0.0; 3]
+}
+
+/// Builds the tree. Exact copies of a triangle are left out: the first of them is what rays hit, and thousands of them
+/// would all have to be visited.
+fn build_tree(primitives: &mut Vec<Primitive>, origins: &mut Vec<Origin>) -> Option<accel::Tree> {
+    let bounds: Vec<_> = primitives.iter().map(Primitive::bounds).collect();
+    let tree = accel::build(&bounds)?;
+    // Copies have equal boxes, which the builder keeps together, in ascending order.
+    let mut copy = vec![false; primitives.len()];
+    for pair in tree.order.windows(2) {
+        copy[pair[1] as usize] = is_copy(&primitives[pair[0] as usize], &primitives[pair[1] as usize]);
+    }
+    if !copy.contains(&true) {
+        return Some(tree);
+    }
+    let mut keep = copy.iter().map(|c| !c);
+    primitives.retain(|_| keep.next() == Some(true));
+    let mut keep = copy.iter().map(|c| !c);
+    origins.retain(|_| keep.next() == Some(true));
+    let bounds: Vec<_> = primitives.iter().map(Primitive::bounds).collect();
+    accel::build(&bounds)
+}
+
+fn is_copy(a: &Primitive, b: &Primitive) -> bool {
+    match (a, b) {
+        // Lights are sampled one by one: each of them must be there to be hit.
+        (Primitive::Triangle { vertices: a, light: -1, .. }, Primitive::Triangle { vertices: b, light: -1, .. }) => {
+            a == b
+        }
+        _ => false,
+    }
+}
+
+/// Whether single precision leaves the triangle an area. The products of differences of floats are exact in f64 but
+/// for their last bits.
+fn has_area([a, b, c]: [glam::Vec3; 3]) -> bool {
+    let [a, b, c] = [a, b, c].map(|p| p.as_dvec3());
+    (b - a).cross(c - a) != DVec3::ZERO
+}
+
+/// Adds the triangles of a mesh that have an area in single precision; returns their indices in the mesh.
 fn add_triangles(
     mesh: &crate::scene::Mesh,
     space: &RenderSpace,
     first_material: u32,
+    add_light: &mut impl FnMut(LightShape, u32) -> i32,
     shapes: &mut Vec<[f32; 4]>,
     primitives: &mut Vec<Primitive>,
-) {
+) -> Vec<usize> {
     let smooth = !mesh.vertex_normals.is_empty();
-    for (triangle, &material) in mesh.triangles.iter().zip(&mesh.triangle_materials) {
+    let mut added = Vec::with_capacity(mesh.triangles.len());
+    for (index, (triangle, &material)) in mesh.triangles.iter().zip(&mesh.triangle_materials).enumerate() {
         let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
+        let vertices = [a, b, c].map(|p| space.point32(p));
+        // A line or a point has no inside, and rounding must not give it one.
+        if !has_area(vertices) {
+            continue;
+        }
+        added.push(index);
         let normal = (b - a).cross(c - a);
         let normal = normal.try_normalize().unwrap_or(DVec3::Z);
         let attributes = if smooth {
@@ -210,10 +318,12 @@ fn add_triangles(
             -1
         };
         primitives.push(Primitive::Triangle {
-            vertices: [a, b, c].map(|p| space.point32(p)),
+            light: add_light(LightShape::Triangle([a, b, c].map(|p| space.point(p))), material),
+            vertices,
             normal: normal.as_vec3(),
             surface: first_material + material,
             attributes,
         });
     }
+    added
 }

@@ -3,13 +3,21 @@
 #ifndef DIELECTRIC_GLSL
 #define DIELECTRIC_GLSL
 
+#include "../math.glsl"
 #include "mirror.glsl"
 
 // Fraction of the power that is reflected. `cos_i` >= 0, `eta` = index of the far side over that of the near side.
 // `cos_t` is the cosine of the refracted ray, 0 under total reflection.
 float fresnel(float cos_i, float eta, out float cos_t) {
     // sin²θt = (1 − cos²θi)/η², arranged as cos²θt = (η² − 1 + cos²θi)/η²: no cancellation near grazing or at η = 1.
-    float k = (eta - 1.0) * (eta + 1.0) + cos_i * cos_i;
+    // At the critical angle it does cancel, and its root would magnify the rounding of the squares: they are exact here.
+    float eta2, eta2_low, cos2, cos2_low;
+    two_product(eta, eta, eta2, eta2_low);
+    two_product(cos_i, cos_i, cos2, cos2_low);
+    float excess, excess_low, sum, sum_low;
+    two_sum(eta2, -1.0, excess, excess_low);
+    two_sum(excess, cos2, sum, sum_low);
+    float k = sum + ((sum_low + excess_low) + (eta2_low + cos2_low));
     float root = sqrt(k > 0.0 ? k : 0.0);
     cos_t = root / eta;
     float parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);

@@ -94,7 +94,9 @@ float sphere_distance(Sphere s, vec3 o, float oo, vec3 d, float od, int leaving)
         t = s.form == FORM_WALL ? upper(c, 0.0) / (b + root) : upper(b - root, 0.0);
     } else if (s.side == SIDE_CAVITY) {
         hit = true;
-        t = upper(leaving != 0 ? 2.0 * b : b + root, 0.0);
+        // Near a wall of a large cavity b + root would cancel.
+        float farther = s.form == FORM_WALL && b < 0.0 ? c / (b - root) : b + root;
+        t = upper(leaving != 0 ? 2.0 * b : farther, 0.0);
     } else {
         bool inside = leaving == 2 || (leaving == 0 && c < 0.0);
         hit = leaving != 1 && (inside || (b > 0.0 && disc > 0.0));

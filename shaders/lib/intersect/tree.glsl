@@ -2,8 +2,8 @@
 // (src/accel/record.rs). Every step fetches the same four texels and tests two boxes; lanes at a leaf test its primitive.
 //
 //   inner node   lo0 | child0,  hi0 | child1,  lo1 | -,  hi1 | -
-//   triangle     v0 | surface,  v1 | attributes,  v2 | -,  normal | 1
-//   sphere       centre | surface,  (radius, 1/radius with the normal's sign, -) | -,  -,  - | 2
+//   triangle     v0 | surface,  v1 | attributes,  v2 | light,  normal | 1
+//   sphere       centre | surface,  (radius, 1/radius with the normal's sign, -) | -,  - | light,  - | 2
 //
 // A child is a record's index; its sign bit marks a leaf. The host bounds the depth, hence the stack.
 
@@ -44,8 +44,8 @@ bool box_test(TreeRay r, vec3 lo, vec3 hi, float t_max, out float t_near) {
     vec3 n = vec3(lower(a.x, b.x), lower(a.y, b.y), lower(a.z, b.z));
     vec3 f = vec3(upper(a.x, b.x), upper(a.y, b.y), upper(a.z, b.z));
     t_near = upper(upper(n.x, n.y), upper(n.z, 0.0));
-    float t_far = lower(lower(f.x, f.y), f.z) * SLAB_MARGIN;
-    return t_near <= lower(t_far, t_max);
+    // t_max too: the hit it stems from may lie in front of the box by rounding alone, and equal hits must be compared.
+    return t_near <= lower(lower(lower(f.x, f.y), f.z), t_max) * SLAB_MARGIN;
 }
 
 // Tests the primitive of a leaf record; `leaving` is the full id (and side) of the primitive the ray starts on.
@@ -62,11 +62,11 @@ bool leaf_test(TreeRay r, int record, vec4 q0, vec4 q1, vec4 q2, vec4 q3, float 
     if (MUTATION == MUTATE_TMIN) hit = hit && t > 1e-3;
     else if (MUTATION != MUTATE_SKIP) hit = hit && leaving != id;
     if (TREE_SPHERES) {
-        Sphere s = Sphere(q0.xyz, q1.x, 0.0, SIDE_BOTH, FORM_SMALL);
+        Sphere s = Sphere(q0.xyz, q1.x, 0.0, SIDE_BOTH, FORM_EXACT);
         float h = sphere_distance(s, r.origin, 0.0, r.direction, 0.0, leaving_code(leaving, id));
         bool is_sphere = q3.w == 2.0;
         t = is_sphere ? h : t;
-        hit = is_sphere ? h < t_max : hit;
+        hit = is_sphere ? h <= t_max && h < INFINITY : hit;
     }
     return hit;
 }
@@ -98,6 +98,8 @@ layout(constant_id = 54) const float TREE_BOX_3_HY = 0.0; layout(constant_id = 5
 // Whether the ray meets the tree's boxes before t_max.
 bool meets_tree(vec3 o, vec3 d, float t_max) {
     if (!HAS_TREE) return false;
+    // A ray that is not finite would walk the whole tree: NaN is in every box.
+    if (!is_finite(dot(o, o) + dot(d, d))) return false;
     if (BRUTE_FORCE || TREE_BOX_COUNT == 0u) return true;
     TreeRay r;
     r.origin = o;
@@ -130,6 +132,7 @@ void walk_step(inout Walk w, TreeRay r, int leaving, bool any_hit) {
         float t;
         bool hit = leaf_test(r, record, q0, q1, q2, q3, w.t, leaving, t);
         // Equal distances: the lower record wins, whatever the order of the walk.
+        hit = hit && (t < w.t || TREE_ID + record < w.id);
         w.t = hit ? t : w.t;
         w.id = hit ? TREE_ID + record : w.id;
         stop = hit && any_hit;

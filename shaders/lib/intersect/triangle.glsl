@@ -1,4 +1,4 @@
-// Ray–triangle tests. Both report a hit only for t > 0 and closer than the given distance.
+// Ray–triangle tests. Both report a hit only for t > 0 and not beyond the given distance.
 
 #ifndef TRIANGLE_GLSL
 #define TRIANGLE_GLSL
@@ -62,7 +62,7 @@ bool watertight(Shear r, vec3 o, vec3 v0, vec3 v1, vec3 v2, float t_max, out flo
     precise float z = (u * a.z + v * b.z) + w * c.z;
     t = z * r.s.z * inverse;
     barycentric = vec3(u, v, w) * inverse;
-    return inside && det != 0.0 && t > 0.0 && t < t_max;
+    return inside && det != 0.0 && t > 0.0 && t <= t_max;
 }
 
 // Möller and Trumbore, JGT 1997: the report's test. Rays aimed at a shared edge may miss both of its triangles.
@@ -78,7 +78,7 @@ bool moller_trumbore(vec3 o, vec3 d, vec3 v0, vec3 v1, vec3 v2, float t_max, out
     float w = dot(d, q) * inverse;
     t = dot(e2, q) * inverse;
     barycentric = vec3(1.0 - v - w, v, w);
-    return det != 0.0 && v >= 0.0 && w >= 0.0 && v + w <= 1.0 && t > 0.0 && t < t_max;
+    return det != 0.0 && v >= 0.0 && w >= 0.0 && v + w <= 1.0 && t > 0.0 && t <= t_max;
 }
 
 #endif

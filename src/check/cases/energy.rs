@@ -222,7 +222,7 @@ fn plates(lab: &Lab) -> Result<Measured, CheckError> {
     scene.quad(side([m, m, m], [p, m, m], [p, p, m], [m, p, m]), mirror(1.0));
     scene.quad(side([m, m, p], [p, m, p], [p, p, p], [m, p, p]), mirror(1.0));
     scene.light(DVec3::ZERO, 12.0);
-    scene.integrator.max_depth = 400;
+    scene.integrator.max_depth = 128;
     scene.camera.position = v(0.0, 0.25, 0.0);
     scene.camera.target = v(0.0, -1.0, 0.01);
     let origin = scene.camera.position;

@@ -78,8 +78,8 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "sampling/stratified",
-        what: "16, 256 and 4096 samples of a pixel",
-        oracle: "a (0, 2)-sequence: one sample in each elementary interval",
+        what: "16, 256 and 4096 samples of a pixel, the first block of them and a later one",
+        oracle: "one sample in each interval, and for the film position in each elementary rectangle",
         quantity: "intervals with another number",
         threshold: 0.0,
         full_only: false,
@@ -87,7 +87,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "sampling/correlation",
-        what: "neighbouring pixels, dimensions and samples",
+        what: "neighbouring pixels, rows and dimensions",
         oracle: "|r| < 5/√n",
         quantity: "worst |r|√n",
         threshold: 5.0,
@@ -300,6 +300,10 @@ fn stratified(lab: &Lab) -> Result<Measured, CheckError> {
                 let inputs: Vec<_> = (0..n).map(|i| [pixel, first + i, pair, pair]).collect();
                 let values = pairs(lab, &inputs)?;
                 for split in 0..=log2 {
+                    // Only the first two dimensions of Sobol's sequence are a (0, 2)-sequence.
+                    if pair > 0 && split != 0 && split != log2 {
+                        continue;
+                    }
                     let (columns, rows) = (1usize << split, 1usize << (log2 - split));
                     let mut counts = vec![0u32; n as usize];
                     for v in &values {
@@ -313,13 +317,18 @@ fn stratified(lab: &Lab) -> Result<Measured, CheckError> {
     Ok(Measured::new(wrong as f64, "3 pixels, 2 blocks each"))
 }
 
+/// A sample of its own for each pixel.
+fn hash_index(i: u32) -> u32 {
+    i.wrapping_mul(2_654_435_761) >> 20
+}
+
 fn uncorrelated(lab: &Lab) -> Result<Measured, CheckError> {
     let n = lab.size(1 << 14, 1 << 20) as u32;
     let mut off: f64 = 0.0;
-    // Offsets of (pixel, sample, pair) between the two numbers.
-    for (pixel, sample, pair) in [(1, 0, 0), (64, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, 9), (0, 16, 0)] {
+    // Offsets of (pixel, pair) between the two numbers. (Samples of one pixel are stratified, hence correlated.)
+    for (pixel, pair) in [(1, 0), (64, 0), (4096, 0), (0, 1), (0, 5), (0, 9)] {
         let at = |shift: u32| -> Vec<[u32; 4]> {
-            (0..n).map(|i| [7 * i + shift * pixel, (i >> 6) + shift * sample, 1 + shift * pair, 1]).collect()
+            (0..n).map(|i| [3 * i + shift * pixel, hash_index(i), 1 + shift * pair, 1 + shift * pair]).collect()
         };
         let (a, b) = (pairs(lab, &at(0))?, pairs(lab, &at(1))?);
         for (c, d) in [(0, 0), (1, 1), (0, 1)] {

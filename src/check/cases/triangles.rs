@@ -174,10 +174,18 @@ fn two_tests(lab: &Lab) -> Result<Measured, CheckError> {
     let scale = probes[0].scale();
     let rays: Vec<RayInput> = (0..lab.size(1 << 18, 1 << 22))
         .map(|_| {
-            let corners = triangles[rng.below(triangles.len())].map(|i| positions[i as usize]);
-            let [a, b] = [rng.between(0.05, 0.45), rng.between(0.05, 0.45)];
-            let target = corners[0] * (1.0 - a - b) + corners[1] * a + corners[2] * b;
+            // A point well inside of a triangle that faces the origin: the sphere is convex, so that it is the hit.
             let origin = (scale * rng.in_cube(1.0)).as_vec3();
+            let target = loop {
+                let corners = triangles[rng.below(triangles.len())].map(|i| positions[i as usize]);
+                let [a, b] = [rng.between(0.05, 0.45), rng.between(0.05, 0.45)];
+                let target = corners[0] * (1.0 - a - b) + corners[1] * a + corners[2] * b;
+                let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
+                let to = scale * target - origin.as_dvec3();
+                if to.normalize().dot(normal) < -0.05 {
+                    break target;
+                }
+            };
             RayInput::new(origin, (scale * target - origin.as_dvec3()).normalize().as_vec3())
         })
         .collect();

@@ -25,8 +25,8 @@ const BATCH: usize = 1 << 18;
 /// Loop iterations that an invocation may spend: beyond all that a probe needs, it makes the shader count them.
 const COUNTED: u32 = 1 << 20;
 
-const INPUT: u32 = 6;
-const OUTPUT: u32 = 7;
+const INPUT: u32 = 8;
+const OUTPUT: u32 = 9;
 const PROBE: u32 = 240;
 
 /// A kernel of shaders/probe with the choice of its function.
@@ -72,7 +72,7 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
             ("tree", binding::TREE, float4, bytemuck::cast_slice(&tables.records)),
             ("shapes", binding::SHAPES, float4, bytemuck::cast_slice(&tables.shapes)),
             ("sobol", binding::SOBOL, uint4, bytemuck::cast_slice(&table)),
-            ("lights", binding::LIGHTS, float4, bytemuck::cast_slice(&tables.lights)),
+            ("lights", binding::LIGHTS, float4, bytemuck::cast_slice(&tables.lights.texels)),
         ];
         let storage = |name, bytes: usize| Buffer::new(device, name, bytes as u64, Usage::Storage);
         let input = storage("probe input", BATCH * size_of::<I>())?;
@@ -198,8 +198,8 @@ fn write(buffer: &mut Buffer, bytes: &[u8]) -> Result<(), CheckError> {
 }
 
 /// Tables of a scene for a probe.
-pub(crate) fn tables_of(scene: &Scene) -> (RenderSpace, Tables) {
+pub(crate) fn tables_of(scene: &Scene, settings: &RenderSettings) -> (RenderSpace, Tables) {
     let space = RenderSpace::of(scene);
-    let tables = Tables::of(scene, &space);
+    let tables = Tables::of(scene, &space, settings);
     (space, tables)
 }

@@ -7,7 +7,7 @@ use crate::gpu::Context;
 use crate::oracle::Primitive;
 use crate::render::RenderSettings;
 use crate::render::space::RenderSpace;
-use crate::render::tables::{TablePrimitive, Tables};
+use crate::render::tables::{Origin, Tables};
 use crate::scene::Scene;
 
 use super::{CheckError, Kernel, Probe, tables_of};
@@ -66,6 +66,9 @@ pub(crate) struct PathInput {
     pub ray: RayInput,
     pub throughput: [f32; 3],
     pub hits: u32,
+    /// Normal at the start, and the density of the ray there (0: no light sampling competes).
+    pub normal: [f32; 3],
+    pub pdf: f32,
     /// The sample that the random numbers belong to.
     pub pixel: u32,
     pub index: u32,
@@ -75,7 +78,7 @@ pub(crate) struct PathInput {
 impl PathInput {
     /// A path of sample `index` of `pixel` that begins with `ray`.
     pub fn new(ray: RayInput, pixel: u32, index: u32) -> Self {
-        Self { ray, throughput: [1.0; 3], hits: 0, pixel, index, unused: [0; 2] }
+        Self { ray, throughput: [1.0; 3], hits: 0, normal: [0.0; 3], pdf: 0.0, pixel, index, unused: [0; 2] }
     }
 }
 
@@ -98,6 +101,8 @@ pub(crate) struct PathRecord {
     pub unused2: f32,
     pub direction: [f32; 3],
     pub leaving: i32,
+    pub normal: [f32; 3],
+    pub pdf: f32,
 }
 
 impl PathRecord {
@@ -112,6 +117,8 @@ impl PathRecord {
             },
             throughput: self.throughput,
             hits: self.hits,
+            normal: self.normal,
+            pdf: self.pdf,
             ..*from
         }
     }
@@ -123,28 +130,20 @@ pub(crate) struct RayProbe<I, O> {
     tables: Tables,
     space: RenderSpace,
     triangles: Vec<usize>,
-    constant: Vec<usize>,
-    rest: Vec<usize>,
 }
 
 impl<I: NoUninit, O: AnyBitPattern> RayProbe<I, O> {
     fn make(context: &Context, scene: &Scene, settings: &RenderSettings, function: u32) -> Result<Self, CheckError> {
-        let (space, tables) = tables_of(scene);
+        let (space, tables) = tables_of(scene, settings);
         let kernel = Kernel { name: "probe rays", spirv: RAYS, function };
         let probe = Probe::new(context, kernel, scene, &tables, settings, 0)?;
-        let (constant, rest) = crate::render::spheres_of(scene);
         let triangles = scene.meshes.iter().map(|m| m.triangles.len()).collect();
-        Ok(Self { probe, tables, space, triangles, constant, rest })
+        Ok(Self { probe, tables, space, triangles })
     }
 
     /// Runs over all inputs.
     pub fn run(&mut self, inputs: &[I]) -> Result<Vec<O>, CheckError> {
         self.probe.run(inputs)
-    }
-
-    /// A point of the scene in render space.
-    pub fn point(&self, p: DVec3) -> Vec3 {
-        self.space.point32(p)
     }
 
     /// Render-space units in a scene unit.
@@ -162,18 +161,18 @@ impl<I: NoUninit, O: AnyBitPattern> RayProbe<I, O> {
         self.tables.tree.map_or(0, |t| t.depth)
     }
 
-    /// The oracle's name for what the shader calls `id`; `None` for a miss.
+    /// The oracle's name for what the shader calls `id`; `None` for a miss, and for facets, which may join triangles.
     pub fn primitive(&self, id: i32) -> Option<Primitive> {
-        match self.tables.primitive_of(id & !INSIDE)? {
-            TablePrimitive::ConstantSphere(i) => self.constant.get(i).map(|&s| Primitive::Sphere(s)),
-            TablePrimitive::OfTree(mut i) => {
+        match self.tables.origin_of(id & !INSIDE)? {
+            Origin::Sphere(i) => Some(Primitive::Sphere(i)),
+            Origin::Triangle(mut i) => {
                 for (mesh, &count) in self.triangles.iter().enumerate() {
                     if i < count {
                         return Some(Primitive::Triangle(mesh, i));
                     }
                     i -= count;
                 }
-                self.rest.get(i).map(|&s| Primitive::Sphere(s))
+                None
             }
         }
     }
