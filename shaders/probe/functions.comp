@@ -21,7 +21,6 @@ const uint PROBE_DIFFUSE = 6u;
 const uint PROBE_FRESNEL = 7u;
 const uint PROBE_DIELECTRIC = 8u;
 const uint PROBE_SAMPLE_PAIR = 9u;
-const uint PROBE_INDEPENDENT = 10u;
 
 void main() {
     uint i = gl_GlobalInvocationID.x;
@@ -50,7 +49,6 @@ void main() {
         x.w = crossed ? 1.0 : 0.0;
     }
     if (PROBE == PROBE_SAMPLE_PAIR) x.xy = sample_pair(pixel_key(bits.x), bits.y, bits.z, bits.w);
-    if (PROBE == PROBE_INDEPENDENT) x.x = sample_independent(pixel_key(bits.x), bits.y, bits.w);
     output_floats(2u * i, x);
     output_floats(2u * i + 1u, y);
 }

@@ -106,7 +106,7 @@ fn run_case(case: &'static Case, lab: &Lab, options: &RunOptions, expectations: 
             report.measured = Some(measured.value).filter(|v| v.is_finite());
             report.detail = measured.detail;
             if !measured.value.is_finite() {
-                report.message = Some(format!("measured {}", measured.value));
+                report.message = Some(format!("measured {}: {}", measured.value, report.detail));
             }
         }
         Err(error) => {

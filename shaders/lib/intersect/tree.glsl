@@ -31,7 +31,7 @@ struct TreeRay {
 
 // 1/d without infinities: 0·∞ must not arise in the slab test, where NaN would be lost or win by chance.
 vec3 safe_inverse(vec3 d) {
-    const float tiny = 1e-18;
+    const float tiny = 1e-30;
     vec3 clamped = vec3(abs(d.x) < tiny ? tiny : d.x, abs(d.y) < tiny ? tiny : d.y, abs(d.z) < tiny ? tiny : d.z);
     return 1.0 / (MUTATION == MUTATE_INVERSE ? d : clamped);
 }

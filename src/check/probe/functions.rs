@@ -32,8 +32,6 @@ pub(crate) enum Function {
     Dielectric = 8,
     /// (pixel, index, pair, hit) as integers → u
     SamplePair = 9,
-    /// (pixel, index, -, hit) as integers → u
-    Independent = 10,
 }
 
 impl Function {
