@@ -50,7 +50,7 @@ const uint MUTATE_SKIP = 8u;
 const uint MUTATE_SLAB = 9u;
 const uint MUTATE_SPHERE = 10u;
 const uint MUTATE_FILM = 11u;
-const uint MUTATE_INVERSE = 12u;
+const uint MUTATE_GUARD = 12u;
 const uint MUTATE_FINITE = 13u;
 
 // ---- bindings

@@ -9,14 +9,15 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::Cosine => &["light/closed-form"],
         Mutation::SwappedIor => &["glass/slab-shift", "glass/total-reflection"],
         Mutation::FixedTmin => &["triangles/close-corner"],
-        Mutation::TruncatedSampler => &["sampling/uniformity"],
+        Mutation::TruncatedSampler => &["sampling/stratified"],
         Mutation::ContractedEdges => &["triangles/edges"],
         Mutation::NoOffset => &["triangles/spawn-flat"],
-        Mutation::NoSkip => &["triangles/spawn-flat"],
+        Mutation::NoSkip => &["triangles/spawn-own"],
         Mutation::NoSlabMargin => &["tree/brute-force"],
         Mutation::TextbookSphere => &["spheres/walls", "spheres/far-small"],
         Mutation::PlainSum => &["film/long-sum"],
-        Mutation::InfiniteInverse => &["tree/axis-aligned"],
+        Mutation::UnguardedRays => &["tree/non-finite-steps"],
         Mutation::NonFiniteSamples => &["scale/overflow"],
+        Mutation::ThinBoxes => &["tree/axis-aligned"],
     }
 }

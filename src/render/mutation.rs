@@ -26,15 +26,17 @@ pub enum Mutation {
     TextbookSphere = 10,
     /// The film is a plain sum in single precision.
     PlainSum = 11,
-    /// Reciprocal directions may be infinite.
-    InfiniteInverse = 12,
+    /// Rays that are not finite enter the tree.
+    UnguardedRays = 12,
     /// NaN and infinite samples are added to the film.
     NonFiniteSamples = 13,
+    /// Boxes of triangles are not widened by an ulp (on the host).
+    ThinBoxes = 14,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -46,8 +48,9 @@ impl Mutation {
         Self::NoSlabMargin,
         Self::TextbookSphere,
         Self::PlainSum,
-        Self::InfiniteInverse,
+        Self::UnguardedRays,
         Self::NonFiniteSamples,
+        Self::ThinBoxes,
     ];
 
     /// What is broken, in words.
@@ -64,8 +67,9 @@ impl Mutation {
             Self::NoSlabMargin => "slab test not widened",
             Self::TextbookSphere => "textbook quadratic for spheres",
             Self::PlainSum => "film summed in plain single precision",
-            Self::InfiniteInverse => "reciprocal directions may be infinite",
+            Self::UnguardedRays => "rays that are not finite enter the tree",
             Self::NonFiniteSamples => "NaN and infinite samples added to the film",
+            Self::ThinBoxes => "boxes of triangles not widened by an ulp",
         }
     }
 }

@@ -12,6 +12,7 @@ use super::facets::{self, Facet};
 use super::features::Features;
 use super::layout::{constant, kind};
 use super::lights::{Light, LightShape, LightTable};
+use super::mutation::Mutation;
 use super::settings::{RenderSettings, Sampler};
 use super::space::RenderSpace;
 use super::spheres::{self, ConstantSphere};
@@ -135,7 +136,7 @@ impl Tables {
             facets,
             hidden_lights: scene.lights.len() - visible.len(),
         };
-        if let Some(tree) = build_tree(&mut primitives, &mut origins) {
+        if let Some(tree) = build_tree(&mut primitives, &mut origins, settings) {
             tables.records = accel::pack(&tree, &primitives);
             tables.first_leaf = tree.nodes.len() as u32;
             tables.tree_boxes = tree.top_boxes(constant::MAX_TREE_BOXES);
@@ -250,8 +251,18 @@ fn shines(light: &Light) -> bool {
 
 /// Builds the tree. Exact copies of a triangle are left out: the first of them is what rays hit, and thousands of them
 /// would all have to be visited.
-fn build_tree(primitives: &mut Vec<Primitive>, origins: &mut Vec<Origin>) -> Option<accel::Tree> {
-    let bounds: Vec<_> = primitives.iter().map(Primitive::bounds).collect();
+fn build_tree(
+    primitives: &mut Vec<Primitive>,
+    origins: &mut Vec<Origin>,
+    settings: &RenderSettings,
+) -> Option<accel::Tree> {
+    let bounds_of = |p: &Primitive| match *p {
+        Primitive::Triangle { vertices, .. } if settings.mutation == Some(Mutation::ThinBoxes) => {
+            Aabb::around(vertices)
+        }
+        _ => p.bounds(),
+    };
+    let bounds: Vec<_> = primitives.iter().map(bounds_of).collect();
     let tree = accel::build(&bounds)?;
     // Copies have equal boxes, which the builder keeps together, in ascending order.
     let mut copy = vec![false; primitives.len()];
@@ -265,7 +276,7 @@ fn build_tree(primitives: &mut Vec<Primitive>, origins: &mut Vec<Origin>) -> Opt
     primitives.retain(|_| keep.next() == Some(true));
     let mut keep = copy.iter().map(|c| !c);
     origins.retain(|_| keep.next() == Some(true));
-    let bounds: Vec<_> = primitives.iter().map(Primitive::bounds).collect();
+    let bounds: Vec<_> = primitives.iter().map(bounds_of).collect();
     accel::build(&bounds)
 }
 

@@ -33,7 +33,7 @@ struct TreeRay {
 vec3 safe_inverse(vec3 d) {
     const float tiny = 1e-30;
     vec3 clamped = vec3(abs(d.x) < tiny ? tiny : d.x, abs(d.y) < tiny ? tiny : d.y, abs(d.z) < tiny ? tiny : d.z);
-    return 1.0 / (MUTATION == MUTATE_INVERSE ? d : clamped);
+    return 1.0 / clamped;
 }
 
 TreeRay tree_ray(vec3 o, vec3 d) { return TreeRay(o, d, safe_inverse(d), shear_of(d)); }
@@ -99,7 +99,7 @@ layout(constant_id = 54) const float TREE_BOX_3_HY = 0.0; layout(constant_id = 5
 bool meets_tree(vec3 o, vec3 d, float t_max) {
     if (!HAS_TREE) return false;
     // A ray that is not finite would walk the whole tree: NaN is in every box.
-    if (!is_finite(dot(o, o) + dot(d, d))) return false;
+    if (MUTATION != MUTATE_GUARD && !is_finite(dot(o, o) + dot(d, d))) return false;
     if (BRUTE_FORCE || TREE_BOX_COUNT == 0u) return true;
     TreeRay r;
     r.origin = o;

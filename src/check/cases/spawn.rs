@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::check::cases::tree::soup;
 use crate::check::probe::{PathInput, RayInput};
 use crate::check::rng::Rng;
 use crate::check::scenes::{Build, diffuse, empty, grid, icosphere, v};
@@ -19,6 +20,15 @@ pub(super) const CASES: &[Case] = &[
         threshold: 0.0,
         full_only: false,
         measure: spawn_flat,
+    },
+    Case {
+        name: "triangles/spawn-own",
+        what: "rays scattered from triangles of all sizes and attitudes",
+        oracle: "a triangle is flat",
+        quantity: "rays that hit the triangle they leave",
+        threshold: 0.0,
+        full_only: false,
+        measure: spawn_own,
     },
     Case {
         name: "triangles/spawn-convex",
@@ -107,6 +117,34 @@ fn spawn_flat(lab: &Lab) -> Result<Measured, CheckError> {
     Ok(Measured::new(hits as f64, format!("{rays} rays, {planes} planes")))
 }
 
+fn spawn_own(lab: &Lab) -> Result<Measured, CheckError> {
+    let mut rng = Rng::new(29);
+    let mut scene = soup(&mut rng, 500);
+    scene.materials[0].surface = diffuse(0.9);
+    let mesh = &scene.meshes[0];
+    let mut probe = lab.scatter(&scene)?;
+    let scale = probe.scale();
+    let (mut again, mut traced) = (0usize, 0usize);
+    let total = lab.size(1 << 19, 100_000_000);
+    while traced < total {
+        let paths: Vec<_> = (0..1 << 18)
+            .map(|i| {
+                let [a, b, c] = mesh.triangles[rng.below(mesh.triangles.len())].map(|i| mesh.positions[i as usize]);
+                let target = a.lerp(b, rng.uniform()).lerp(c, rng.uniform());
+                let origin = (scale * rng.in_cube(4.0)).as_vec3();
+                let direction = (scale * target - origin.as_dvec3()).normalize().as_vec3();
+                PathInput::new(RayInput::new(origin, direction), rng.bits() & 4095, i as u32)
+            })
+            .collect();
+        let first = probe.run(&paths)?;
+        let alive = paths.iter().zip(&first).filter(|p| p.1.alive != 0);
+        let (ids, next): (Vec<_>, Vec<_>) = alive.map(|(p, r)| (r.id, r.next(p))).unzip();
+        again += ids.iter().zip(&probe.run(&next)?).filter(|(id, hit)| hit.id == **id).count();
+        traced += next.len().max(1);
+    }
+    Ok(Measured::new(again as f64, format!("{traced} rays, 500 triangles")))
+}
+
 fn spawn_convex(lab: &Lab) -> Result<Measured, CheckError> {
     let mut rng = Rng::new(31);
     let (mut hits, mut rays) = (0, 0);
@@ -114,7 +152,7 @@ fn spawn_convex(lab: &Lab) -> Result<Measured, CheckError> {
         let (positions, triangles) = icosphere(v(1.5, -0.5, -4.0), radius, levels);
         let mut scene = empty();
         scene.mesh(&positions, &triangles, diffuse(0.9));
-        let (again, traced) = again(lab, &scene, &mut rng, lab.size(3 << 16, 100_000_000) / 3)?;
+        let (again, traced) = again(lab, &scene, &mut rng, lab.size(3 << 15, 100_000_000) / 3)?;
         hits += again;
         rays += traced;
     }

@@ -181,7 +181,7 @@ fn self_hit(lab: &Lab) -> Result<Measured, CheckError> {
     let outside = |p: DVec3| centers.iter().all(|(c, r)| p.distance(*c) > *r);
     let mut probe = lab.scatter(&scene)?;
     let (mut again, mut traced) = (0usize, 0usize);
-    let total = lab.size(1 << 18, 100_000_000);
+    let total = lab.size(1 << 17, 100_000_000);
     let scale = probe.scale();
     while traced < total {
         let paths: Vec<_> = (0..total.min(1 << 18))

@@ -84,7 +84,7 @@ pub(super) const CASES: &[Case] = &[
     },
 ];
 
-fn soup(rng: &mut Rng, triangles: usize) -> Scene {
+pub(super) fn soup(rng: &mut Rng, triangles: usize) -> Scene {
     let mut scene = empty();
     let mut positions = Vec::new();
     let mut indices = Vec::new();
@@ -145,7 +145,7 @@ fn brute_force(lab: &Lab) -> Result<Measured, CheckError> {
     let (positions, triangles) = icosphere(v(0.1, 0.2, -0.5), 1.0, 2);
     closed.mesh(&positions, &triangles, diffuse(0.5));
     let seed = rng.bits();
-    let count = lab.size(1 << 17, 20_000_000);
+    let count = lab.size(1 << 16, 20_000_000);
     let (mut wrong, mut traced) = (0, 0);
     for scene in [spheres, closed] {
         let rays = |scale| aimed(&scene, scale, &mut Rng::new(u64::from(seed)), count);

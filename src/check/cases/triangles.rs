@@ -17,7 +17,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "rays that leak",
         threshold: 0.0,
         full_only: false,
-        measure: |lab| leaks(lab, &closed(DVec3::ZERO, 1.0), Aim::Edges, lab.size(1 << 19, 100_000_000)),
+        measure: |lab| leaks(lab, &closed(DVec3::ZERO, 1.0), Aim::Edges, lab.size(1 << 18, 100_000_000)),
     },
     Case {
         name: "triangles/vertices",
@@ -26,7 +26,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "rays that leak",
         threshold: 0.0,
         full_only: false,
-        measure: |lab| leaks(lab, &closed(DVec3::ZERO, 1.0), Aim::Vertices, lab.size(1 << 19, 100_000_000)),
+        measure: |lab| leaks(lab, &closed(DVec3::ZERO, 1.0), Aim::Vertices, lab.size(1 << 18, 100_000_000)),
     },
     Case {
         name: "triangles/far-offset",
@@ -37,7 +37,7 @@ pub(super) const CASES: &[Case] = &[
         full_only: false,
         measure: |lab| {
             let far = v(148_376.0, 1234.0, -223_423.0);
-            leaks(lab, &[(icosphere(far, 2.0, 4), far, 0.5)], Aim::Edges, lab.size(1 << 19, 100_000_000))
+            leaks(lab, &[(icosphere(far, 2.0, 4), far, 0.5)], Aim::Edges, lab.size(1 << 18, 100_000_000))
         },
     },
     Case {
