@@ -43,11 +43,11 @@ void main() {
             shadow_rays += shadow.wanted ? 1u : 0u;
             if (shadow.wanted) {
                 bool hidden;
-                if (shadow_needs_tree(shadow, hidden)) {
-                    if (!hidden_by_tree(shadow, loops)) through_tree += shadow.radiance;
-                } else if (!hidden) {
-                    radiance += shadow.radiance;
-                }
+                bool needs_tree = shadow_needs_tree(shadow, hidden);
+                if (!needs_tree && !hidden) radiance += shadow.radiance;
+#if WITH_TREE
+                if (needs_tree && !hidden_by_tree(shadow, loops)) through_tree += shadow.radiance;
+#endif
             }
         }
         if (!alive) {
