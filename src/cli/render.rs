@@ -126,7 +126,8 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         );
     }
     let image = Image::from_pixels(film.width(), film.height(), film.mean())?;
-    let written = image::write(&output, &image, &metadata(&scene, &settings, &context, &renderer), scene.film.transfer)?;
+    let written =
+        image::write(&output, &image, &metadata(&scene, &settings, &context, &renderer), scene.film.transfer)?;
     if written.non_finite > 0 {
         log::warn!("{}: {} pixels are not finite", output.display(), written.non_finite);
     }
