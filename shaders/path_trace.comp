@@ -39,13 +39,14 @@ void main() {
             shadow_rays += shadow.wanted ? 1u : 0u;
             if (shadow.wanted && !occluded(shadow, loops)) radiance += shadow.radiance;
         }
-        if (!alive) {
+        loops += 1u;
+        // Out of budget: a walk may have ended too early, so that the sample in hand does not count. What the film
+        // holds is complete; the next dispatch begins with that sample again.
+        within_budget = LOOP_BUDGET == 0u || loops < LOOP_BUDGET;
+        if (!alive && within_budget) {
             bad += film_add(film_pixel, radiance) ? 0u : 1u;
             radiance = vec3(0.0);
         }
-        loops += 1u;
-        // Out of budget: what the film holds is complete; the sample in hand begins again in the next dispatch.
-        within_budget = LOOP_BUDGET == 0u || loops < LOOP_BUDGET;
     }
     film_store(slot, film_pixel);
     atomicAdd(counters[COUNT_SAMPLES], film_pixel.count - first);

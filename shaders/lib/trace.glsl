@@ -5,14 +5,20 @@
 
 #include "path.glsl"
 
-// Walks the tree to the end; `loops` grows by the iterations that the whole subgroup spends (drivers bound those).
-void walk_tree(inout Walk walk, vec3 o, vec3 d, int leaving, bool any_hit, inout uint loops) {
+// Walks the tree to the end, or as far as the budget goes; then `loops` has reached LOOP_BUDGET. Returns the steps.
+uint walk_tree(inout Walk walk, vec3 o, vec3 d, int leaving, bool any_hit, uint loops) {
     TreeRay r = tree_ray(o, d);
     uint steps = 0u;
     while (walk.current != FINISHED && (LOOP_BUDGET == 0u || loops + steps < LOOP_BUDGET)) {
         walk_step(walk, r, leaving, any_hit);
         steps += 1u;
     }
+    return steps;
+}
+
+// Adds the iterations that the subgroup spent: drivers bound those of the slowest lane, and a lane that did not enter
+// the loop waited as long.
+void count_loops(uint steps, inout uint loops) {
     if (LOOP_BUDGET > 0u) loops += subgroupMax(steps);
 }
 
@@ -22,12 +28,14 @@ int closest_hit(vec3 o, vec3 d, int leaving, out float t, inout uint loops) {
     int id = -1;
     closest_sphere(o, d, leaving, t, id);
     if (HAS_TREE) {
+        uint steps = 0u;
         if (meets_tree(o, d, t)) {
             Walk walk = walk_begin(t);
-            walk_tree(walk, o, d, leaving, false, loops);
+            steps = walk_tree(walk, o, d, leaving, false, loops);
             t = walk.t;
             id = walk.id >= 0 ? walk.id : id;
         }
+        count_loops(steps, loops);
     }
     return id;
 }
@@ -35,11 +43,13 @@ int closest_hit(vec3 o, vec3 d, int leaving, out float t, inout uint loops) {
 bool occluded(ShadowRay ray, inout uint loops) {
     bool hidden = spheres_occlude(ray);
     if (HAS_TREE) {
+        uint steps = 0u;
         if (!hidden && meets_tree(ray.origin, ray.direction, ray.distance)) {
             Walk walk = walk_begin(ray.distance);
-            walk_tree(walk, ray.origin, ray.direction, ray.leaving, true, loops);
+            steps = walk_tree(walk, ray.origin, ray.direction, ray.leaving, true, loops);
             hidden = walk.id >= 0;
         }
+        count_loops(steps, loops);
     }
     return hidden;
 }
