@@ -5,6 +5,8 @@ mod error;
 mod features;
 mod film;
 mod layout;
+#[cfg(test)]
+mod layout_tests;
 mod mutation;
 mod plan;
 mod renderer;
