@@ -23,7 +23,10 @@ void main() {
 
     uint key = pixel_key(pixel);
     Path path = path_begin(pixel, key, first);
+    // Light whose shadow ray went through the tree is summed apart: path_queue.comp learns of it later, and both
+    // schedulers must round alike.
     vec3 radiance = vec3(0.0);
+    vec3 through_tree = vec3(0.0);
     uint bad = 0u;
     uint rays = 0u;
     uint shadow_rays = 0u;
@@ -32,26 +35,42 @@ void main() {
     while (film_pixel.count < end && within_budget) {
         float t;
         int id = closest_hit(path.origin, path.direction, path.leaving, t, loops);
+        Arrival arrival;
         ShadowRay shadow;
-        bool alive = path_scatter(path, id, t, pixel, key, radiance, shadow);
+        bool alive = path_arrive(path, id, t, key, radiance, arrival, shadow);
         rays += 1u;
         if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
             shadow_rays += shadow.wanted ? 1u : 0u;
-            if (shadow.wanted && !occluded(shadow, loops)) radiance += shadow.radiance;
+            bool hidden = true;
+            bool walks = shadow.wanted && shadow_needs_tree(shadow, hidden);
+            if (HAS_TREE) {
+                uint steps = 0u;
+                if (walks) hidden = hidden_by_tree(shadow, loops, steps);
+                count_loops(steps, loops);
+                // Without the tree, light is still summed as if there were one.
+                if (BRUTE_FORCE) walks = walks && meets_boxes(shadow.origin, shadow.direction, shadow.distance);
+                through_tree += walks && !hidden ? shadow.radiance : vec3(0.0);
+            }
+            radiance += walks || hidden ? vec3(0.0) : shadow.radiance;
         }
         loops += 1u;
         // Out of budget: a walk may have ended too early, so that the sample in hand does not count. What the film
         // holds is complete; the next dispatch begins with that sample again.
         within_budget = LOOP_BUDGET == 0u || loops < LOOP_BUDGET;
         if (!alive && within_budget) {
+            if (HAS_TREE) radiance += through_tree;
             bad += film_add(film_pixel, radiance) ? 0u : 1u;
             radiance = vec3(0.0);
+            through_tree = vec3(0.0);
         }
+        path_depart(path, arrival, alive, pixel, key, path.index + (alive ? 0u : 1u));
     }
     film_store(slot, film_pixel);
     atomicAdd(counters[COUNT_SAMPLES], film_pixel.count - first);
     atomicAdd(counters[COUNT_RAYS], rays);
     atomicAdd(counters[COUNT_SHADOW], shadow_rays);
+    if (PATH_STATS) atomicAdd(counters[COUNT_STEPS], walked_steps);
+    if (PATH_STATS) atomicAdd(counters[COUNT_TREE_RAYS], walked_rays);
     if (bad > 0u) atomicAdd(counters[COUNT_BAD], bad);
     if (film_pixel.count < end && within_budget) atomicAdd(counters[COUNT_TRUNCATED], 1u);
 }

@@ -9,10 +9,16 @@ use photolith::{RenderSettings, Scene};
 
 const SAMPLES: u32 = 32;
 
-/// A loop budget in which each sample of the scene ends, but not all samples of a pixel: every path of the spheres has
-/// 20 hits (two loops each in the general pipeline), and one of the cat takes some hundred steps through the tree.
-fn small_budget(name: &str) -> u32 {
-    if name == "cat" { 1500 } else { 400 }
+/// A loop budget in which a sample of the scene ends, but not all samples of a dispatch: every path of the spheres has
+/// 20 hits (two loops each in the general pipeline), and one of the cat takes some hundred steps through the tree. With
+/// a queue, all paths of a workgroup share the budget, and in the general pipeline all rays go through it.
+fn small_budget(name: &str, scheduler: Scheduler) -> u32 {
+    match (name, scheduler) {
+        ("cat", Scheduler::Inline) => 1500,
+        (_, Scheduler::Inline) => 400,
+        ("cat" | "cornell", Scheduler::Queue | Scheduler::Auto) => 8000,
+        (_, Scheduler::Queue | Scheduler::Auto) => 30_000,
+    }
 }
 
 /// Every way of rendering that may change no bit.
@@ -28,11 +34,14 @@ fn variants(name: &str, scene: &Scene) -> Vec<(String, RenderSettings)> {
     for n in [8, 64, 128] {
         all.push((format!("workgroups of {n}"), RenderSettings { workgroup_size: Some(n), ..base.clone() }));
     }
-    let budget = Some(small_budget(name));
-    all.push((format!("loop budget {budget:?}"), RenderSettings { loop_budget: budget, ..base.clone() }));
     all.push(("general pipeline".to_owned(), RenderSettings { general: true, ..base.clone() }));
     for scheduler in [Scheduler::Inline, Scheduler::Queue] {
+        let budget = Some(small_budget(name, scheduler));
         all.push((format!("{scheduler:?}"), RenderSettings { scheduler, ..base.clone() }));
+        all.push((
+            format!("{scheduler:?}, loop budget {budget:?}"),
+            RenderSettings { scheduler, loop_budget: budget, ..base.clone() },
+        ));
         all.push((
             format!("{scheduler:?}, all at once"),
             RenderSettings {
@@ -59,8 +68,8 @@ fn same_bits_in_every_way(name: &str) {
     for size in [(13, 21), (1, 1), (65, 3)] {
         let scene = shipped(name, size, SAMPLES);
         let expected = render(&context, &scene, &RenderSettings::of(&scene));
-        // The last two variants hold all the others.
-        for (what, settings) in variants(name, &scene).into_iter().rev().take(2) {
+        let all_at_once = |(what, _): &(String, RenderSettings)| what.contains("all at once");
+        for (what, settings) in variants(name, &scene).into_iter().filter(all_at_once) {
             assert_same_bits(&render(&context, &scene, &settings), &expected, &format!("{name}, {size:?}, {what}"));
         }
     }
@@ -110,8 +119,14 @@ fn the_cut_is_what_was_asked_for() {
     };
     assert_eq!([1, 3, 7, 64].map(dispatches), [64, 22, 10, 1]);
     // Samples beyond the budget are done again, in dispatches of their own.
-    let settings = RenderSettings { loop_budget: Some(small_budget("spheres")), ..RenderSettings::of(&scene) };
-    assert!(render_counted(&context, &scene, &settings).1.dispatches > 1);
+    for (name, scheduler) in [("spheres", Scheduler::Inline), ("cat", Scheduler::Inline), ("cat", Scheduler::Queue)] {
+        let scene = shipped(name, (48, 40), SAMPLES);
+        let base = RenderSettings { scheduler, samples_per_dispatch: Some(SAMPLES), ..RenderSettings::of(&scene) };
+        let budget = Some(small_budget(name, scheduler));
+        let unbounded = render_counted(&context, &scene, &base).1.dispatches;
+        let bounded = render_counted(&context, &scene, &RenderSettings { loop_budget: budget, ..base }).1.dispatches;
+        assert!(bounded > unbounded, "{name}, {scheduler:?}: {bounded} dispatches, {unbounded} without a budget");
+    }
 }
 
 #[test]

@@ -98,9 +98,10 @@ fn coarse(mesh: &Mesh, cell: f64) -> Mesh {
 #[test]
 fn scenes_agree_with_the_oracle() {
     let context = context();
-    for name in SCENES.into_iter().filter(|&name| name != "cat") {
+    // The cat has a test of its own; antialias-1 is antialias-100 with fewer samples.
+    for name in SCENES.into_iter().filter(|&name| name != "cat" && name != "antialias-1") {
         // Caustics need more samples.
-        let (samples, oracle_samples) = if name == "cornell" { (64, 1024) } else { (16, 64) };
+        let (samples, oracle_samples) = if name == "cornell" { (128, 2048) } else { (16, 64) };
         agrees(&context, &shipped(name, (48, 48), samples), oracle_samples);
     }
 }

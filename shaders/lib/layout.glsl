@@ -32,6 +32,8 @@ layout(constant_id = 22) const uint LEAF_BEGIN = 0u;       // first leaf record,
 layout(constant_id = 23) const uint LEAF_END = 0u;
 layout(constant_id = 24) const uint MUTATION = 0u;         // tests only: breaks one thing, see render/mutation.rs
 layout(constant_id = 25) const uint EMITTER_COUNT = 0u;    // emitters sampled directly; 0: found only by hitting them
+layout(constant_id = 27) const uint REGIONS = 64u;         // queue regions that workgroups share
+layout(constant_id = 28) const uint REFILL_BELOW = 6u;     // lanes: with fewer at work, a subgroup fetches more rays
 layout(constant_id = 26) const bool PATH_STATS = false;    // count rays and traversal steps
 
 // ---- bindings
@@ -41,13 +43,15 @@ layout(binding = 2) uniform usamplerBuffer sobol_texels;   // see sampler.glsl
 layout(binding = 3) uniform samplerBuffer light_texels;    // see light/
 layout(std430, binding = 4) buffer Film { vec4 film[]; };  // 2 vec4 a slot, see film.glsl
 layout(std430, binding = 5) buffer Counters { uint counters[]; };
+layout(std430, binding = 6) coherent buffer Queue { vec4 queue[]; };   // see path_queue.comp
+layout(std430, binding = 7) coherent buffer QueuePool { uint pool[]; };
 
 // Indices into `counters`.
 const uint COUNT_SAMPLES = 0u;     // samples committed by this dispatch
 const uint COUNT_BAD = 1u;         // samples that were NaN or infinite
 const uint COUNT_RAYS = 2u;        // closest-hit rays
 const uint COUNT_SHADOW = 3u;      // shadow rays
-const uint COUNT_STEPS = 4u;       // tree records visited (with PATH_STATS)
+const uint COUNT_STEPS = 4u;       // steps through the tree (with PATH_STATS)
 const uint COUNT_TREE_RAYS = 5u;   // rays that entered the tree (with PATH_STATS)
 const uint COUNT_TRUNCATED = 6u;   // invocations whose loop ended although nothing in the shader ended it
 

@@ -49,19 +49,33 @@ bool spheres_occlude(ShadowRay ray) {
     return any_sphere(ray.origin, ray.direction, ray.distance, ray.leaving);
 }
 
-// Light from the point lights at a diffuse surface, before it is known whether anything is in between.
-ShadowRay direct_light(Surface s, vec3 n, vec3 origin, int id, vec3 reflected, uint key, Path path) {
-    ShadowRay ray = ShadowRay(origin, n, 0.0, id, vec3(0.0), false);
+// What arriving at a surface leaves for the departure.
+struct Arrival {
+    Surface surface;
+    int id;
+    vec3 normal;        // shading normal on the side from which the ray came
+    vec3 up;            // geometric normal on that side
+    vec3 outside;       // the hit, moved off the surface by its error bound
+    vec3 throughput;
+    bool front;
+    bool last;          // the next ray can only meet light
+    uint hits;
+};
+
+// Light from a point light at a diffuse surface, before it is known whether anything is in between.
+ShadowRay direct_light(Arrival a, uint index, uint key) {
+    vec3 n = a.normal;
+    ShadowRay ray = ShadowRay(a.outside, n, 0.0, leaving_id(a.id, a.surface, a.front), vec3(0.0), false);
     if (LIGHT_COUNT == 0u) return ray;
     uint chosen = 0u;
     float weight = 1.0;
     if (LIGHT_COUNT > 1u) {
         // One light, in proportion to what each would contribute unoccluded.
-        float u = sample_pair(key, path.index, pair_choice(path.hits), path.hits).x;
+        float u = sample_pair(key, index, pair_choice(a.hits), a.hits).x;
         float total = 0.0;
         for (uint i = 0u; i < LIGHT_COUNT; ++i) {
             PointLight l = point_light(i);
-            vec3 to = l.position - s.position;
+            vec3 to = l.position - a.outside;
             float r2 = dot(to, to);
             float c = upper(dot(n, to), 0.0) * inversesqrt(r2) / r2;
             float w = c * (l.intensity.x + l.intensity.y + l.intensity.z);
@@ -76,81 +90,81 @@ ShadowRay direct_light(Surface s, vec3 n, vec3 origin, int id, vec3 reflected, u
         weight = total > 0.0 ? total / weight : 0.0;
     }
     PointLight light = point_light(chosen);
-    vec3 to = light.position - origin;
+    vec3 to = light.position - a.outside;
     float r2 = dot(to, to);
     float inverse = 1.0 / sqrt(r2);
     float c = dot(n, to) * inverse;
     if (MUTATION == 2u) c = c > 0.0 ? 1.0 : c;
     ray.direction = to * inverse;
     ray.distance = r2 * inverse;
-    ray.radiance = reflected * light.intensity * (weight * c * inverse * inverse);
-    ray.wanted = c > 0.0 && dot(s.normal, ray.direction) * dot(s.normal, n) > 0.0 && r2 > 0.0;
+    ray.radiance = a.throughput * light.intensity * (weight * c * inverse * inverse);
+    ray.wanted = c > 0.0 && r2 > 0.0;
+    if (SMOOTH_NORMALS) ray.wanted = ray.wanted && dot(a.up, ray.direction) > 0.0;
     return ray;
 }
 
-// What happens where the path's ray meets surface `id` at distance t (id < 0: it leaves the scene).
-// Adds emitted light to `radiance`, gives a shadow ray, and turns the path into its next ray.
-// Returns false when the path ends; then its ray is that of the pixel's next sample.
-bool path_scatter(inout Path path, int id, float t, uint pixel, uint key, inout vec3 radiance, out ShadowRay shadow) {
-    shadow = ShadowRay(vec3(0.0), vec3(0.0, 0.0, 1.0), 0.0, -1, vec3(0.0), false);
+// The path's ray meets surface `id` at distance t (id < 0: it leaves the scene). Adds emitted light to `radiance` and
+// gives a shadow ray. Returns false when the path ends here.
+bool path_arrive(Path path, int id, float t, uint key, inout vec3 radiance, out Arrival a, out ShadowRay shadow) {
     bool met = id >= 0;
     if (HAS_BACKGROUND && !met) radiance += path.throughput * background.rgb;
-    id = met ? id : (SPHERE_COUNT > 0u ? 0 : TREE_ID);
-    Surface s = surface_at(id, path.origin, path.direction, met ? t : 0.0);
-    float facing = -dot(path.direction, s.normal);
-    bool front = facing >= 0.0;
-    uint hits = path.hits + 1u;
-    if (HAS_EMITTER && met && s.kind == KIND_EMITTER && front) radiance += path.throughput * s.color;
+    a.id = met ? id : (SPHERE_COUNT > 0u ? 0 : TREE_ID);
+    a.surface = surface_at(a.id, path.origin, path.direction, met ? t : 0.0);
+    a.front = dot(path.direction, a.surface.normal) <= 0.0;
+    a.hits = path.hits + 1u;
+    float kind = a.surface.kind;
+    if (HAS_EMITTER && met && kind == KIND_EMITTER && a.front) radiance += path.throughput * a.surface.color;
 
-    bool diffuse = HAS_DIFFUSE && s.kind == KIND_DIFFUSE;
-    bool alive = met && hits <= MAX_DEPTH && s.kind != KIND_EMITTER;
-    vec3 weight = HAS_DIELECTRIC && s.kind > 0.0 ? vec3(1.0) : s.color;
+    bool diffuse = HAS_DIFFUSE && kind == KIND_DIFFUSE;
+    bool alive = met && a.hits <= MAX_DEPTH && kind != KIND_EMITTER;
+    vec3 weight = HAS_DIELECTRIC && kind > 0.0 ? vec3(1.0) : a.surface.color;
     if (MUTATION == 1u) weight *= 1.01;
-    vec3 throughput = path.throughput * weight;
-    alive = alive && upper(upper(throughput.x, throughput.y), throughput.z) > 0.0;
-    vec3 n = front ? s.shading : -s.shading;
-    vec3 up = front ? s.normal : -s.normal;
-    vec3 outside = s.position + up * s.offset;
+    a.throughput = path.throughput * weight;
+    float strongest = upper(upper(a.throughput.x, a.throughput.y), a.throughput.z);
+    alive = alive && strongest > 0.0;
+    a.normal = a.front ? a.surface.shading : -a.surface.shading;
+    a.up = a.front ? a.surface.normal : -a.surface.normal;
+    a.outside = a.surface.position + a.up * a.surface.offset;
 
+    shadow = ShadowRay(vec3(0.0), vec3(0.0, 0.0, 1.0), 0.0, -1, vec3(0.0), false);
     if (HAS_DIFFUSE) {
-        Path here = path;
-        here.hits = hits;
-        shadow = direct_light(s, n, outside, leaving_id(id, s, front), throughput, key, here);
+        shadow = direct_light(a, path.index, key);
         shadow.wanted = shadow.wanted && alive && diffuse;
     }
-
     // A path of MAX_DEPTH hits may still meet light with its last ray.
-    bool last = hits == MAX_DEPTH || (!INDIRECT && diffuse);
-    alive = alive && (LIGHT_AFTER_LAST_HIT || !last);
-    if (ROULETTE_DEPTH > 0u && hits >= ROULETTE_DEPTH) {
-        float survive = lower(upper(upper(throughput.x, throughput.y), throughput.z), 0.95);
-        alive = alive && sample_independent(key, path.index, hits) < survive;
-        throughput *= 1.0 / survive;
+    a.last = a.hits == MAX_DEPTH || (!INDIRECT && diffuse);
+    alive = alive && (LIGHT_AFTER_LAST_HIT || !a.last);
+    if (ROULETTE_DEPTH > 0u && a.hits >= ROULETTE_DEPTH) {
+        // A path is safe while its throughput is above ¼: ending strong paths costs more in noise than it saves.
+        float survive = lower(4.0 * strongest, 0.95);
+        alive = alive && sample_independent(key, path.index, a.hits) < survive;
+        a.throughput *= 1.0 / survive;
     }
     if (MAX_DEPTH == 1u && !LIGHT_AFTER_LAST_HIT) alive = false;
+    return alive;
+}
 
-    // One evaluation of the sampler serves the next direction of a path that goes on and the first of the next sample.
-    uint index = path.index + (alive ? 0u : 1u);
-    uint hit = alive ? hits : 0u;
+// Turns the path into its next ray; or, if it is not alive, into the first ray of sample `index` of a pixel.
+// One evaluation of the sampler serves both, so that lanes of either kind share the work.
+void path_depart(inout Path path, Arrival a, bool alive, uint pixel, uint key, uint index) {
+    uint hit = alive ? a.hits : 0u;
     vec2 u = sample_pair(key, index, hit, hit);
     vec3 first = camera_direction(pixel, u);
     vec3 next = vec3(0.0);
     bool crossed = false;
-    if (HAS_DIFFUSE) next = diffuse_sample(n, u);
-    if (HAS_MIRROR && s.kind == KIND_MIRROR) next = mirror_sample(path.direction, s.shading);
-    if (HAS_DIELECTRIC && s.kind > 0.0) next = dielectric_sample(path.direction, s.shading, s.kind, u.x, crossed);
+    float kind = a.surface.kind;
+    if (HAS_DIFFUSE) next = diffuse_sample(a.normal, u);
+    if (HAS_MIRROR && kind == KIND_MIRROR) next = mirror_sample(path.direction, a.surface.shading);
+    if (HAS_DIELECTRIC && kind > 0.0) next = dielectric_sample(path.direction, a.surface.shading, kind, u.x, crossed);
     // A shading normal may send the ray to the wrong side of the surface: nothing is there to be seen.
-    if (SMOOTH_NORMALS) {
-        bool above = dot(next, up) > 0.0;
-        throughput = above != crossed ? throughput : vec3(0.0);
-    }
-    path.origin = alive ? (crossed ? s.position - up * s.offset : outside) : vec3(0.0);
+    if (SMOOTH_NORMALS) a.throughput = (dot(next, a.up) > 0.0) != crossed ? a.throughput : vec3(0.0);
+    vec3 start = HAS_DIELECTRIC && crossed ? a.surface.position - a.up * a.surface.offset : a.outside;
+    path.origin = alive ? start : vec3(0.0);
     path.direction = alive ? next : first;
-    path.leaving = alive ? leaving_id(id, s, front != crossed) : -1;
-    path.throughput = alive ? throughput : vec3(1.0);
-    path.hits = alive ? (last ? MAX_DEPTH : hits) : 0u;
+    path.leaving = alive ? leaving_id(a.id, a.surface, a.front != crossed) : -1;
+    path.throughput = alive ? a.throughput : vec3(1.0);
+    path.hits = alive ? (a.last ? MAX_DEPTH : a.hits) : 0u;
     path.index = index;
-    return alive;
 }
 
 #endif

@@ -5,6 +5,10 @@
 
 #include "path.glsl"
 
+// With PATH_STATS: records visited by this lane, and rays that entered the tree.
+uint walked_steps = 0u;
+uint walked_rays = 0u;
+
 // Walks the tree to the end, or as far as the budget goes; then `loops` has reached LOOP_BUDGET. Returns the steps.
 uint walk_tree(inout Walk walk, vec3 o, vec3 d, int leaving, bool any_hit, uint loops) {
     TreeRay r = tree_ray(o, d);
@@ -12,6 +16,10 @@ uint walk_tree(inout Walk walk, vec3 o, vec3 d, int leaving, bool any_hit, uint 
     while (walk.current != FINISHED && (LOOP_BUDGET == 0u || loops + steps < LOOP_BUDGET)) {
         walk_step(walk, r, leaving, any_hit);
         steps += 1u;
+    }
+    if (PATH_STATS) {
+        walked_steps += steps;
+        walked_rays += 1u;
     }
     return steps;
 }
@@ -40,18 +48,16 @@ int closest_hit(vec3 o, vec3 d, int leaving, out float t, inout uint loops) {
     return id;
 }
 
-bool occluded(ShadowRay ray, inout uint loops) {
-    bool hidden = spheres_occlude(ray);
-    if (HAS_TREE) {
-        uint steps = 0u;
-        if (!hidden && meets_tree(ray.origin, ray.direction, ray.distance)) {
-            Walk walk = walk_begin(ray.distance);
-            steps = walk_tree(walk, ray.origin, ray.direction, ray.leaving, true, loops);
-            hidden = walk.id >= 0;
-        }
-        count_loops(steps, loops);
-    }
-    return hidden;
+// Whether a shadow ray must be traced through the tree; if not, `hidden` is already known.
+bool shadow_needs_tree(ShadowRay ray, out bool hidden) {
+    hidden = spheres_occlude(ray);
+    return HAS_TREE && !hidden && meets_tree(ray.origin, ray.direction, ray.distance);
+}
+
+bool hidden_by_tree(ShadowRay ray, uint loops, out uint steps) {
+    Walk walk = walk_begin(ray.distance);
+    steps = walk_tree(walk, ray.origin, ray.direction, ray.leaving, true, loops);
+    return walk.id >= 0;
 }
 
 #endif

@@ -9,6 +9,11 @@ pub(crate) struct DriverFacts {
     pub loop_budget: u32,
     /// Invocations of a workgroup.
     pub workgroup_size: u32,
+    /// Rays that need the tree are queued: pays where a subgroup is a SIMD register of a CPU, whose idle lanes cost
+    /// as much as busy ones.
+    pub queue: bool,
+    /// Queue regions: more than workgroups run at one time.
+    pub queue_regions: u32,
 }
 
 impl DriverFacts {
@@ -22,6 +27,8 @@ impl DriverFacts {
                 _ => 1 << 20,
             },
             workgroup_size: if device.kind == DeviceKind::Cpu { 64 } else { device.subgroup_size.clamp(32, 128) },
+            queue: device.kind == DeviceKind::Cpu,
+            queue_regions: if device.kind == DeviceKind::Cpu { 64 } else { 1024 },
         }
     }
 }

@@ -30,6 +30,8 @@ pub(crate) mod constant {
     pub const MUTATION: u32 = 24;
     pub const EMITTER_COUNT: u32 = 25;
     pub const PATH_STATS: u32 = 26;
+    pub const REGIONS: u32 = 27;
+    pub const REFILL_BELOW: u32 = 28;
     /// Six floats a box: lowest and highest corner.
     pub const TREE_BOXES: u32 = 32;
     /// Boxes that there are constants for.
@@ -48,6 +50,8 @@ pub(crate) mod binding {
     pub const LIGHTS: u32 = 3;
     pub const FILM: u32 = 4;
     pub const COUNTERS: u32 = 5;
+    pub const QUEUE: u32 = 6;
+    pub const QUEUE_POOL: u32 = 7;
 }
 
 /// What a dispatch counts, in the order of the shader's indices.
@@ -97,4 +101,14 @@ pub(crate) struct FilmSlot {
     pub count: u32,
     pub compensation: [f32; 3],
     pub unused: f32,
+}
+
+/// What shaders/path_queue.comp is written for.
+pub(crate) mod queue {
+    /// Pixels of a workgroup.
+    pub const TILE: u32 = 64;
+    /// Paths of a workgroup in one dispatch.
+    pub const PATHS: u32 = 1024;
+    /// Bytes of a workgroup's region: 2 × 512 parked rays, 512 shadow rays, two slots for each path.
+    pub const REGION_BYTES: u64 = 16 * (2 * 512 * 4 + 512 * 3 + 2 * PATHS as u64);
 }

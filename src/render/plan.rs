@@ -28,6 +28,8 @@ pub(crate) struct Plan {
     slots: u64,
     samples: u32,
     fixed_samples: Option<u32>,
+    /// Samples per pixel that a dispatch can do at most.
+    most_samples: u32,
     /// Samples per second, measured.
     rate: Option<f64>,
     /// Samples per pixel that are done once this round is.
@@ -40,14 +42,15 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
-    /// Plans `samples` per pixel over bands of (first slot, number of slots).
-    pub fn new(bands: &[(u32, u32)], samples: u32, fixed_samples: Option<u32>) -> Self {
+    /// Plans `samples` per pixel over bands of (first slot, number of slots), with at most `most_samples` a dispatch.
+    pub fn new(bands: &[(u32, u32)], samples: u32, fixed_samples: Option<u32>, most_samples: u32) -> Self {
         let slots = bands.iter().map(|b| u64::from(b.1)).sum();
         let mut plan = Self {
             bands: bands.to_vec(),
             slots,
             samples,
             fixed_samples: fixed_samples.map(|n| n.max(1)),
+            most_samples,
             rate: None,
             round_target: 0,
             round_samples: 0,
@@ -99,7 +102,7 @@ impl Plan {
         self.band = 0;
         self.next_slot = 0;
         self.round_target = self.samples;
-        self.round_samples = self.samples;
+        self.round_samples = self.samples.min(self.most_samples);
     }
 
     /// Learns from a finished dispatch.
@@ -127,7 +130,7 @@ impl Plan {
             return;
         }
         let fit = self.samples_per_dispatch() / self.slots as f64;
-        self.round_samples = (fit.floor().max(1.0) as u32).min(left);
+        self.round_samples = (fit.floor().max(1.0) as u32).min(left).min(self.most_samples);
         self.round_target += self.round_samples;
         self.band = 0;
         self.next_slot = 0;
@@ -139,7 +142,7 @@ mod tests {
     use super::*;
 
     fn cover(bands: &[(u32, u32)], samples: u32, fixed: Option<u32>, rate: f64) -> Vec<Work> {
-        let mut plan = Plan::new(bands, samples, fixed);
+        let mut plan = Plan::new(bands, samples, fixed, 16);
         let mut all = Vec::new();
         while let Some(work) = plan.next() {
             let n = f64::from((work.end_slot - work.first_slot) * work.new_samples);

@@ -15,14 +15,15 @@ use super::driver::DriverFacts;
 use super::error::RenderError;
 use super::features::Features;
 use super::film::{Film, slot_count};
-use super::layout::{Counters, FilmSlot, Push, binding, constant};
+use super::layout::{Counters, FilmSlot, Push, binding, constant, queue};
 use super::plan::{Plan, Work};
-use super::settings::RenderSettings;
+use super::settings::{RenderSettings, Scheduler};
 use super::sobol;
 use super::space::RenderSpace;
 use super::tables::Tables;
 
 const PATH_TRACE: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/path_trace.spv"));
+const PATH_QUEUE: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/path_queue.spv"));
 
 /// Submissions in flight.
 const IN_FLIGHT: usize = 2;
@@ -75,7 +76,10 @@ pub struct Renderer {
     width: u32,
     height: u32,
     loop_budget: u32,
-    workgroup: u32,
+    /// Slots of the film that a workgroup serves.
+    slots_per_group: u32,
+    most_samples: u32,
+    stage: &'static str,
     bands: Vec<Band>,
     // Dropped before the buffers they refer to; the timeline first, which waits for the device.
     timeline: Timeline,
@@ -83,6 +87,8 @@ pub struct Renderer {
     counters: Buffer,
     readbacks: Vec<Buffer>,
     _tables: Vec<Buffer>,
+    /// The queue's regions, and which of them are taken.
+    queue: [Buffer; 2],
     device: Arc<Device>,
     statistics: RenderStatistics,
 }
@@ -142,6 +148,16 @@ impl Renderer {
             .map(|i| Buffer::new(device, &format!("readback {i}"), size_of::<Counters>() as u64, Usage::Readback))
             .collect::<Result<Vec<_>, _>>()?;
 
+        let queued = features.tree
+            && match settings.scheduler {
+                Scheduler::Auto => facts.queue && !features.brute_force,
+                Scheduler::Inline => false,
+                Scheduler::Queue => true,
+            };
+        let regions = if queued { facts.queue_regions } else { 0 };
+        let queue_pool = Buffer::new(device, "queue pool", u64::from(regions / 8), Usage::Storage)?;
+        let queue_buffer = Buffer::new(device, "queue", u64::from(regions) * queue::REGION_BYTES, Usage::Storage)?;
+
         let mut bands = Vec::new();
         let mut first = 0u64;
         while first < slots {
@@ -152,12 +168,19 @@ impl Renderer {
                 numbers.iter().zip(&uploads).map(|(&number, (buffer, _))| Binding { number, buffer }).collect();
             bindings.push(Binding { number: binding::FILM, buffer: &film });
             bindings.push(Binding { number: binding::COUNTERS, buffer: &counters });
+            bindings.push(Binding { number: binding::QUEUE, buffer: &queue_buffer });
+            bindings.push(Binding { number: binding::QUEUE_POOL, buffer: &queue_pool });
             let set = BindingSet::new(device, &bindings, size_of::<Push>() as u32)?;
             bands.push(Band { first: first as u32, slots: count as u32, set, film });
             first += count;
         }
 
-        let workgroup = settings.workgroup_size.unwrap_or(facts.workgroup_size);
+        let workgroup = match settings.workgroup_size {
+            // The queue's workgroup is one subgroup.
+            _ if queued => device.info.subgroup_size,
+            Some(size) => size,
+            None => facts.workgroup_size,
+        };
         if workgroup == 0 || workgroup > device.limits.max_compute_work_group_invocations {
             return Err(RenderError::Settings(format!(
                 "a workgroup of {workgroup} invocations is not possible, expected 1 to {}",
@@ -167,8 +190,11 @@ impl Renderer {
         let loop_budget = settings.loop_budget.unwrap_or(facts.loop_budget);
         let mut specialization = tables.specialization(&features, settings);
         specialization.uint(constant::WORKGROUP, workgroup).uint(constant::LOOP_BUDGET, loop_budget);
-        let spirv = kernel(settings, "path_trace", PATH_TRACE)?;
-        let pipeline = Pipeline::new(device, "path_trace", &spirv, &specialization, &bands[0].set)?;
+        // Refill when a quarter of the lanes is idle.
+        specialization.uint(constant::REGIONS, regions).uint(constant::REFILL_BELOW, workgroup - workgroup / 4);
+        let (stage, built_in) = if queued { ("path_queue", PATH_QUEUE) } else { ("path_trace", PATH_TRACE) };
+        let spirv = kernel(settings, stage, built_in)?;
+        let pipeline = Pipeline::new(device, stage, &spirv, &specialization, &bands[0].set)?;
 
         let mut timeline = Timeline::new(device, IN_FLIGHT)?;
         upload(device, &mut timeline, &mut uploads)?;
@@ -182,13 +208,16 @@ impl Renderer {
             width,
             height,
             loop_budget,
-            workgroup,
+            slots_per_group: if queued { queue::TILE } else { workgroup },
+            most_samples: if queued { queue::PATHS / queue::TILE } else { u32::MAX },
+            stage,
             bands,
             timeline,
             pipeline,
             counters,
             readbacks,
             _tables: uploads.into_iter().map(|(buffer, _)| buffer).collect(),
+            queue: [queue_buffer, queue_pool],
             device: Arc::clone(device),
             statistics: RenderStatistics::default(),
         };
@@ -231,7 +260,7 @@ impl Renderer {
         let pixels = u64::from(self.width) * u64::from(self.height);
         let total = pixels * u64::from(self.settings.samples);
         let bands: Vec<_> = self.bands.iter().map(|b| (b.first, b.slots)).collect();
-        let mut plan = Plan::new(&bands, self.settings.samples, self.settings.samples_per_dispatch);
+        let mut plan = Plan::new(&bands, self.settings.samples, self.settings.samples_per_dispatch, self.most_samples);
         let mut in_flight: VecDeque<(Ticket, Work, Instant, usize)> = VecDeque::new();
         let mut done = 0u64;
         let mut done_before_repeat = None;
@@ -298,11 +327,12 @@ impl Renderer {
     }
 
     fn clear_film(&mut self) -> Result<(), RenderError> {
-        let (bands, counters) = (&self.bands, &self.counters);
+        let (bands, counters, queue_pool) = (&self.bands, &self.counters, &self.queue[1]);
         let ticket = self.timeline.submit(|r| {
             for band in bands {
                 r.clear(&band.film);
             }
+            r.clear(queue_pool);
             r.clear(counters);
             r.barrier(Access::Transfer, Access::Compute);
         })?;
@@ -320,10 +350,11 @@ impl Renderer {
             band_first: band.first,
             ..self.push
         };
-        let groups = (work.end_slot - work.first_slot).div_ceil(self.workgroup);
+        let groups = (work.end_slot - work.first_slot).div_ceil(self.slots_per_group);
+        let stage = self.stage;
         let (pipeline, counters, readback) = (&self.pipeline, &self.counters, &self.readbacks[readback]);
         let ticket = self.timeline.submit(|r| {
-            r.timed("path_trace", |r| r.dispatch(pipeline, &band.set, bytemuck::bytes_of(&push), [groups, 1, 1]));
+            r.timed(stage, |r| r.dispatch(pipeline, &band.set, bytemuck::bytes_of(&push), [groups, 1, 1]));
             // Counters: read what this dispatch counted, then start the next one from zero. The film needs the
             // same order: the next dispatch may go on with the same pixels.
             r.barrier(Access::Compute, Access::Transfer);

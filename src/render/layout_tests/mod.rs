@@ -38,6 +38,8 @@ fn expected_constants() -> BTreeMap<String, u32> {
         ("MUTATION", constant::MUTATION),
         ("EMITTER_COUNT", constant::EMITTER_COUNT),
         ("PATH_STATS", constant::PATH_STATS),
+        ("REGIONS", constant::REGIONS),
+        ("REFILL_BELOW", constant::REFILL_BELOW),
     ];
     let mut all: BTreeMap<_, _> = features.into_iter().map(|(name, id)| (name.to_owned(), id)).collect();
     let mut add = |prefix: &str, base: u32, names: &[&str]| {
@@ -99,6 +101,8 @@ fn bindings() {
         (binding::LIGHTS, "light_texels", false),
         (binding::FILM, "Film", true),
         (binding::COUNTERS, "Counters", true),
+        (binding::QUEUE, "Queue", true),
+        (binding::QUEUE_POOL, "QueuePool", true),
     ]
     .map(|(number, name, storage)| (0, number, name.to_owned(), storage));
     for (kernel, interface) in kernels() {
