@@ -85,7 +85,7 @@ fn bad_scenes_are_code_2_and_name_file_and_line() {
         ("type.toml", &["type.toml:12", "radius", "big"]),
         ("nan.toml", &["nan.toml:12", "sphere 1", "radius is NaN"]),
         ("negative.toml", &["negative.toml:12", "sphere 1", "radius is -1"]),
-        ("empty.toml", &["empty.toml", "no spheres"]),
+        ("empty.toml", &["empty.toml", "no sphere and no mesh"]),
         ("zero.toml", &["zero.toml:15", "film", "width is 0"]),
         ("nomesh.toml", &["nomesh.toml:7", "mesh 1", "gone.obj", "No such file"]),
         ("index.obj", &["index.obj:4", "9"]),

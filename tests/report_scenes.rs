@@ -12,7 +12,7 @@ use photolith::scene::Mesh;
 use photolith::{Context, RenderSettings, Scene};
 
 /// Renderings with seeds of their own, from which the noise is estimated.
-const BATCHES: u32 = 16;
+const BATCHES: u32 = 8;
 
 /// Means over seeds 0..BATCHES, with the variance of each mean.
 fn rendered(context: &Context, scene: &Scene, mutation: Option<Mutation>) -> Image {
@@ -101,14 +101,14 @@ fn scenes_agree_with_the_oracle() {
     // The cat has a test of its own; antialias-1 is antialias-100 with fewer samples.
     for name in SCENES.into_iter().filter(|&name| name != "cat" && name != "antialias-1") {
         // Caustics need more samples.
-        let (samples, oracle_samples) = if name == "cornell" { (128, 2048) } else { (16, 64) };
+        let (samples, oracle_samples) = if name == "cornell" { (256, 2048) } else { (32, 64) };
         agrees(&context, &shipped(name, (48, 48), samples), oracle_samples);
     }
 }
 
 #[test]
 fn a_coarse_cat_agrees_with_the_oracle() {
-    let mut scene = shipped("cat", (48, 48), 16);
+    let mut scene = shipped("cat", (48, 48), 32);
     scene.meshes[0] = coarse(&scene.meshes[0], 2.4);
     let triangles = scene.triangle_count();
     assert!((150..800).contains(&triangles), "{triangles} triangles");
@@ -123,7 +123,7 @@ fn errors_are_seen() {
     for (name, mutation) in
         [("spheres", Mutation::Albedo), ("direct", Mutation::Cosine), ("glass", Mutation::SwappedIor)]
     {
-        let scene = shipped(name, (48, 48), 16);
+        let scene = shipped(name, (48, 48), 32);
         let welch = welch(&rendered(&context, &scene, Some(mutation)), &reference(&scene, 64));
         assert!(welch.mean.rejected + welch.tiles.rejected > 0, "{name}: {mutation:?} passes");
     }
