@@ -28,7 +28,7 @@ const uint PATHS = 1u << SLOT_BITS;     // paths of a workgroup in one dispatch
 const uint TRACED = 0x80000000u;        // in an entry whose ray has its hit already
 const uint RAYS = 512u;                 // parked rays
 const uint SHADOWS = 512u;              // parked shadow rays
-const uint RAY_SIZE = 4u;               // vec4s of an entry
+const uint RAY_SIZE = 5u;               // vec4s of an entry
 const uint SHADOW_SIZE = 3u;
 const uint NOTHING = 0xffffffffu;
 
@@ -74,6 +74,7 @@ void park(bool wanted, Held h, bool traced) {
         // A traced ray is marked, and only passes through the next trace.
         uint bits = h.slot | (h.path.hits << SLOT_BITS) | (traced ? TRACED : 0u);
         queue[e + 3u] = vec4(h.radiance, uintBitsToFloat(bits));
+        if (EMITTER_COUNT > 0u) queue[e + 4u] = vec4(h.path.normal, h.path.pdf);
     }
     out_count += lanes(wanted);
 }
@@ -85,9 +86,10 @@ void resume(bool wanted, uint i, inout Held h) {
     vec4 v1 = queue[e + 1u];
     vec4 v2 = queue[e + 2u];
     vec4 v3 = queue[e + 3u];
+    vec4 v4 = EMITTER_COUNT > 0u ? queue[e + 4u] : vec4(0.0);
     uint bits = floatBitsToUint(v3.w);
     h.slot = bits & (PATHS - 1u);
-    h.path = Path(v0.xyz, v1.xyz, floatBitsToInt(v2.w), v2.xyz, (bits & ~TRACED) >> SLOT_BITS, 0u);
+    h.path = Path(v0.xyz, v1.xyz, floatBitsToInt(v2.w), v2.xyz, (bits & ~TRACED) >> SLOT_BITS, 0u, v4.xyz, v4.w);
     h.radiance = v3.xyz;
     h.t = v0.w;
     h.id = floatBitsToInt(v1.w);
@@ -244,7 +246,7 @@ void main() {
         h.t = 0.0;
         h.id = -1;
         h.radiance = vec3(0.0);
-        h.path = Path(vec3(0.0), vec3(0.0, 0.0, 1.0), -1, vec3(0.0), 0u, 0u);
+        h.path = Path(vec3(0.0), vec3(0.0, 0.0, 1.0), -1, vec3(0.0), 0u, 0u, vec3(0.0), 0.0);
         while (!out_of_budget()) {
             // Shade the hits that lanes hold.
             bool held = h.slot != NOTHING;
@@ -302,14 +304,14 @@ void main() {
             bool fresh = alive || begins;
             float t = INFINITY;
             int id = -1;
-            closest_sphere(h.path.origin, h.path.direction, h.path.leaving, t, id);
+            closest_constant(h.path.origin, h.path.direction, h.path.leaving, t, id);
             h.t = t;
             h.id = id;
             bool waits = fresh && meets_tree(h.path.origin, h.path.direction, t);
             park(waits, h, false);
             h.slot = waits ? NOTHING : h.slot;
             resume(resumes, resume_index, h);
-            loops += 1u;
+            loops += 1u + LIGHT_LOOPS;
             bool more = in_next < in_count || (may_begin && next_path < paths);
             if (subgroupAll(h.slot == NOTHING) && !more) break;
             // No room for the shadow rays of one more step: put down what is in hand.

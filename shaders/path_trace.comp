@@ -53,7 +53,7 @@ void main() {
             }
             radiance += walks || hidden ? vec3(0.0) : shadow.radiance;
         }
-        loops += 1u;
+        loops += 1u + LIGHT_LOOPS;
         // Out of budget: a walk may have ended too early, so that the sample in hand does not count. What the film
         // holds is complete; the next dispatch begins with that sample again.
         within_budget = LOOP_BUDGET == 0u || loops < LOOP_BUDGET;

@@ -24,16 +24,18 @@ layout(constant_id = 14) const bool TREE_SPHERES = false;  // the tree has spher
 layout(constant_id = 15) const bool BRUTE_FORCE = false;   // test every leaf record instead of walking the tree
 layout(constant_id = 16) const bool MOLLER_TRUMBORE = false;
 layout(constant_id = 17) const bool SMOOTH_NORMALS = false;
-layout(constant_id = 18) const uint LIGHT_COUNT = 0u;      // point lights
+layout(constant_id = 18) const uint LIGHT_COUNT = 0u;      // lights: points and emitters
 layout(constant_id = 19) const uint SOBOL_LEVELS = 1u;     // table levels: samples < 2^10, 2^20, 2^30
 layout(constant_id = 20) const uint LOOP_BUDGET = 0u;      // loop iterations of an invocation; 0: no bound
 layout(constant_id = 21) const uint TREE_BOX_COUNT = 0u;   // boxes that a ray must meet to enter the tree
 layout(constant_id = 22) const uint LEAF_BEGIN = 0u;       // first leaf record, for BRUTE_FORCE
 layout(constant_id = 23) const uint LEAF_END = 0u;
 layout(constant_id = 24) const uint MUTATION = 0u;         // tests only: breaks one thing, see render/mutation.rs
-layout(constant_id = 25) const uint EMITTER_COUNT = 0u;    // emitters sampled directly; 0: found only by hitting them
+layout(constant_id = 25) const uint EMITTER_COUNT = 0u;    // emitters among them
 layout(constant_id = 27) const uint REGIONS = 64u;         // queue regions that workgroups share
 layout(constant_id = 28) const uint REFILL_BELOW = 6u;     // lanes: with fewer at work, a subgroup fetches more rays
+layout(constant_id = 31) const uint FACET_COUNT = 0u;      // flat polygons held in constants, see intersect/facet.glsl
+layout(constant_id = 30) const uint LIGHT_LOOPS = 0u;      // loop iterations that choosing lights takes at a hit
 layout(constant_id = 26) const bool PATH_STATS = false;    // count rays and traversal steps
 
 // ---- bindings

@@ -11,7 +11,7 @@
 #include "bsdf/diffuse.glsl"
 #include "bsdf/mirror.glsl"
 #include "bsdf/dielectric.glsl"
-#include "light/point.glsl"
+#include "light/tree.glsl"
 
 // A path's next ray and what it has gathered.
 struct Path {
@@ -21,6 +21,8 @@ struct Path {
     vec3 throughput;
     uint hits;          // surface hits so far
     uint index;         // of the sample in its pixel
+    vec3 normal;        // at the start of the ray, and
+    float pdf;          // the ray's density per solid angle there; 0: no light sampling competes with it
 };
 
 // A shadow ray and the light that arrives if nothing is in its way.
@@ -38,12 +40,15 @@ const bool LIGHT_AFTER_LAST_HIT = HAS_BACKGROUND || HAS_EMITTER;
 
 Path path_begin(uint pixel, uint key, uint index) {
     vec2 u = sample_pair(key, index, PAIR_PIXEL, 0u);
-    return Path(vec3(0.0), camera_direction(pixel, u), -1, vec3(1.0), 0u, index);
+    return Path(vec3(0.0), camera_direction(pixel, u), -1, vec3(1.0), 0u, index, vec3(0.0), 0.0);
 }
+
+// The only light is a point light, held in constants.
+const bool SINGLE_POINT = LIGHT_COUNT == 1u && EMITTER_COUNT == 0u;
 
 // Whether a constant sphere lies between the start of a shadow ray and the light.
 bool spheres_occlude(ShadowRay ray) {
-    if (LIGHT_COUNT == 1u && EMITTER_COUNT == 0u) {
+    if (SINGLE_POINT) {
         return any_sphere_before_point(vec3(POINT_X, POINT_Y, POINT_Z), ray.direction, ray.distance, ray.leaving);
     }
     return any_sphere(ray.origin, ray.direction, ray.distance, ray.leaving);
@@ -62,43 +67,29 @@ struct Arrival {
     uint hits;
 };
 
-// Light from a point light at a diffuse surface, before it is known whether anything is in between.
+// Light from one light at a diffuse surface, before it is known whether anything is in between.
 ShadowRay direct_light(Arrival a, uint index, uint key) {
-    vec3 n = a.normal;
-    ShadowRay ray = ShadowRay(a.outside, n, 0.0, leaving_id(a.id, a.surface, a.front), vec3(0.0), false);
+    ShadowRay ray = ShadowRay(a.outside, a.normal, 0.0, leaving_id(a.id, a.surface, a.front), vec3(0.0), false);
     if (LIGHT_COUNT == 0u) return ray;
-    uint chosen = 0u;
-    float weight = 1.0;
-    if (LIGHT_COUNT > 1u) {
-        // One light, in proportion to what each would contribute unoccluded.
+    LightSample light;
+    if (SINGLE_POINT) {
+        light = point_sample(vec3(POINT_X, POINT_Y, POINT_Z), vec3(POINT_R, POINT_G, POINT_B), a.outside, a.normal);
+    } else {
         float u = sample_pair(key, index, pair_choice(a.hits), a.hits).x;
-        float total = 0.0;
-        for (uint i = 0u; i < LIGHT_COUNT; ++i) {
-            PointLight l = point_light(i);
-            vec3 to = l.position - a.outside;
-            float r2 = dot(to, to);
-            float c = upper(dot(n, to), 0.0) * inversesqrt(r2) / r2;
-            float w = c * (l.intensity.x + l.intensity.y + l.intensity.z);
-            total += w;
-            // Weighted reservoir with one number, stretched again after each decision.
-            float p = total > 0.0 ? w / total : 0.0;
-            bool take = u < p;
-            chosen = take ? i : chosen;
-            weight = take ? w : weight;
-            u = take ? u / p : (u - p) / (1.0 - p);
-        }
-        weight = total > 0.0 ? total / weight : 0.0;
+        vec2 uv = vec2(0.0);
+        if (EMITTER_COUNT > 0u) uv = sample_pair(key, index, pair_light(a.hits), a.hits);
+        light = light_sample(a.outside, a.normal, u, uv);
     }
-    PointLight light = point_light(chosen);
-    vec3 to = light.position - a.outside;
+    vec3 to = light.point - a.outside;
     float r2 = dot(to, to);
     float inverse = 1.0 / sqrt(r2);
-    float c = dot(n, to) * inverse;
-    if (MUTATION == 2u) c = c > 0.0 ? 1.0 : c;
     ray.direction = to * inverse;
     ray.distance = r2 * inverse;
-    ray.radiance = a.throughput * light.intensity * (weight * c * inverse * inverse);
-    ray.wanted = c > 0.0 && r2 > 0.0;
+    if (EMITTER_COUNT > 0u && light.pdf > 0.0) {
+        light.radiance *= mis_weight(light.pdf, diffuse_pdf(dot(a.normal, ray.direction)));
+    }
+    ray.radiance = a.throughput * light.radiance;
+    ray.wanted = light.radiance.x + light.radiance.y + light.radiance.z > 0.0;
     if (SMOOTH_NORMALS) ray.wanted = ray.wanted && dot(a.up, ray.direction) > 0.0;
     return ray;
 }
@@ -108,12 +99,20 @@ ShadowRay direct_light(Arrival a, uint index, uint key) {
 bool path_arrive(Path path, int id, float t, uint key, inout vec3 radiance, out Arrival a, out ShadowRay shadow) {
     bool met = id >= 0;
     if (HAS_BACKGROUND && !met) radiance += path.throughput * background.rgb;
-    a.id = met ? id : (SPHERE_COUNT > 0u ? 0 : TREE_ID);
+    a.id = met ? id : (SPHERE_COUNT + FACET_COUNT > 0u ? 0 : TREE_ID);
     a.surface = surface_at(a.id, path.origin, path.direction, met ? t : 0.0);
     a.front = dot(path.direction, a.surface.normal) <= 0.0;
     a.hits = path.hits + 1u;
     float kind = a.surface.kind;
-    if (HAS_EMITTER && met && kind == KIND_EMITTER && a.front) radiance += path.throughput * a.surface.color;
+    if (HAS_EMITTER && met && kind == KIND_EMITTER && a.front) {
+        float weight = 1.0;
+        if (EMITTER_COUNT > 0u && path.pdf > 0.0 && a.surface.light >= 0) {
+            float cos_light = -dot(path.direction, a.surface.normal);
+            weight = mis_weight(path.pdf, light_pdf(path.origin, path.normal, a.surface.light, t, cos_light));
+        }
+        // A grazing hit has no cosine, and an infinite density on the light's side: it adds nothing.
+        if (weight > 0.0) radiance += path.throughput * a.surface.color * weight;
+    }
 
     bool diffuse = HAS_DIFFUSE && kind == KIND_DIFFUSE;
     bool alive = met && a.hits <= MAX_DEPTH && kind != KIND_EMITTER;
@@ -165,6 +164,10 @@ void path_depart(inout Path path, Arrival a, bool alive, uint pixel, uint key, u
     path.throughput = alive ? a.throughput : vec3(1.0);
     path.hits = alive ? (a.last ? MAX_DEPTH : a.hits) : 0u;
     path.index = index;
+    if (EMITTER_COUNT > 0u) {
+        path.normal = a.normal;
+        path.pdf = alive && kind == KIND_DIFFUSE ? diffuse_pdf(dot(a.normal, next)) : 0.0;
+    }
 }
 
 #endif

@@ -1,7 +1,7 @@
 // What a ray meets: position, normals and material at a hit.
 //
-// shape_texels: for each constant sphere two texels, (centre, 1/radius with the normal's sign) and its material; then
-// one texel for each further material. A material is (rgb, kind): rgb is reflectance or radiance, and kind is one
+// shape_texels: for each constant sphere three texels: (centre, 1/radius with the normal's sign), its material, and the
+// number of its light; for each facet the same with (unit normal n, n·p of its points) first; then materials and vertex normals, one texel each. A material is (rgb, kind): rgb is reflectance or radiance, and kind is one
 // of the numbers below or, if positive, the index of refraction of a dielectric.
 
 #ifndef SURFACE_GLSL
@@ -23,16 +23,30 @@ struct Surface {
     float kind;
     float offset;       // bound on the error of `position` along the normal
     float curvature;    // of a sphere, negative if its normal points inward; 0 for a triangle
+    int light;          // of an emitter: its number in light/tree.glsl
 };
 
 // A unit vector but for rounding: one Newton step of 1/sqrt restores its length to 1 ulp.
 vec3 renormalize(vec3 n) { return n * (1.5 - 0.5 * dot(n, n)); }
 
-Surface surface_of_sphere(int id, vec3 p) {
-    vec4 shape = texelFetch(shape_texels, 2 * id);
-    vec4 material = texelFetch(shape_texels, 2 * id + 1);
+Surface surface_of_constant(int id, vec3 p) {
+    vec4 shape = texelFetch(shape_texels, 3 * id);
+    vec4 material = texelFetch(shape_texels, 3 * id + 1);
+    int light = -1;
+    if (EMITTER_COUNT > 0u) light = floatBitsToInt(texelFetch(shape_texels, 3 * id + 2).x);
     vec3 n = renormalize((p - shape.xyz) * shape.w);
-    return Surface(p, n, n, material.rgb, material.w, 0.0, shape.w);
+    float curvature = shape.w;
+    float offset = 0.0;
+    if (FACET_COUNT > 0u) {
+        bool flat_ = id >= int(SPHERE_COUNT);
+        n = flat_ ? shape.xyz : n;
+        curvature = flat_ ? 0.0 : curvature;
+        // Back onto the plane; then the error is that of the sums n·p and p, bounded by γ(7) times their terms.
+        const float gamma7 = 4.2e-7;
+        p = flat_ ? p - n * (dot(n, p) - shape.w) : p;
+        offset = flat_ ? gamma7 * (dot(abs(n), abs(p)) + abs(shape.w)) : 0.0;
+    }
+    return Surface(p, n, n, material.rgb, material.w, offset, curvature, light);
 }
 
 Surface surface_of_record(int record, vec3 o, vec3 d, float t) {
@@ -71,13 +85,13 @@ Surface surface_of_record(int record, vec3 o, vec3 d, float t) {
         offset = 0.0;
         curvature = q1.y;
     }
-    return Surface(p, n, ns, material.rgb, material.w, offset, curvature);
+    return Surface(p, n, ns, material.rgb, material.w, offset, curvature, floatBitsToInt(q2.w));
 }
 
 Surface surface_at(int id, vec3 o, vec3 d, float t) {
-    if (!HAS_TREE) return surface_of_sphere(id, o + t * d);
-    if (SPHERE_COUNT == 0u) return surface_of_record(id - TREE_ID, o, d, t);
-    Surface s = surface_of_sphere(id < TREE_ID ? id : 0, o + t * d);
+    if (!HAS_TREE) return surface_of_constant(id, o + t * d);
+    if (SPHERE_COUNT + FACET_COUNT == 0u) return surface_of_record(id - TREE_ID, o, d, t);
+    Surface s = surface_of_constant(id < TREE_ID ? id : 0, o + t * d);
     if (id >= TREE_ID) s = surface_of_record(id - TREE_ID, o, d, t);
     return s;
 }

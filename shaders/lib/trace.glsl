@@ -4,6 +4,7 @@
 #define TRACE_GLSL
 
 #include "path.glsl"
+#include "intersect/facet.glsl"
 
 // With PATH_STATS: records visited by this lane, and rays that entered the tree.
 uint walked_steps = 0u;
@@ -30,11 +31,17 @@ void count_loops(uint steps, inout uint loops) {
     if (LOOP_BUDGET > 0u) loops += subgroupMax(steps);
 }
 
+// Nearest of what is held in constants.
+void closest_constant(vec3 o, vec3 d, int leaving, inout float t, inout int id) {
+    closest_sphere(o, d, leaving, t, id);
+    if (FACET_COUNT > 0u) closest_facet(o, d, leaving, t, id);
+}
+
 // Nearest surface along a ray: its id (TREE_GLSL) or -1, and its distance.
 int closest_hit(vec3 o, vec3 d, int leaving, out float t, inout uint loops) {
     t = INFINITY;
     int id = -1;
-    closest_sphere(o, d, leaving, t, id);
+    closest_constant(o, d, leaving, t, id);
     if (HAS_TREE) {
         uint steps = 0u;
         if (meets_tree(o, d, t)) {
@@ -51,6 +58,7 @@ int closest_hit(vec3 o, vec3 d, int leaving, out float t, inout uint loops) {
 // Whether a shadow ray must be traced through the tree; if not, `hidden` is already known.
 bool shadow_needs_tree(ShadowRay ray, out bool hidden) {
     hidden = spheres_occlude(ray);
+    if (FACET_COUNT > 0u) hidden = hidden || any_facet(ray.origin, ray.direction, ray.distance, ray.leaving);
     return HAS_TREE && !hidden && meets_tree(ray.origin, ray.direction, ray.distance);
 }
 

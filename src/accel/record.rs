@@ -2,8 +2,8 @@
 //!
 //! ```text
 //! inner node   lo0 | child0,  hi0 | child1,  lo1 | -,  hi1 | -
-//! triangle     v0 | surface,  v1 | attributes,  v2 | -,  normal | 1
-//! sphere       centre | surface,  (radius, ±1/radius, -) | -,  -,  - | 2
+//! triangle     v0 | surface,  v1 | attributes,  v2 | light,  normal | 1
+//! sphere       centre | surface,  (radius, ±1/radius, -) | -,  - | light,  - | 2
 //! ```
 //! A child is the index of a record, with the sign bit set for a leaf. Integers are stored as float bits. Leaves
 //! follow the inner nodes.
@@ -29,6 +29,8 @@ pub enum Primitive {
         surface: u32,
         /// First of three texels with vertex normals, or −1.
         attributes: i32,
+        /// Number of its light, or −1.
+        light: i32,
     },
     /// A sphere.
     Sphere {
@@ -40,6 +42,8 @@ pub enum Primitive {
         inward: bool,
         /// Texel of the material.
         surface: u32,
+        /// Number of its light, or −1.
+        light: i32,
     },
 }
 
@@ -57,7 +61,7 @@ impl Primitive {
 
     fn record(&self) -> Record {
         match *self {
-            Self::Triangle { vertices: [a, b, c], normal: n, surface, attributes } => [
+            Self::Triangle { vertices: [a, b, c], normal: n, surface, attributes, light } => [
                 a.x,
                 a.y,
                 a.z,
@@ -69,13 +73,13 @@ impl Primitive {
                 c.x,
                 c.y,
                 c.z,
-                0.0, //
+                f32::from_bits(light as u32), //
                 n.x,
                 n.y,
                 n.z,
                 1.0,
             ],
-            Self::Sphere { center: c, radius, inward, surface } => {
+            Self::Sphere { center: c, radius, inward, surface, light } => {
                 let curvature = if inward { -1.0 / radius } else { 1.0 / radius };
                 [
                     c.x,
@@ -89,7 +93,7 @@ impl Primitive {
                     0.0,
                     0.0,
                     0.0,
-                    0.0, //
+                    f32::from_bits(light as u32), //
                     0.0,
                     0.0,
                     0.0,

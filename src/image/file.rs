@@ -97,7 +97,7 @@ mod tests {
         };
         for (name, reason) in [
             ("short.pfm", "not a valid PFM file: 0 bytes of pixels, expected 12"),
-            ("x.hdr", "unsupported Radiance HDR file: FORMAT"),
+            ("x.hdr", "unsupported Radiance HDR file: The image format `32-bit_rle_xyze`"),
             ("gone.exr", "No such file"),
             ("x.jpg", "unknown image format"),
         ] {

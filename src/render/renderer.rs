@@ -122,7 +122,7 @@ impl Renderer {
         let facts = DriverFacts::of(context.info());
         let features = Features::of(scene, settings);
         let space = RenderSpace::of(scene);
-        let tables = Tables::of(scene, &space);
+        let tables = Tables::of(scene, &space, settings);
         let sobol = sobol::table(features.sobol_levels);
 
         let (width, height) = (scene.film.width, scene.film.height);
@@ -141,7 +141,10 @@ impl Renderer {
                 texel("sobol", size_of_val(sobol.as_slice()), ash::vk::Format::R32G32B32A32_UINT)?,
                 bytemuck::cast_slice::<_, u8>(&sobol),
             ),
-            (texel("lights", size_of_val(tables.lights.as_slice()), float4)?, bytemuck::cast_slice(&tables.lights)),
+            (
+                texel("lights", size_of_val(tables.lights.texels.as_slice()), float4)?,
+                bytemuck::cast_slice(&tables.lights.texels),
+            ),
         ];
         let counters = Buffer::new(device, "counters", size_of::<Counters>() as u64, Usage::Storage)?;
         let readbacks = (0..IN_FLIGHT)

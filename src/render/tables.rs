@@ -6,10 +6,12 @@ use glam::DVec3;
 
 use crate::accel::{self, Aabb, Primitive, Record, TreeStatistics};
 use crate::gpu::Specialization;
-use crate::scene::{Light, Scene, Surface};
+use crate::scene::{self, Scene, Sphere, Surface};
 
+use super::facets::{self, Facet};
 use super::features::Features;
 use super::layout::{constant, kind};
+use super::lights::{Light, LightShape, LightTable};
 use super::settings::{RenderSettings, Sampler};
 use super::space::RenderSpace;
 use super::spheres::{self, ConstantSphere};
@@ -17,40 +19,69 @@ use super::spheres::{self, ConstantSphere};
 /// Everything that is uploaded or becomes a constant.
 pub(crate) struct Tables {
     pub shapes: Vec<[f32; 4]>,
-    pub lights: Vec<[f32; 4]>,
+    pub lights: LightTable,
+    light_count: u32,
+    emitter_count: u32,
+    /// The only light, if that is a point.
+    single_point: Option<Light>,
     pub records: Vec<Record>,
     pub tree: Option<TreeStatistics>,
     first_leaf: u32,
     tree_boxes: Vec<Aabb>,
     constant_spheres: Vec<ConstantSphere>,
+    facets: Vec<Facet>,
+    facet_occluders: u32,
     hidden_lights: usize,
 }
 
 impl Tables {
-    pub fn of(scene: &Scene, space: &RenderSpace) -> Self {
+    pub fn of(scene: &Scene, space: &RenderSpace, settings: &RenderSettings) -> Self {
         let (constant, rest) = spheres::partition(&scene.spheres);
         let constant_spheres: Vec<_> =
             constant.iter().map(|&i| spheres::classify(&scene.spheres[i], scene, space)).collect();
 
+        let visible: Vec<_> =
+            scene.lights.iter().filter(|l| !scene.spheres.iter().any(|s| spheres::hides(s, scene, l))).collect();
+        let mut lights: Vec<Light> = visible.iter().map(|l| point_light(l, space)).filter(shines).collect();
+        let points = lights.len();
+        let mut add_light = |shape: LightShape, material: u32| match scene.materials[material as usize].surface {
+            Surface::Emitter { radiance } if radiance != [0.0; 3] => {
+                lights.push(Light { shape, radiance });
+                lights.len() as i32 - 1
+            }
+            _ => -1,
+        };
+        let sphere_shape = |s: &Sphere| LightShape::Sphere {
+            center: space.point(s.center),
+            radius: space.length(s.radius),
+            inward: s.inward,
+        };
+
         let materials: Vec<_> = scene.materials.iter().map(|m| material_texel(&m.surface)).collect();
         let mut shapes = Vec::new();
-        for s in &constant_spheres {
+        for (s, &i) in constant_spheres.iter().zip(&constant) {
             let [x, y, z] = s.center;
             shapes.push([x, y, z, s.curvature]);
             shapes.push(materials[s.material as usize]);
+            let light = add_light(sphere_shape(&scene.spheres[i]), s.material);
+            shapes.push([f32::from_bits(light as u32), 0.0, 0.0, 0.0]);
+        }
+        let (facets, in_constants) = facets::select(scene, space, settings.triangle_test);
+        for f in &facets {
+            let n = f.normal.as_vec3();
+            shapes.push([n.x, n.y, n.z, f.normal.dot(f.corners[0]) as f32]);
+            shapes.push(materials[f.material as usize]);
+            let [a, b, c, d] = f.corners;
+            let shape =
+                if f.is_triangle() { LightShape::Triangle([a, b, c]) } else { LightShape::Parallelogram([a, b, d]) };
+            let light = add_light(shape, f.material);
+            shapes.push([f32::from_bits(light as u32), 0.0, 0.0, 0.0]);
         }
         let first_material = shapes.len() as u32;
         shapes.extend(&materials);
 
-        let visible: Vec<_> =
-            scene.lights.iter().filter(|l| !scene.spheres.iter().any(|s| spheres::hides(s, scene, l))).collect();
-        let lights = visible.iter().flat_map(|l| light_texels(l, space)).collect();
-
         let start = Instant::now();
         let mut primitives = Vec::with_capacity(scene.triangle_count() + rest.len());
-        for mesh in &scene.meshes {
-            add_triangles(mesh, space, first_material, &mut shapes, &mut primitives);
-        }
         for &i in &rest {
             let sphere = &scene.spheres[i];
             primitives.push(Primitive::Sphere {
@@ -58,17 +89,27 @@ impl Tables {
                 radius: space.length(sphere.radius) as f32,
                 inward: sphere.inward,
                 surface: first_material + sphere.material,
+                light: add_light(sphere_shape(sphere), sphere.material),
             });
         }
+        for (mesh, _) in scene.meshes.iter().zip(&in_constants).filter(|(_, constant)| !**constant) {
+            add_triangles(mesh, space, first_material, &mut add_light, &mut shapes, &mut primitives);
+        }
+        let light_table = LightTable::of(&lights);
         let bounds: Vec<_> = primitives.iter().map(Primitive::bounds).collect();
         let mut tables = Self {
             shapes,
-            lights,
+            single_point: (points == 1 && lights.len() == 1).then(|| lights[0]),
+            light_count: lights.len() as u32,
+            emitter_count: (lights.len() - points) as u32,
+            lights: light_table,
             records: Vec::new(),
             tree: None,
             first_leaf: 0,
             tree_boxes: Vec::new(),
             constant_spheres,
+            facet_occluders: facets::occluders(&facets, scene, space),
+            facets,
             hidden_lights: scene.lights.len() - visible.len(),
         };
         if let Some(tree) = accel::build(&bounds) {
@@ -110,7 +151,10 @@ impl Tables {
             .bool(constant::BRUTE_FORCE, features.brute_force)
             .bool(constant::MOLLER_TRUMBORE, features.moller_trumbore)
             .bool(constant::SMOOTH_NORMALS, features.smooth_normals)
-            .uint(constant::LIGHT_COUNT, features.lights)
+            .uint(constant::LIGHT_COUNT, self.light_count)
+            .uint(constant::EMITTER_COUNT, self.emitter_count)
+            .uint(constant::LIGHT_NODES, self.lights.nodes)
+            .uint(constant::LIGHT_LOOPS, if self.single_point.is_some() { 0 } else { 2 * self.lights.depth })
             .uint(constant::SOBOL_LEVELS, features.sobol_levels)
             .uint(constant::TREE_BOX_COUNT, self.tree_boxes.len() as u32)
             .uint(constant::LEAF_BEGIN, self.first_leaf)
@@ -130,9 +174,18 @@ impl Tables {
             }
             s.uint(base + 5, sphere.side as u32).uint(base + 6, sphere.form as u32);
         }
-        if let [position, intensity] = self.lights.as_slice() {
-            for (i, v) in position[..3].iter().chain(&intensity[..3]).enumerate() {
-                s.float(constant::POINT + i as u32, *v);
+        s.uint(constant::FACET_COUNT, self.facets.len() as u32).uint(constant::FACET_OCCLUDERS, self.facet_occluders);
+        for (i, f) in self.facets.iter().enumerate() {
+            let base = constant::FACETS + 16 * i as u32;
+            let corners = f.corners.iter().flat_map(|c| c.to_array());
+            let plane = f.normal.to_array().into_iter().chain([f.normal.dot(f.corners[0])]);
+            for (j, v) in corners.chain(plane).enumerate() {
+                s.float(base + j as u32, v as f32);
+            }
+        }
+        if let Some(Light { shape: LightShape::Point(p), radiance }) = self.single_point {
+            for (i, v) in p.to_array().into_iter().chain(radiance).enumerate() {
+                s.float(constant::POINT + i as u32, v as f32);
             }
         }
         s
@@ -152,17 +205,21 @@ fn material_texel(surface: &Surface) -> [f32; 4] {
     }
 }
 
-fn light_texels(light: &Light, space: &RenderSpace) -> [[f32; 4]; 2] {
-    let Light::Point { position, power } = *light;
-    let p = space.point32(position);
+fn point_light(light: &scene::Light, space: &RenderSpace) -> Light {
+    let scene::Light::Point { position, power } = *light;
     let per = 1.0 / (4.0 * std::f64::consts::PI * std::f64::consts::PI);
-    [[p.x, p.y, p.z, 0.0], rgb(power.map(|x| space.power(x) * per), 0.0)]
+    Light { shape: LightShape::Point(space.point(position)), radiance: power.map(|x| space.power(x) * per) }
+}
+
+fn shines(light: &Light) -> bool {
+    light.radiance != [0.0; 3]
 }
 
 fn add_triangles(
     mesh: &crate::scene::Mesh,
     space: &RenderSpace,
     first_material: u32,
+    add_light: &mut impl FnMut(LightShape, u32) -> i32,
     shapes: &mut Vec<[f32; 4]>,
     primitives: &mut Vec<Primitive>,
 ) {
@@ -182,6 +239,7 @@ fn add_triangles(
             -1
         };
         primitives.push(Primitive::Triangle {
+            light: add_light(LightShape::Triangle([a, b, c].map(|p| space.point(p))), material),
             vertices: [a, b, c].map(|p| space.point32(p)),
             normal: normal.as_vec3(),
             surface: first_material + material,

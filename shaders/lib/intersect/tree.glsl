@@ -2,8 +2,8 @@
 // (src/accel/record.rs). Every step fetches the same four texels and tests two boxes; lanes at a leaf test its primitive.
 //
 //   inner node   lo0 | child0,  hi0 | child1,  lo1 | -,  hi1 | -
-//   triangle     v0 | surface,  v1 | attributes,  v2 | -,  normal | 1
-//   sphere       centre | surface,  (radius, 1/radius with the normal's sign, -) | -,  -,  - | 2
+//   triangle     v0 | surface,  v1 | attributes,  v2 | light,  normal | 1
+//   sphere       centre | surface,  (radius, 1/radius with the normal's sign, -) | -,  - | light,  - | 2
 //
 // A child is a record's index; its sign bit marks a leaf. The host bounds the depth, hence the stack.
 

@@ -5,68 +5,48 @@
 
 use std::io::{self, Write};
 
-use super::{DecodeError, check_header};
+use ::image::codecs::hdr::{HdrDecoder, HdrEncoder};
+use ::image::{DynamicImage, ImageDecoder, Rgb};
+
+use super::{DecodeError, check_header, limits};
 use crate::image::metadata::is_key;
 use crate::image::transfer::clamp;
 use crate::image::{Image, Metadata};
 
-type Rgbe = [u8; 4];
+const SIGNATURE: &[u8] = b"#?RADIANCE\n";
 
-/// Widths that the run-length code of 1991 can express; others are stored flat.
-const RLE_WIDTHS: std::ops::Range<usize> = 8..32_768;
-
-/// Writes pixels and, as comment lines `# KEY: VALUE`, metadata (line breaks and backslashes escaped).
+/// Writes pixels and, as comment lines `# KEY: VALUE`, metadata (values as JSON strings).
 pub(super) fn encode(image: &Image, metadata: &Metadata, writer: &mut impl Write) -> io::Result<()> {
-    writeln!(writer, "#?RADIANCE")?;
+    let pixels: Vec<_> = image.pixels().iter().map(|&pixel| Rgb(rounded(pixel))).collect();
+    let mut bytes = Vec::new();
+    let (width, height) = (image.width() as usize, image.height() as usize);
+    HdrEncoder::new(&mut bytes).encode(&pixels, width, height).map_err(io::Error::other)?;
+    let Some(rest) = bytes.strip_prefix(SIGNATURE) else {
+        return Err(io::Error::other("the encoder's header is damaged"));
+    };
+    writer.write_all(SIGNATURE)?;
     for (key, value) in metadata.iter() {
-        let value = value.replace('\\', "\\\\").replace('\n', "\\n").replace('\r', "\\r");
-        writeln!(writer, "# {key}: {value}")?;
+        writeln!(writer, "# {key}: {}", serde_json::Value::from(value))?;
     }
-    writeln!(writer, "FORMAT=32-bit_rle_rgbe\n")?;
-    writeln!(writer, "-Y {} +X {}", image.height(), image.width())?;
-    let width = image.width() as usize;
-    let mut plane = Vec::with_capacity(width);
-    for row in image.pixels().chunks_exact(width) {
-        let row: Vec<Rgbe> = row.iter().map(|&pixel| rgbe_from_linear(pixel)).collect();
-        if RLE_WIDTHS.contains(&width) {
-            writer.write_all(&[2, 2, (width >> 8) as u8, width as u8])?;
-            for component in 0..4 {
-                plane.clear();
-                plane.extend(row.iter().map(|pixel| pixel[component]));
-                write_runs(&plane, writer)?;
-            }
-        } else {
-            // Cannot be taken for run-length codes, which begin (2,2,·) or (1,1,1): the largest mantissa
-            // of any pixel but black is at least 128.
-            writer.write_all(row.as_flattened())?;
-        }
-    }
-    Ok(())
+    writer.write_all(rest)
 }
 
-/// Negative values and NaN become 0, values beyond the range its end.
-fn rgbe_from_linear(pixel: [f32; 3]) -> Rgbe {
+/// The nearest value that the format holds; the encoder would round down, which darkens. Negative values and NaN become
+/// 0, values beyond the range its end.
+fn rounded(pixel: [f32; 3]) -> [f32; 3] {
     const LARGEST: f64 = 255.0 * exp2(127 - 8);
     let c = pixel.map(|v| clamp(f64::from(v), LARGEST));
     let max = c[0].max(c[1]).max(c[2]);
     // max = f·2^exponent with f in [0.5, 1), read from the bits; f32 input is never subnormal in f64.
     let mut exponent = ((max.to_bits() >> 52) as i32) - 1022;
-    if (max * exp2(8 - exponent)).round() > 255.0 {
+    if max * exp2(8 - exponent) >= 255.5 {
         exponent += 1;
     }
-    if max == 0.0 || exponent + 128 < 1 {
-        return [0; 4];
-    }
-    let scale = exp2(8 - exponent);
-    let [r, g, b] = c.map(|v| (v * scale).round() as u8);
-    [r, g, b, (exponent + 128) as u8]
-}
-
-fn linear_from_rgbe([r, g, b, e]: Rgbe) -> [f32; 3] {
-    if e == 0 {
+    // The smallest exponent of the format; of the sum, the encoder would take the lowest 8 bits.
+    if exponent + 128 < 1 {
         return [0.0; 3];
     }
-    [r, g, b].map(|m| (f64::from(m) * exp2(i32::from(e) - 136)) as f32)
+    c.map(|v| ((v * exp2(8 - exponent)).round() * exp2(exponent - 8)) as f32)
 }
 
 /// 2^exponent for the exponents of normal numbers (−1022..=1023).
@@ -74,50 +54,23 @@ const fn exp2(exponent: i32) -> f64 {
     f64::from_bits(((exponent + 1023) as u64) << 52)
 }
 
-/// Runs of 3..=127 equal bytes as (128 + length, byte), all else as (length ≤ 128, bytes).
-fn write_runs(bytes: &[u8], writer: &mut impl Write) -> io::Result<()> {
-    let run_at = |i: usize| bytes[i..].iter().take(127).take_while(|&&b| b == bytes[i]).count();
-    let mut i = 0;
-    while i < bytes.len() {
-        let run = run_at(i);
-        if run >= 3 {
-            writer.write_all(&[128 + run as u8, bytes[i]])?;
-            i += run;
-        } else {
-            let start = i;
-            while i < bytes.len() && i - start < 128 && run_at(i) < 3 {
-                i += 1;
-            }
-            writer.write_all(&[(i - start) as u8])?;
-            writer.write_all(&bytes[start..i])?;
-        }
-    }
-    Ok(())
-}
-
 /// Reads flat, old and new run-length coded pixels, rows from the top; `EXPOSURE` is divided out.
 pub(super) fn decode(bytes: &[u8]) -> Result<(Image, Metadata), DecodeError> {
-    let mut rest = bytes;
-    let signature = line(&mut rest)?;
-    if !signature.starts_with("#?") {
+    if !bytes.starts_with(b"#?") {
         return Err(DecodeError::Malformed("the file does not begin with \"#?RADIANCE\" or \"#?RGBE\"".into()));
     }
-    let mut metadata = Metadata::new();
+    // A run that is repeated 256^8 times overflows in the decoder, where overflow is checked.
+    if bytes.windows(20).any(|window| *window.as_chunks::<4>().0 == [[1, 1, 1, 0]; 5]) {
+        return Err(DecodeError::Malformed("many runs of length zero".into()));
+    }
+    // Strict would be without "#?RGBE".
+    let mut decoder = HdrDecoder::new_nonstrict(bytes)?;
+    let (width, height) = decoder.dimensions();
+    let (width, height) = check_header(width.into(), height.into(), bytes.len(), 1024)?;
+    decoder.set_limits(limits())?;
     let mut exposure = 1.0;
-    loop {
-        let line = line(&mut rest)?;
-        if line.is_empty() {
-            break;
-        }
-        if let Some(comment) = line.strip_prefix("# ") {
-            if let Some((key, value)) = comment.split_once(": ").filter(|(key, _)| is_key(key)) {
-                metadata.push(key, unescape(value));
-            }
-        } else if let Some(format) = line.strip_prefix("FORMAT=") {
-            if format.trim() != "32-bit_rle_rgbe" {
-                return Err(DecodeError::Unsupported(format!("FORMAT is {format:?}, supported is 32-bit_rle_rgbe")));
-            }
-        } else if let Some(value) = line.strip_prefix("EXPOSURE=") {
+    for (key, value) in decoder.metadata().custom_attributes {
+        if key == "EXPOSURE" {
             let factor: f64 = value.trim().parse().unwrap_or(f64::NAN);
             if !(factor > 0.0 && factor.is_finite()) {
                 return Err(DecodeError::Malformed(format!("EXPOSURE is {value:?}, expected a positive number")));
@@ -125,117 +78,23 @@ pub(super) fn decode(bytes: &[u8]) -> Result<(Image, Metadata), DecodeError> {
             exposure *= factor; // several lines multiply
         }
     }
-    let resolution = line(&mut rest)?;
-    let (width, height) = match resolution.split_ascii_whitespace().collect::<Vec<_>>()[..] {
-        ["-Y", height, "+X", width] => match (width.parse(), height.parse()) {
-            (Ok(width), Ok(height)) => check_header(width, height, bytes.len(), 1024)?,
-            _ => return Err(DecodeError::Malformed(format!("the resolution is {resolution:?}"))),
-        },
-        ["-Y" | "+Y" | "-X" | "+X", _, "-Y" | "+Y" | "-X" | "+X", _] => {
-            return Err(DecodeError::Unsupported(format!(
-                "the resolution is {resolution:?}, supported is the order \"-Y height +X width\""
-            )));
-        }
-        _ => {
-            return Err(DecodeError::Malformed(format!(
-                "the resolution is {resolution:?}, expected \"-Y height +X width\""
-            )));
-        }
-    };
-    let mut pixels = Vec::new();
-    let mut row = vec![[0; 4]; width as usize];
-    for y in 0..height {
-        read_row(&mut rest, &mut row).map_err(|problem| DecodeError::Malformed(format!("row {y}: {problem}")))?;
-        let scale = |v: f32| if exposure == 1.0 { v } else { (f64::from(v) / exposure) as f32 };
-        pixels.extend(row.iter().map(|&pixel| linear_from_rgbe(pixel).map(scale)));
+    let mut values = DynamicImage::from_decoder(decoder)?.into_rgb32f().into_raw();
+    if exposure != 1.0 {
+        values.iter_mut().for_each(|v| *v = (f64::from(*v) / exposure) as f32);
     }
-    Ok((Image::from_pixels(width, height, pixels)?, metadata))
+    let image = Image::from_pixels(width, height, values.as_chunks().0.to_vec())?;
+    Ok((image, comments(bytes)))
 }
 
-fn read_row(rest: &mut &[u8], row: &mut [Rgbe]) -> Result<(), &'static str> {
-    let first: Rgbe = take(rest)?;
-    let width = row.len();
-    if first[..2] != [2, 2] || first[2] >= 128 || !RLE_WIDTHS.contains(&width) {
-        return read_old_row(first, rest, row);
-    }
-    if usize::from(first[2]) << 8 | usize::from(first[3]) != width {
-        return Err("the run-length code is for another width");
-    }
-    for component in 0..4 {
-        let mut x = 0;
-        while x < width {
-            let [count] = take(rest)?;
-            let length = usize::from(if count > 128 { count - 128 } else { count });
-            if length == 0 || x + length > width {
-                return Err("a run of the wrong length");
-            }
-            let target = row[x..x + length].iter_mut().map(|pixel| &mut pixel[component]);
-            if count > 128 {
-                let [value] = take(rest)?;
-                target.for_each(|byte| *byte = value);
-            } else {
-                let (values, after) = rest.split_at_checked(length).ok_or("the file ends early")?;
-                target.zip(values).for_each(|(byte, value)| *byte = *value);
-                *rest = after;
-            }
-            x += length;
+/// The decoder skips comments.
+fn comments(bytes: &[u8]) -> Metadata {
+    let mut metadata = Metadata::new();
+    for line in bytes.split(|&b| b == b'\n').take_while(|line| !line.is_empty()) {
+        let line = String::from_utf8_lossy(line);
+        let entry = line.strip_prefix("# ").and_then(|comment| comment.split_once(": "));
+        if let Some((key, value)) = entry.filter(|(key, _)| is_key(key)) {
+            metadata.push(key, serde_json::from_str(value).unwrap_or(value.to_owned()));
         }
     }
-    Ok(())
-}
-
-/// Flat pixels, where (1,1,1,n) repeats the last one n times and markers in a row are digits of base 256.
-fn read_old_row(first: Rgbe, rest: &mut &[u8], row: &mut [Rgbe]) -> Result<(), &'static str> {
-    let (mut x, mut shift, mut next) = (0, 0u32, first);
-    loop {
-        if next[..3] == [1, 1, 1] {
-            let count = usize::from(next[3]).checked_shl(shift).filter(|&n| n <= row.len() - x);
-            let last = *x.checked_sub(1).and_then(|i: usize| row.get(i)).ok_or("a run without a pixel to repeat")?;
-            let count = count.ok_or("a run of the wrong length")?;
-            row[x..x + count].fill(last);
-            x += count;
-            shift += 8;
-        } else {
-            row[x] = next;
-            x += 1;
-            shift = 0;
-        }
-        if x == row.len() {
-            return Ok(());
-        }
-        next = take(rest)?;
-    }
-}
-
-fn take<const N: usize>(rest: &mut &[u8]) -> Result<[u8; N], &'static str> {
-    let (head, tail) = rest.split_first_chunk::<N>().ok_or("the file ends early")?;
-    *rest = tail;
-    Ok(*head)
-}
-
-fn line<'a>(rest: &mut &'a [u8]) -> Result<&'a str, DecodeError> {
-    let end = rest
-        .iter()
-        .position(|&b| b == b'\n')
-        .ok_or_else(|| DecodeError::Malformed("the file ends within the header".into()))?;
-    let text = std::str::from_utf8(&rest[..end])
-        .map_err(|_| DecodeError::Malformed("a line of the header is not UTF-8 text".into()))?;
-    *rest = &rest[end + 1..];
-    Ok(text.strip_suffix('\r').unwrap_or(text))
-}
-
-fn unescape(value: &str) -> String {
-    let mut text = String::with_capacity(value.len());
-    let mut chars = value.chars();
-    while let Some(c) = chars.next() {
-        match c {
-            '\\' => match chars.next() {
-                Some('n') => text.push('\n'),
-                Some('r') => text.push('\r'),
-                other => text.extend(other),
-            },
-            c => text.push(c),
-        }
-    }
-    text
+    metadata
 }

@@ -31,6 +31,15 @@ impl From<ImageError> for DecodeError {
     }
 }
 
+impl From<::image::ImageError> for DecodeError {
+    fn from(error: ::image::ImageError) -> Self {
+        match error {
+            ::image::ImageError::Unsupported(problem) => Self::Unsupported(problem.to_string()),
+            other => Self::malformed(other),
+        }
+    }
+}
+
 /// Writes `image` to `writer`; `transfer` concerns PNG only.
 pub(super) fn encode(
     format: Format,
@@ -55,6 +64,14 @@ pub(super) fn decode(format: Format, bytes: &[u8]) -> Result<(Image, Metadata), 
         Format::Hdr => hdr::decode(bytes),
         Format::Pfm => pfm::decode(bytes).map(|image| (image, Metadata::new())),
     }
+}
+
+/// For decoders that take limits; those that depend on the file are checked by [`check_header`].
+fn limits() -> ::image::Limits {
+    let mut limits = ::image::Limits::default();
+    limits.max_image_width = Some(MAX_SIDE);
+    limits.max_image_height = Some(MAX_SIDE);
+    limits
 }
 
 /// Checks a header's size before memory is set aside for it: sides in range, and no more pixels than

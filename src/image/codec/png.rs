@@ -1,11 +1,16 @@
 //! PNG (ISO/IEC 15948): written with 8 bits per channel and the transfer curve in a gAMA or sRGB chunk.
+//!
+//! Pixels are read by the `image` crate. It writes neither text nor gAMA and sRGB chunks, reads no text, and does not
+//! tell an sRGB chunk from a gAMA of 1/2.2: for these, the `png` crate, on which it builds, is used directly.
 
 use std::io::{self, Cursor, Write};
 
+use ::image::DynamicImage;
+use ::image::codecs::png::PngDecoder;
 use ::png::text_metadata::{ITXtChunk, TEXtChunk};
-use ::png::{BitDepth, ColorType, Decoder, Encoder, Info, ScaledFloat, SrgbRenderingIntent, Transformations};
+use ::png::{BitDepth, ColorType, Decoder, Encoder, Info, ScaledFloat, SrgbRenderingIntent};
 
-use super::{DecodeError, check_header};
+use super::{DecodeError, check_header, limits};
 use crate::image::{Image, Metadata};
 use crate::scene::Transfer;
 
@@ -44,40 +49,28 @@ pub(super) fn encode(
 /// Reads grey, colour and palette images of any depth; alpha is ignored.
 pub(super) fn decode(bytes: &[u8]) -> Result<(Image, Metadata), DecodeError> {
     let mut decoder = Decoder::new(Cursor::new(bytes));
-    decoder.set_transformations(Transformations::EXPAND);
     let header = decoder.read_header_info().map_err(DecodeError::malformed)?;
     // Deflate reaches 1032:1, and a byte may hold 8 pixels.
     let (width, height) = check_header(header.width.into(), header.height.into(), bytes.len(), 8 * 1032)?;
+    let mut chunks = decoder.read_info().map_err(DecodeError::malformed)?;
+    // Text may come after the pixels.
+    chunks.finish().map_err(DecodeError::malformed)?;
+    let transfer = stored_transfer(chunks.info());
 
-    let mut reader = decoder.read_info().map_err(DecodeError::malformed)?;
-    let size = reader
-        .output_buffer_size()
-        .ok_or_else(|| DecodeError::Unsupported(format!("{width}x{height} pixels do not fit into memory")))?;
-    let mut data = vec![0; size];
-    reader.next_frame(&mut data).map_err(DecodeError::malformed)?;
-    reader.finish().map_err(DecodeError::malformed)?;
-
-    let transfer = stored_transfer(reader.info());
-    let (color, depth) = reader.output_color_type();
-    let linear: Vec<f32> = match depth {
-        BitDepth::Sixteen => {
-            let table: Vec<f32> = (0..=65_535).map(|c| transfer.decode(f64::from(c) / 65_535.0) as f32).collect();
-            data.as_chunks::<2>().0.iter().map(|b| table[usize::from(u16::from_be_bytes(*b))]).collect()
-        }
-        _ => {
-            let table: Vec<f32> = (0..=255).map(|c| transfer.decode(f64::from(c) / 255.0) as f32).collect();
-            data.iter().map(|&b| table[usize::from(b)]).collect()
-        }
+    let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits())?;
+    let image = DynamicImage::from_decoder(decoder)?;
+    let table = |largest: u16| -> Vec<f32> {
+        (0..=largest).map(|code| transfer.decode(f64::from(code) / f64::from(largest)) as f32).collect()
     };
-    let pixels = match color {
-        ColorType::Rgb => linear.as_chunks::<3>().0.to_vec(),
-        ColorType::Rgba => linear.as_chunks::<4>().0.iter().map(|&[r, g, b, _]| [r, g, b]).collect(),
-        ColorType::Grayscale => linear.iter().map(|&v| [v; 3]).collect(),
-        ColorType::GrayscaleAlpha => linear.as_chunks::<2>().0.iter().map(|&[v, _]| [v; 3]).collect(),
-        ColorType::Indexed => return Err(DecodeError::Malformed("a palette image without a palette".into())),
+    let linear: Vec<f32> = if image.color().bytes_per_pixel() > image.color().channel_count() {
+        let table = table(u16::MAX);
+        image.into_rgb16().iter().map(|&code| table[usize::from(code)]).collect()
+    } else {
+        let table = table(u8::MAX.into());
+        image.into_rgb8().iter().map(|&code| table[usize::from(code)]).collect()
     };
-    let metadata = stored_text(reader.info());
-    Ok((Image::from_pixels(width, height, pixels)?, metadata))
+    let pixels = linear.as_chunks().0.to_vec();
+    Ok((Image::from_pixels(width, height, pixels)?, stored_text(chunks.info())))
 }
 
 /// sRGB chunk before gAMA chunk, sRGB if there is neither, as the standard has it.

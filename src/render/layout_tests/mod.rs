@@ -40,6 +40,10 @@ fn expected_constants() -> BTreeMap<String, u32> {
         ("PATH_STATS", constant::PATH_STATS),
         ("REGIONS", constant::REGIONS),
         ("REFILL_BELOW", constant::REFILL_BELOW),
+        ("LIGHT_NODES", constant::LIGHT_NODES),
+        ("LIGHT_LOOPS", constant::LIGHT_LOOPS),
+        ("FACET_COUNT", constant::FACET_COUNT),
+        ("FACET_OCCLUDERS", constant::FACET_OCCLUDERS),
     ];
     let mut all: BTreeMap<_, _> = features.into_iter().map(|(name, id)| (name.to_owned(), id)).collect();
     let mut add = |prefix: &str, base: u32, names: &[&str]| {
@@ -51,6 +55,11 @@ fn expected_constants() -> BTreeMap<String, u32> {
     for i in 0..MAX_CONSTANT_SPHERES {
         let names = ["X", "Y", "Z", "R", "K", "SIDE", "FORM"];
         add(&format!("SPHERE_{i}"), constant::SPHERES + 8 * i as u32, &names);
+    }
+    for i in 0..constant::MAX_FACETS {
+        let names = ["A", "B", "C", "D", "N"].map(|corner| ["X", "Y", "Z"].map(|axis| format!("{corner}{axis}")));
+        let names: Vec<_> = names.iter().flatten().map(String::as_str).chain(["ND"]).collect();
+        add(&format!("FACET_{i}"), constant::FACETS + 16 * i as u32, &names);
     }
     add("POINT", constant::POINT, &["X", "Y", "Z", "R", "G", "B"]);
     all

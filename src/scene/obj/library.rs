@@ -13,26 +13,8 @@ use crate::scene::read::read_relative;
 /// Name of the surface of faces whose material is not known.
 const DEFAULT_MATERIAL: &str = "default grey";
 
-/// Indices of scene materials.
-pub(super) struct MaterialOfName {
-    /// By index into [`Obj::material_names`]; 0 where no triangle uses the name.
-    named: Vec<u32>,
-    /// Of faces without a name, and of all faces if `named` is empty.
-    unnamed: u32,
-}
-
-impl MaterialOfName {
-    /// The same for all faces.
-    pub fn all(material: u32) -> Self {
-        Self { named: Vec::new(), unnamed: material }
-    }
-
-    pub fn get(&self, name: Option<u32>) -> u32 {
-        name.and_then(|name| self.named.get(name as usize).copied()).unwrap_or(self.unnamed)
-    }
-}
-
-/// Reads the MTL files and adds to the scene those of their materials that a triangle uses.
+/// Reads the MTL files and adds to the scene those of their materials that are used. `used` holds an index into
+/// [`Obj::material_names`] for each triangle, and the result one into the scene's materials.
 pub(super) fn resolve_materials(
     obj: &Obj,
     used: impl Iterator<Item = Option<u32>>,
@@ -40,39 +22,25 @@ pub(super) fn resolve_materials(
     base_dir: Option<&Path>,
     materials: &mut MaterialList,
     warnings: &mut Vec<String>,
-) -> Result<MaterialOfName, SceneError> {
+) -> Result<Vec<u32>, SceneError> {
     let mut surfaces = HashMap::new();
     for (library, line) in &obj.libraries {
         let at = Location::line(file, *line);
         read_library(library, &at, base_dir, &mut surfaces, warnings)?;
     }
-    let mut is_used = vec![false; obj.material_names.len()];
-    let mut is_unnamed_used = false;
-    for name in used {
-        match name {
-            Some(name) => is_used[name as usize] = true,
-            None => is_unnamed_used = true,
-        }
-    }
-    let grey = Surface::Diffuse { reflectance: GREY };
-    let mut of_name = MaterialOfName { named: vec![0; is_used.len()], unnamed: 0 };
-    for (index, (name, line)) in obj.material_names.iter().enumerate().filter(|&(index, _)| is_used[index]) {
-        of_name.named[index] = match surfaces.get(name) {
-            Some(LibraryMaterial { surface, warnings: of_material }) => {
+    let mut resolve = |name: Option<u32>| {
+        if let Some((name, line)) = name.map(|index| &obj.material_names[index as usize]) {
+            if let Some(LibraryMaterial { surface, warnings: of_material }) = surfaces.get(name) {
                 warnings.extend_from_slice(of_material);
-                materials.add(name, surface)
+                return materials.add(name, surface);
             }
-            None => {
-                let at = Location::line(file, *line);
-                warnings.push(format!("{at}: the material {name:?} is in no MTL file, {DEFAULT_MATERIAL} is used"));
-                materials.add(DEFAULT_MATERIAL, &grey)
-            }
-        };
-    }
-    if is_unnamed_used {
-        of_name.unnamed = materials.add(DEFAULT_MATERIAL, &grey);
-    }
-    Ok(of_name)
+            let at = Location::line(file, *line);
+            warnings.push(format!("{at}: the material {name:?} is in no MTL file, {DEFAULT_MATERIAL} is used"));
+        }
+        materials.add(DEFAULT_MATERIAL, &Surface::Diffuse { reflectance: GREY })
+    };
+    let mut resolved = HashMap::new();
+    Ok(used.map(|name| *resolved.entry(name).or_insert_with(|| resolve(name))).collect())
 }
 
 struct LibraryMaterial {

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use glam::{DVec2, DVec3};
 
-use super::library::{MaterialOfName, resolve_materials};
-use super::parse::{Corner, Face, Obj, parse_obj};
+use super::library::resolve_materials;
+use super::parse::{Obj, parse_obj};
 use crate::scene::description::{Mesh, Normals};
 use crate::scene::error::SceneError;
 use crate::scene::materials::MaterialList;
@@ -47,61 +47,71 @@ impl MeshRequest {
         warnings: &mut Vec<String>,
     ) -> Result<Mesh, SceneError> {
         let obj = parse_obj(bytes, file)?;
-        let mut positions = obj.positions.clone();
+        let mut positions: Vec<DVec3> =
+            obj.mesh.positions.as_chunks().0.iter().map(|&p| DVec3::from_array(p)).collect();
         if self.placement != Placement::default() {
             let scene_from_mesh = self.placement.scene_from_mesh();
             positions.iter_mut().for_each(|position| *position = scene_from_mesh(*position));
         }
-        let smooth = match self.normals {
-            NormalsChoice::Flat => false,
-            NormalsChoice::Smooth => true,
-            NormalsChoice::AsInFile => !obj.normals.is_empty(),
-        };
-        let triangles = triangulate(&obj, &positions);
-        if triangles.kept.is_empty() {
-            let (faces, degenerate) = (obj.faces.len(), triangles.degenerate_faces);
+        let (triangles, degenerate) = with_area(&obj, &positions);
+        let faces = obj.faces.len();
+        if triangles.is_empty() {
             return Err(SceneError::EmptyMesh { file: file.to_owned(), faces, degenerate });
         }
-        if triangles.degenerate_faces > 0 {
-            let (count, all) = (triangles.degenerate_faces, obj.faces.len());
-            warnings.push(format!("{file}: {count} of {all} faces have no area and are dropped"));
+        if degenerate > 0 {
+            warnings.push(format!("{file}: {degenerate} of {faces} faces have no area and are dropped"));
         }
-        let material_of_name = match self.material {
-            MaterialSource::Given(index) => MaterialOfName::all(index),
+        let triangle_materials = match self.material {
+            MaterialSource::Given(index) => vec![index; triangles.len()],
             MaterialSource::Mtl => {
-                let used = triangles.kept.iter().map(|triangle| triangle.material);
+                let used = triangles.iter().map(|triangle| triangle.material);
                 resolve_materials(&obj, used, file, base_dir, materials, warnings)?
             }
         };
+        let smooth = match self.normals {
+            NormalsChoice::Flat => false,
+            NormalsChoice::Smooth => true,
+            NormalsChoice::AsInFile => !obj.mesh.normals.is_empty(),
+        };
+        let (vertices, vertices_of_triangles) = number_vertices(&triangles, smooth);
         let mut mesh = Mesh {
             name: file.to_owned(),
-            positions: Vec::new(),
+            positions: vertices.iter().map(|corner| positions[corner.position as usize]).collect(),
             vertex_normals: Vec::new(),
             texcoords: Vec::new(),
-            triangle_materials: triangles.kept.iter().map(|t| material_of_name.get(t.material)).collect(),
-            triangles: Vec::new(),
+            triangle_materials,
+            triangles: vertices_of_triangles,
             normals: if smooth { Normals::Smooth } else { Normals::Flat },
-            degenerate_dropped: triangles.degenerate_faces,
+            degenerate_dropped: degenerate,
         };
-        let rotation = self.placement.rotation();
-        let generated = if smooth { area_weighted_normals(&triangles.kept, &positions) } else { Vec::new() };
-        let normal_of = |corner: Corner| {
-            let of_file = obj.normals.get(corner.normal as usize);
-            of_file.and_then(|&n| unit(rotation * n)).unwrap_or_else(|| generated[corner.position as usize])
-        };
-        let has_texcoords = triangles.kept.iter().any(|t| t.corners.iter().any(|c| c.texcoord != Corner::NONE));
-        let mut vertices = VertexMap::new(positions.len(), smooth, has_texcoords);
-        mesh.triangles = vertices.index(&triangles.kept);
-        mesh.positions = vertices.corners.iter().map(|corner| positions[corner.position as usize]).collect();
         if smooth {
-            mesh.vertex_normals = vertices.corners.iter().map(|&corner| normal_of(corner)).collect();
+            let rotation = self.placement.rotation();
+            let of_file = obj.mesh.normals.as_chunks().0;
+            let generated = area_weighted_normals(&triangles, &positions);
+            let normal_of = |corner: &Corner| {
+                let given = of_file.get(corner.normal as usize).and_then(|&n| unit(rotation * DVec3::from_array(n)));
+                given.unwrap_or_else(|| generated[corner.position as usize])
+            };
+            mesh.vertex_normals = vertices.iter().map(normal_of).collect();
         }
-        if has_texcoords {
-            let texcoord_of = |corner: &Corner| obj.texcoords.get(corner.texcoord as usize).copied();
-            mesh.texcoords = vertices.corners.iter().map(|c| texcoord_of(c).unwrap_or(DVec2::ZERO)).collect();
+        if !obj.mesh.texcoords.is_empty() {
+            let of_file = obj.mesh.texcoords.as_chunks().0;
+            let texcoord_of = |corner: &Corner| DVec2::from_array(of_file[corner.texcoord as usize]);
+            mesh.texcoords = vertices.iter().map(texcoord_of).collect();
         }
         Ok(mesh)
     }
+}
+
+/// Stands for an index that is not there.
+const NONE: u32 = u32::MAX;
+
+/// A corner of a triangle: indices into what the file defines.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+struct Corner {
+    position: u32,
+    texcoord: u32,
+    normal: u32,
 }
 
 /// A triangle of the file.
@@ -110,28 +120,27 @@ struct FileTriangle {
     material: Option<u32>,
 }
 
-struct Triangles {
-    kept: Vec<FileTriangle>,
-    /// Faces of which nothing was kept.
-    degenerate_faces: usize,
-}
-
-/// Cuts polygons into fans around their first corner, without triangles that have no area.
-fn triangulate(obj: &Obj, positions: &[DVec3]) -> Triangles {
-    let mut kept = Vec::with_capacity(obj.corners.len().saturating_sub(2 * obj.faces.len()));
+/// The triangles that have an area, and the number of faces that have none.
+fn with_area(obj: &Obj, positions: &[DVec3]) -> (Vec<FileTriangle>, usize) {
+    let tobj::Mesh { indices, texcoord_indices, normal_indices, .. } = &obj.mesh;
+    let of = |list: &[u32], i: usize| list.get(i).copied().unwrap_or(NONE);
+    let corner =
+        |i: usize| Corner { position: indices[i], texcoord: of(texcoord_indices, i), normal: of(normal_indices, i) };
+    let mut kept = Vec::with_capacity(indices.len() / 3);
     let mut degenerate_faces = 0;
-    for (&Face { material, .. }, polygon) in obj.polygons() {
+    let mut first_corners = (0..indices.len()).step_by(3);
+    for face in &obj.faces {
         let count_before = kept.len();
-        for i in 1..polygon.len() - 1 {
-            let corners = [polygon[0], polygon[i], polygon[i + 1]];
+        for i in first_corners.by_ref().take(face.triangles as usize) {
+            let corners = [corner(i), corner(i + 1), corner(i + 2)];
             let [a, b, c] = corners.map(|corner| positions[corner.position as usize]);
             if has_area(a, b, c) {
-                kept.push(FileTriangle { corners, material });
+                kept.push(FileTriangle { corners, material: face.material });
             }
         }
         degenerate_faces += usize::from(kept.len() == count_before);
     }
-    Triangles { kept, degenerate_faces }
+    (kept, degenerate_faces)
 }
 
 /// A unit normal for each of the file's positions: the mean over the faces around it, each weighted by its area.
@@ -164,44 +173,18 @@ fn unit(v: DVec3) -> Option<DVec3> {
     if scale > 0.0 { (v / scale).try_normalize() } else { None }
 }
 
-/// Numbers the vertices of the mesh: one for each combination of indices that matters and is used.
-struct VertexMap {
-    corners: Vec<Corner>,
-    /// By position, if nothing but the position matters.
-    of_position: Vec<u32>,
-    of_corner: HashMap<Corner, u32>,
-    normals_matter: bool,
-    texcoords_matter: bool,
-}
-
-impl VertexMap {
-    const UNUSED: u32 = u32::MAX;
-
-    fn new(position_count: usize, normals_matter: bool, texcoords_matter: bool) -> Self {
-        let by_position = !normals_matter && !texcoords_matter;
-        let of_position = if by_position { vec![Self::UNUSED; position_count] } else { Vec::new() };
-        Self { corners: Vec::new(), of_position, of_corner: HashMap::new(), normals_matter, texcoords_matter }
-    }
-
-    fn index(&mut self, triangles: &[FileTriangle]) -> Vec<[u32; 3]> {
-        triangles.iter().map(|triangle| triangle.corners.map(|corner| self.vertex(corner))).collect()
-    }
-
-    fn vertex(&mut self, corner: Corner) -> u32 {
-        let key = Corner {
-            normal: if self.normals_matter { corner.normal } else { Corner::NONE },
-            texcoord: if self.texcoords_matter { corner.texcoord } else { Corner::NONE },
-            ..corner
-        };
-        let next = self.corners.len() as u32;
-        let vertex = match self.of_position.get_mut(corner.position as usize) {
-            Some(vertex) => vertex,
-            None => self.of_corner.entry(key).or_insert(Self::UNUSED),
-        };
-        if *vertex == Self::UNUSED {
-            *vertex = next;
-            self.corners.push(key);
-        }
-        *vertex
-    }
+/// Numbers the vertices of the mesh: one for each combination of indices that matters and is used. Returns the indices
+/// of each vertex, and the vertices of each triangle.
+fn number_vertices(triangles: &[FileTriangle], normals_matter: bool) -> (Vec<Corner>, Vec<[u32; 3]>) {
+    let mut corners = Vec::new();
+    let mut vertex_of_corner = HashMap::new();
+    let mut vertex = |corner: Corner| {
+        let corner = Corner { normal: if normals_matter { corner.normal } else { NONE }, ..corner };
+        *vertex_of_corner.entry(corner).or_insert_with(|| {
+            corners.push(corner);
+            corners.len() as u32 - 1
+        })
+    };
+    let triangles = triangles.iter().map(|triangle| triangle.corners.map(&mut vertex)).collect();
+    (corners, triangles)
 }

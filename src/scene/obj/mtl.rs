@@ -1,6 +1,6 @@
 //! From the text of an MTL file to surfaces.
 
-use super::statement::{Statement, statements};
+use super::statement::{Statement, read_failed, statements};
 use crate::scene::description::{Rgb, Surface};
 use crate::scene::error::SceneError;
 use crate::scene::validate::number;
@@ -14,29 +14,17 @@ const GLASS_IOR: f64 = 1.5;
 /// Keywords of textures that do not start with `map_`.
 const TEXTURES: [&[u8]; 5] = [b"bump", b"decal", b"disp", b"norm", b"refl"];
 
-/// A material as an MTL file describes it. Only what a surface can be made of is kept.
-#[derive(Debug, Clone, Default, PartialEq)]
+/// A material as an MTL file describes it.
+#[derive(Debug, Clone)]
 pub struct MtlMaterial {
     /// `newmtl`.
     pub name: String,
     /// Of `newmtl`, counted from 1.
     pub line: u32,
-    /// `Kd`: diffuse reflectance.
-    pub diffuse: Option<Rgb>,
-    /// `Ks`: specular reflectance.
-    pub specular: Option<Rgb>,
-    /// `Ke`: emitted radiance, >= 0.
-    pub emission: Option<Rgb>,
-    /// `Tf`: transmission filter.
-    pub transmission: Option<Rgb>,
-    /// `d`, or 1 - `Tr`: 1 is opaque.
-    pub dissolve: Option<f64>,
-    /// `Ni`: index of refraction, > 0.
-    pub ior: Option<f64>,
-    /// `illum`: illumination model.
-    pub illumination: Option<u32>,
     /// The keyword of a texture, which is not used.
     pub texture: Option<String>,
+    /// What a surface can be made of; `Tr` is turned into `d`, and `Tf` is unknown to `tobj`.
+    parameters: tobj::Material,
 }
 
 /// Reads an MTL file that is in memory. Statements that are not known are ignored.
@@ -45,58 +33,64 @@ pub struct MtlMaterial {
 /// [`SceneError::Statement`] with the line of a number that is none, not finite or out of its range.
 pub fn parse_mtl(bytes: &[u8], file: &str) -> Result<Vec<MtlMaterial>, SceneError> {
     let mut materials: Vec<MtlMaterial> = Vec::new();
+    let mut checked = String::new();
     for statement in statements(bytes) {
         if statement.keyword() == b"newmtl" {
-            let name = statement.name().into_owned();
+            let name = statement.name();
             if name.is_empty() {
                 return Err(statement.error(file, "\"newmtl\" has no name".to_owned(), "a name"));
             }
-            materials.push(MtlMaterial { name, line: statement.line, ..MtlMaterial::default() });
+            checked.push_str(&format!("newmtl {name}\n"));
+            materials.push(MtlMaterial { name, line: statement.line, texture: None, parameters: Default::default() });
         } else if let Some(material) = materials.last_mut() {
-            material.read(&statement, file)?;
+            match statement.keyword() {
+                keyword if keyword.starts_with(b"map_") || TEXTURES.contains(&keyword) => {
+                    material.texture = Some(statement.quoted_keyword());
+                }
+                _ => checked.push_str(&check(&statement, file)?),
+            }
         }
+    }
+    let (parameters, _) = tobj::load_mtl_buf(&mut checked.as_bytes()).map_err(|error| read_failed(file, error))?;
+    for (material, parameters) in materials.iter_mut().zip(parameters) {
+        material.parameters = parameters;
     }
     Ok(materials)
 }
 
-impl MtlMaterial {
-    fn read(&mut self, statement: &Statement<'_>, file: &str) -> Result<(), SceneError> {
-        match statement.keyword() {
-            b"Kd" => self.diffuse = Some(color(statement, file)?),
-            b"Ks" => self.specular = Some(color(statement, file)?),
-            b"Ke" => {
-                let emission = color(statement, file)?;
-                if emission.iter().any(|&x| x < 0.0) {
-                    return Err(statement.error(file, format!("\"Ke\" is {emission:?}"), "numbers >= 0"));
-                }
-                self.emission = Some(emission);
+/// Checks a statement and returns it as a line for `tobj`, which would panic at colours of one number; empty if it is
+/// not needed.
+fn check(statement: &Statement<'_>, file: &str) -> Result<String, SceneError> {
+    Ok(match statement.keyword() {
+        keyword @ (b"Kd" | b"Ks" | b"Ke" | b"Tf") => {
+            let rgb @ [r, g, b] = color(statement, file)?;
+            if keyword == b"Ke" && rgb.iter().any(|&x| x < 0.0) {
+                return Err(statement.error(file, format!("\"Ke\" is {rgb:?}"), "numbers >= 0"));
             }
-            b"Tf" => self.transmission = Some(color(statement, file)?),
-            b"d" if statement.words().nth(1) != Some(b"-halo") => self.dissolve = Some(scalar(statement, file)?),
-            b"Tr" => self.dissolve = Some(1.0 - scalar(statement, file)?),
-            b"Ni" => {
-                let ior = scalar(statement, file)?;
-                if ior <= 0.0 {
-                    return Err(statement.error(file, format!("\"Ni\" is {}", number(ior)), "a number > 0"));
-                }
-                self.ior = Some(ior);
-            }
-            b"illum" => {
-                let model = scalar(statement, file)?;
-                if !(0.0..=10.0).contains(&model) || model.fract() != 0.0 {
-                    let found = format!("\"illum\" is {}", number(model));
-                    return Err(statement.error(file, found, "an integer from 0 to 10"));
-                }
-                self.illumination = Some(model as u32);
-            }
-            keyword if keyword.starts_with(b"map_") || TEXTURES.contains(&keyword) => {
-                self.texture = Some(statement.quoted_keyword())
-            }
-            _ => {}
+            format!("{} {r} {g} {b}\n", String::from_utf8_lossy(keyword))
         }
-        Ok(())
-    }
+        b"d" if statement.words().nth(1) != Some(b"-halo") => format!("d {}\n", scalar(statement, file)?),
+        b"Tr" => format!("d {}\n", 1.0 - scalar(statement, file)?),
+        b"Ni" => {
+            let ior = scalar(statement, file)?;
+            if ior <= 0.0 {
+                return Err(statement.error(file, format!("\"Ni\" is {}", number(ior)), "a number > 0"));
+            }
+            format!("Ni {ior}\n")
+        }
+        b"illum" => {
+            let model = scalar(statement, file)?;
+            if !(0.0..=10.0).contains(&model) || model.fract() != 0.0 {
+                let found = format!("\"illum\" is {}", number(model));
+                return Err(statement.error(file, found, "an integer from 0 to 10"));
+            }
+            format!("illum {}\n", model as u8)
+        }
+        _ => String::new(),
+    })
+}
 
+impl MtlMaterial {
     /// What the material becomes. `warn` is told of everything that is lost.
     ///
     /// MTL describes shading models of 1995 and is used loosely; the rules are, in this order: `Ke` above 0 is an
@@ -107,26 +101,29 @@ impl MtlMaterial {
         if let Some(keyword) = &self.texture {
             warn(&format!("the texture {keyword} is not supported and is ignored"));
         }
-        if let Some(radiance) = self.emission.filter(|ke| ke.iter().any(|&x| x > 0.0)) {
+        let tobj::Material { diffuse, specular, emissive, dissolve, optical_density: ior, illumination_model, .. } =
+            self.parameters;
+        if let Some(radiance) = emissive.filter(|ke| ke.iter().any(|&x| x > 0.0)) {
             return Surface::Emitter { radiance };
         }
-        let reflects = matches!(self.illumination, Some(3 | 5 | 8));
-        let is_perfect_mirror = self.specular == Some([1.0; 3]) && self.diffuse == Some([0.0; 3]);
+        let reflects = matches!(illumination_model, Some(3 | 5 | 8));
+        let is_perfect_mirror = specular == Some([1.0; 3]) && diffuse == Some([0.0; 3]);
         if reflects || is_perfect_mirror {
-            let given = self.specular.filter(|ks| ks.iter().any(|&x| x > 0.0));
+            let given = specular.filter(|ks| ks.iter().any(|&x| x > 0.0));
             return Surface::Mirror { reflectance: clamp("Ks", given.unwrap_or([1.0; 3]), warn) };
         }
-        let is_transparent =
-            self.dissolve.is_some_and(|d| d < 1.0) || self.transmission.is_some_and(|tf| tf.iter().any(|&x| x < 1.0));
-        let refracts = matches!(self.illumination, Some(4 | 6 | 7 | 9))
-            || is_transparent && self.ior.is_some_and(|ior| ior != 1.0);
+        let filter = self.parameters.unknown_param.get("Tf").map_or("", String::as_str);
+        let filters = filter.split_whitespace().any(|x| x.parse().is_ok_and(|x: f64| x < 1.0));
+        let is_transparent = filters || dissolve.is_some_and(|d| d < 1.0);
+        let refracts =
+            matches!(illumination_model, Some(4 | 6 | 7 | 9)) || is_transparent && ior.is_some_and(|ior| ior != 1.0);
         if refracts {
-            return Surface::Dielectric { ior: self.ior.unwrap_or(GLASS_IOR) };
+            return Surface::Dielectric { ior: ior.unwrap_or(GLASS_IOR) };
         }
         if is_transparent {
             warn("transparency without refraction (Ni) is not supported and is ignored");
         }
-        Surface::Diffuse { reflectance: clamp("Kd", self.diffuse.unwrap_or(GREY), warn) }
+        Surface::Diffuse { reflectance: clamp("Kd", diffuse.unwrap_or(GREY), warn) }
     }
 }
 

@@ -58,9 +58,9 @@ impl Statement<'_> {
     }
 
     /// What follows the keyword, as one name that may have spaces in it. Bytes that are not UTF-8 become U+FFFD.
-    pub fn name(&self) -> Cow<'_, str> {
+    pub fn name(&self) -> String {
         let text = self.text.trim_ascii();
-        String::from_utf8_lossy(text.get(self.keyword().len()..).unwrap_or_default().trim_ascii())
+        String::from_utf8_lossy(text.get(self.keyword().len()..).unwrap_or_default()).trim().to_owned()
     }
 
     /// The numbers after the keyword, of which there must be `least`, and at most `N` are read; the others are 0.
@@ -106,4 +106,10 @@ pub(super) fn quoted(word: &[u8]) -> String {
     let text = String::from_utf8_lossy(&word[..word.len().min(SHOWN)]);
     let ellipsis = if word.len() > SHOWN { "…" } else { "" };
     format!("\"{}{ellipsis}\"", text.escape_debug())
+}
+
+/// For what `tobj` refuses although it has been checked.
+pub(super) fn read_failed(file: &str, error: tobj::LoadError) -> SceneError {
+    let expected = "statements that the OBJ reader knows";
+    SceneError::Statement { at: Location::file(file), found: error.to_string(), expected: expected.into() }
 }

@@ -1,0 +1,61 @@
+// Emitting spheres: from outside by the solid angle that they subtend, from inside (inward normal) by area.
+
+#ifndef LIGHT_SPHERE_GLSL
+#define LIGHT_SPHERE_GLSL
+
+#include "point.glsl"
+
+// 1 − cos of the cone's half-angle, for sin² of it: without cancellation for a far sphere.
+float cone_depth(float sin2) { return sin2 / (1.0 + sqrt(upper(1.0 - sin2, 0.0))); }
+
+// Density per solid angle of sampling a point that lies on the sphere at squared distance r2 under `cos_light`.
+float sphere_pdf(vec3 center, float radius, bool inward, vec3 from, float r2, float cos_light) {
+    vec3 to = center - from;
+    float sin2 = radius * radius / dot(to, to);
+    if (inward) return r2 / (4.0 * PI * radius * radius * cos_light);
+    return 1.0 / (TWO_PI * cone_depth(lower(sin2, 1.0)));
+}
+
+LightSample sphere_sample(vec3 center, float radius, bool inward, vec3 radiance, vec3 from, vec3 n, vec2 u) {
+    vec3 to_center = center - from;
+    float d2 = dot(to_center, to_center);
+    float r2 = radius * radius;
+    // A bound on the error of a point on the sphere; the shadow ray ends that much before it.
+    float slack = 1e-6 * (radius + abs(center.x) + abs(center.y) + abs(center.z));
+    vec3 point;
+    float pdf;
+    bool visible;
+    vec3 tangent, bitangent;
+    if (inward) {
+        float z = 1.0 - 2.0 * u.y;
+        vec2 disc = sqrt(upper(1.0 - z * z, 0.0)) * cos_sin_2pi(u.x);
+        vec3 m = vec3(disc, z);
+        point = center + (radius - slack) * m;
+        vec3 to = point - from;
+        float l2 = dot(to, to);
+        float cos_light = dot(m, to) / sqrt(l2);
+        visible = d2 < r2 && cos_light > 0.0;
+        pdf = visible ? l2 / (4.0 * PI * r2 * cos_light) : 1.0;
+    } else {
+        visible = d2 > r2;
+        float sin2_max = lower(r2 / d2, 1.0);
+        float depth = u.y * cone_depth(sin2_max);
+        float cos_a = 1.0 - depth;
+        float sin2_a = depth * (2.0 - depth);
+        vec3 axis = to_center * inversesqrt(d2);
+        basis(axis, tangent, bitangent);
+        vec2 disc = sqrt(sin2_a) * cos_sin_2pi(u.x);
+        vec3 direction = tangent * disc.x + bitangent * disc.y + axis * cos_a;
+        // Distance to the near root: d cosα − √(r² − d² sin²α).
+        float distance = sqrt(d2) * cos_a - sqrt(upper(r2 - d2 * sin2_a, 0.0));
+        point = from + direction * upper(distance - slack, 0.0);
+        pdf = visible ? 1.0 / (TWO_PI * cone_depth(sin2_max)) : 1.0;
+    }
+    vec3 to = point - from;
+    float l2 = dot(to, to);
+    float c = dot(n, to) / sqrt(l2);
+    bool lit = visible && c > 0.0 && l2 > 0.0;
+    return LightSample(point, lit ? radiance * (c / (PI * pdf)) : vec3(0.0), pdf);
+}
+
+#endif

@@ -1,0 +1,35 @@
+// Emitting triangles and parallelograms, sampled uniformly by area. They emit from the front only: the side from which v0, v1, v2 run
+// counter-clockwise.
+
+#ifndef LIGHT_TRIANGLE_GLSL
+#define LIGHT_TRIANGLE_GLSL
+
+#include "point.glsl"
+
+// Density per solid angle of sampling a point of the triangle, seen at squared distance r2 under cosine `cos_light`.
+float triangle_pdf(float area, float r2, float cos_light) { return r2 / (area * cos_light); }
+
+// A triangle v0 v1 v2, or the parallelogram with the corner v0 between v1 and v2.
+LightSample triangle_sample(vec3 v0, vec3 v1, vec3 v2, bool parallelogram, float area, vec3 radiance, vec3 from, vec3 n,
+                            vec2 u) {
+    // Uniform barycentrics of a triangle (Turk, Graphics Gems, 1990).
+    float root = sqrt(u.x);
+    vec2 b = parallelogram ? u : vec2(root * (1.0 - u.y), root * u.y);
+    vec3 p0 = (1.0 - b.x - b.y) * v0;
+    vec3 p1 = b.x * v1;
+    vec3 p2 = b.y * v2;
+    vec3 normal = normalize(cross(v1 - v0, v2 - v0));
+    // Off the triangle by the bound on the point's error, so that the shadow ray ends before it.
+    const float gamma7 = 4.2e-7;
+    vec3 point = p0 + p1 + p2 + normal * (gamma7 * dot(abs(p0) + abs(p1) + abs(p2), abs(normal)));
+    vec3 to = point - from;
+    float r2 = dot(to, to);
+    float inverse = 1.0 / sqrt(r2);
+    float cos_light = -dot(normal, to) * inverse;
+    float c = dot(n, to) * inverse;
+    bool lit = cos_light > 0.0 && c > 0.0 && r2 > 0.0;
+    float pdf = lit ? triangle_pdf(area, r2, cos_light) : 1.0;
+    return LightSample(point, lit ? radiance * (c / (PI * pdf)) : vec3(0.0), pdf);
+}
+
+#endif
