@@ -68,7 +68,7 @@ const uint COUNT_SAMPLES = 0u;     // samples committed by this dispatch
 const uint COUNT_BAD = 1u;         // samples that were NaN or infinite
 const uint COUNT_RAYS = 2u;        // closest-hit rays
 const uint COUNT_SHADOW = 3u;      // shadow rays
-const uint COUNT_STEPS = 4u;       // tree records visited (with PATH_STATS)
+const uint COUNT_STEPS = 4u;       // steps through the tree (with PATH_STATS)
 const uint COUNT_TREE_RAYS = 5u;   // rays that entered the tree (with PATH_STATS)
 const uint COUNT_TRUNCATED = 6u;   // invocations whose loop ended although nothing in the shader ended it
 

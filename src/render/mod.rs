@@ -7,6 +7,8 @@ mod features;
 mod film;
 mod kernels;
 mod layout;
+#[cfg(test)]
+mod layout_tests;
 mod lights;
 mod mutation;
 mod plan;

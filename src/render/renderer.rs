@@ -265,6 +265,7 @@ impl Renderer {
         let mut plan = Plan::new(&bands, self.settings.samples, self.settings.samples_per_dispatch, self.most_samples);
         let mut in_flight: VecDeque<(Ticket, Work, Instant, usize)> = VecDeque::new();
         let mut done = 0u64;
+        let mut done_before_repeat = None;
         let mut stop = false;
         let mut last_finished = start;
         loop {
@@ -286,9 +287,6 @@ impl Renderer {
             if counters.truncated > 0 {
                 return Err(RenderError::Truncated { count: counters.truncated });
             }
-            if counters.samples == 0 && plan.repeats(&work) {
-                return Err(RenderError::Stuck { budget: self.loop_budget });
-            }
             done += u64::from(counters.samples);
             self.statistics.samples = done;
             self.statistics.rays += u64::from(counters.rays);
@@ -297,7 +295,10 @@ impl Renderer {
             self.statistics.bad_samples += u64::from(counters.bad);
             plan.measured(&work, seconds);
             if in_flight.is_empty() && plan.is_over() && done < total && !stop {
-                // Samples that ran out of loop budget are done again.
+                // Samples that ran out of loop budget are done again, as long as that gets any further.
+                if done_before_repeat.replace(done) == Some(done) {
+                    return Err(RenderError::Stuck { budget: self.loop_budget });
+                }
                 plan.repeat();
             }
             let progress = Progress { done, total, elapsed: start.elapsed() };
