@@ -29,7 +29,9 @@ void closest(uint i) {
 
 bool arrives(ShadowRay ray, inout uint steps) {
     bool hidden;
-    if (shadow_needs_tree(ray, hidden)) hidden = hidden_by_tree(ray, steps);
+    uint walked = 0u;
+    if (shadow_needs_tree(ray, hidden)) hidden = hidden_by_tree(ray, steps, walked);
+    steps += walked;
     return !hidden;
 }
 

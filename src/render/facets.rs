@@ -140,7 +140,7 @@ mod tests {
         assert!((area - 1.0).abs() < 1e-12);
         let bent = triangle([0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.1]);
         assert!(quadrilateral(&base, &bent).is_none());
-        let concave = triangle([0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.9, 0.95, 0.0]);
+        let concave = triangle([0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.5, 2.0, 0.0]);
         assert!(quadrilateral(&triangle([0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [1.0, 1.0, 0.0]), &concave).is_none());
         let turned = triangle([1.0, 1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
         assert!(quadrilateral(&base, &turned).is_none());

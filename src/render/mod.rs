@@ -5,7 +5,10 @@ mod error;
 mod facets;
 mod features;
 mod film;
+mod kernels;
 pub(crate) mod layout;
+#[cfg(test)]
+mod layout_tests;
 mod lights;
 mod mutation;
 mod plan;
