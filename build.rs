@@ -41,14 +41,16 @@ struct Variant {
 /// The kernels of the path tracer are built for several numbers of constant spheres and facets, so that drivers need
 /// not optimise code for places that a scene leaves empty.
 fn variants(stem: &str) -> Vec<Variant> {
-    let trees: &[u32] = match stem {
-        "path_trace" => &[0, 1],
-        "path_queue" => &[1],
+    let (steps, trees): (&[u32], &[u32]) = match stem {
+        "path_trace" => (&[0, 1, 2], &[0, 1]),
+        "path_queue" => (&[0, 1, 2], &[1]),
+        // Probes of rays: none or all.
+        "closest" | "occlusion" | "scatter" => (&[0, 2], &[1]),
         _ => return vec![Variant { suffix: String::new(), macros: Vec::new() }],
     };
     let mut all = Vec::new();
-    for spheres in [0, 8, 16] {
-        for facets in [0, 16, 32] {
+    for spheres in steps.iter().map(|s| 8 * s) {
+        for facets in steps.iter().map(|s| 16 * s) {
             for tree in trees {
                 all.push(Variant {
                     suffix: format!("_s{spheres}_f{facets}_t{tree}"),
