@@ -43,14 +43,14 @@ void main() {
             shadow_rays += shadow.wanted ? 1u : 0u;
             bool hidden = true;
             bool walks = shadow.wanted && shadow_needs_tree(shadow, hidden);
-            if (HAS_TREE) {
-                uint steps = 0u;
-                if (walks) hidden = hidden_by_tree(shadow, loops, steps);
-                count_loops(steps, loops);
-                // Without the tree, light is still summed as if there were one.
-                if (BRUTE_FORCE) walks = walks && meets_boxes(shadow.origin, shadow.direction, shadow.distance);
-                through_tree += walks && !hidden ? shadow.radiance : vec3(0.0);
-            }
+#if WITH_TREE
+            uint steps = 0u;
+            if (walks) hidden = hidden_by_tree(shadow, loops, steps);
+            count_loops(steps, loops);
+            // Without the tree, light is still summed as if there were one.
+            if (BRUTE_FORCE) walks = walks && meets_boxes(shadow.origin, shadow.direction, shadow.distance);
+            through_tree += walks && !hidden ? shadow.radiance : vec3(0.0);
+#endif
             radiance += walks || hidden ? vec3(0.0) : shadow.radiance;
         }
         loops += 1u + LIGHT_LOOPS;

@@ -42,16 +42,16 @@ int closest_hit(vec3 o, vec3 d, int leaving, out float t, inout uint loops) {
     t = INFINITY;
     int id = -1;
     closest_constant(o, d, leaving, t, id);
-    if (HAS_TREE) {
-        uint steps = 0u;
-        if (meets_tree(o, d, t)) {
-            Walk walk = walk_begin(t);
-            steps = walk_tree(walk, o, d, leaving, false, loops);
-            t = walk.t;
-            id = walk.id >= 0 ? walk.id : id;
-        }
-        count_loops(steps, loops);
+#if WITH_TREE
+    uint steps = 0u;
+    if (meets_tree(o, d, t)) {
+        Walk walk = walk_begin(t);
+        steps = walk_tree(walk, o, d, leaving, false, loops);
+        t = walk.t;
+        id = walk.id >= 0 ? walk.id : id;
     }
+    count_loops(steps, loops);
+#endif
     return id;
 }
 
@@ -59,7 +59,11 @@ int closest_hit(vec3 o, vec3 d, int leaving, out float t, inout uint loops) {
 bool shadow_needs_tree(ShadowRay ray, out bool hidden) {
     hidden = spheres_occlude(ray);
     if (FACET_COUNT > 0u) hidden = hidden || any_facet(ray.origin, ray.direction, ray.distance, ray.leaving);
-    return HAS_TREE && !hidden && meets_tree(ray.origin, ray.direction, ray.distance);
+#if WITH_TREE
+    return !hidden && meets_tree(ray.origin, ray.direction, ray.distance);
+#else
+    return false;
+#endif
 }
 
 bool hidden_by_tree(ShadowRay ray, uint loops, out uint steps) {

@@ -68,9 +68,10 @@ impl Features {
         let any = |wanted: fn(&Surface) -> bool| {
             settings.general || scene.materials.iter().zip(&used).any(|(m, &used)| used && wanted(&m.surface))
         };
-        let (constant, rest) = spheres::partition(&scene.spheres);
+        let space = RenderSpace::of(scene);
+        let (constant, rest) = spheres::partition(scene, &space);
         let lights = scene.lights.iter().filter(|l| !scene.spheres.iter().any(|s| spheres::hides(s, scene, l)));
-        let (facets, in_constants) = facets::select(scene, &RenderSpace::of(scene), settings.triangle_test);
+        let (facets, in_constants) = facets::select(scene, &space, settings.triangle_test);
         let triangles = in_constants.iter().any(|constant| !constant);
         Self {
             gaussian: scene.film.filter == PixelFilter::Gaussian,

@@ -117,6 +117,6 @@ pub(crate) mod queue {
     pub const TILE: u32 = 64;
     /// Paths of a workgroup in one dispatch.
     pub const PATHS: u32 = 1024;
-    /// Bytes of a workgroup's region: 2 × 512 parked rays of 5 vec4, 512 shadow rays, two slots for each path.
-    pub const REGION_BYTES: u64 = 16 * (2 * 512 * 5 + 512 * 3 + 2 * PATHS as u64);
+    /// Bytes of a workgroup's region: 512 parked rays of 5 vec4, 512 shadow rays, two slots for each path.
+    pub const REGION_BYTES: u64 = 16 * (512 * 5 + 512 * 3 + 2 * PATHS as u64);
 }

@@ -5,6 +5,7 @@ mod error;
 mod facets;
 mod features;
 mod film;
+mod kernels;
 mod layout;
 #[cfg(test)]
 mod layout_tests;

@@ -15,15 +15,13 @@ use super::driver::DriverFacts;
 use super::error::RenderError;
 use super::features::Features;
 use super::film::{Film, slot_count};
+use super::kernels;
 use super::layout::{Counters, FilmSlot, Push, binding, constant, queue};
 use super::plan::{Plan, Work};
 use super::settings::{RenderSettings, Scheduler};
 use super::sobol;
 use super::space::RenderSpace;
 use super::tables::Tables;
-
-const PATH_TRACE: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/path_trace.spv"));
-const PATH_QUEUE: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/path_queue.spv"));
 
 /// Submissions in flight.
 const IN_FLIGHT: usize = 2;
@@ -195,8 +193,9 @@ impl Renderer {
         specialization.uint(constant::WORKGROUP, workgroup).uint(constant::LOOP_BUDGET, loop_budget);
         // Refill when a quarter of the lanes is idle.
         specialization.uint(constant::REGIONS, regions).uint(constant::REFILL_BELOW, workgroup - workgroup / 4);
-        let (stage, built_in) = if queued { ("path_queue", PATH_QUEUE) } else { ("path_trace", PATH_TRACE) };
-        let spirv = kernel(settings, stage, built_in)?;
+        let built_in = kernels::choose(&features, queued, settings.general);
+        let stage = built_in.name;
+        let spirv = kernel(settings, stage, built_in.spirv)?;
         let pipeline = Pipeline::new(device, stage, &spirv, &specialization, &bands[0].set)?;
 
         let mut timeline = Timeline::new(device, IN_FLIGHT)?;

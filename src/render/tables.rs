@@ -36,7 +36,7 @@ pub(crate) struct Tables {
 
 impl Tables {
     pub fn of(scene: &Scene, space: &RenderSpace, settings: &RenderSettings) -> Self {
-        let (constant, rest) = spheres::partition(&scene.spheres);
+        let (constant, rest) = spheres::partition(scene, space);
         let constant_spheres: Vec<_> =
             constant.iter().map(|&i| spheres::classify(&scene.spheres[i], scene, space)).collect();
 

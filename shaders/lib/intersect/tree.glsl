@@ -62,7 +62,7 @@ bool leaf_test(TreeRay r, int record, vec4 q0, vec4 q1, vec4 q2, vec4 q3, float 
     if (MUTATION == 4u) hit = hit && t > 1e-3;
     else hit = hit && leaving != id;
     if (TREE_SPHERES) {
-        Sphere s = Sphere(q0.xyz, q1.x, 0.0, SIDE_BOTH, FORM_SMALL);
+        Sphere s = Sphere(q0.xyz, q1.x, 0.0, SIDE_BOTH, FORM_EXACT);
         float h = sphere_distance(s, r.origin, 0.0, r.direction, 0.0, leaving_code(leaving, id));
         bool is_sphere = q3.w == 2.0;
         t = is_sphere ? h : t;
