@@ -45,6 +45,7 @@
 #![warn(missing_docs)]
 
 pub mod accel;
+pub mod bench;
 pub mod gpu;
 pub mod image;
 pub mod oracle;

@@ -1,5 +1,6 @@
 //! Subcommands: parse, call the library, print. Data goes to stdout, everything else to stderr.
 
+mod bench;
 mod compare;
 mod devices;
 mod exit;
@@ -37,6 +38,8 @@ enum Command {
     Info(info::InfoArgs),
     /// Compare an image with a reference: error metrics, bias, statistical test
     Compare(compare::CompareArgs),
+    /// Measure run time against error, or cost against size
+    Bench(bench::BenchArgs),
 }
 
 /// Runs the command line; returns the exit code (see [`exit::HELP`]).
@@ -66,6 +69,7 @@ pub fn main() -> ExitCode {
         Command::Devices(args) => devices::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Compare(args) => compare::run(&args),
+        Command::Bench(args) => bench::run(&args),
     };
     match result {
         Ok(code) => code,
