@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use plotters::coord::combinators::IntoLogRange;
+use plotters::coord::combinators::{BindKeyPoints, IntoLogRange};
 use plotters::prelude::*;
 
 use super::error::BenchError;
@@ -25,7 +25,7 @@ pub struct Panel {
     pub x_label: String,
     /// Quantity and unit.
     pub y_label: String,
-    /// Base of the x axis' ticks: 2 for counts that double, else 10.
+    /// Base of the x axis' ticks: 2 for counts that double, or 10.
     pub x_base: f64,
     /// What is drawn.
     pub series: Vec<Series>,
@@ -111,12 +111,17 @@ impl Panel {
         let xs = range(points().map(|p| p.0));
         let ys = range(points().map(|p| p.1));
         let text = |size: u32| ("sans-serif", size).into_font();
+        let x_ticks = ticks(xs, self.x_base);
+        let y_ticks = ticks(ys, 10.0);
         let mut chart = ChartBuilder::on(area)
             .caption(&self.title, text(16))
             .margin(12)
             .x_label_area_size(44)
             .y_label_area_size(70)
-            .build_cartesian_2d((xs.0..xs.1).log_scale().base(self.x_base), (ys.0..ys.1).log_scale())
+            .build_cartesian_2d(
+                (xs.0..xs.1).log_scale().with_key_points(x_ticks.labelled).with_light_points(x_ticks.light),
+                (ys.0..ys.1).log_scale().with_key_points(y_ticks.labelled).with_light_points(y_ticks.light),
+            )
             .map_err(|e| e.to_string())?;
         chart
             .configure_mesh()
@@ -124,8 +129,6 @@ impl Panel {
             .light_line_style(RGBColor(238, 238, 238))
             .x_desc(&self.x_label)
             .y_desc(&self.y_label)
-            .x_labels(10)
-            .y_labels(10)
             .x_label_formatter(&|v| tick(*v))
             .y_label_formatter(&|v| tick(*v))
             .axis_desc_style(text(14))
@@ -163,6 +166,30 @@ fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let (lo, hi) = values.fold((f64::INFINITY, 0f64), |(lo, hi), v| (lo.min(v), hi.max(v)));
     let margin = 1.25 * (10.0 * lo / hi).max(1.0).sqrt();
     (lo / margin, hi * margin)
+}
+
+/// Where lines of the grid are.
+struct Ticks {
+    labelled: Vec<f64>,
+    light: Vec<f64>,
+}
+
+/// Powers of two for base 2; else powers of ten, with 2 and 5 between them where there are few.
+fn ticks((lo, hi): (f64, f64), base: f64) -> Ticks {
+    let powers = |base: f64, digits: &[f64]| -> Vec<f64> {
+        let first = lo.log(base).floor() as i32;
+        let last = hi.log(base).ceil() as i32;
+        let all = (first..=last).flat_map(|i| digits.iter().map(move |d| d * base.powi(i)));
+        all.filter(|v| (lo..=hi).contains(v)).collect()
+    };
+    if base == 2.0 {
+        // At most a dozen numbers.
+        let step = ((hi / lo).log2() / 12.0).ceil().max(1.0) as usize;
+        let all = powers(2.0, &[1.0]);
+        return Ticks { labelled: all.iter().copied().step_by(step).collect(), light: all };
+    }
+    let labelled = powers(10.0, if hi / lo < 300.0 { &[1.0, 2.0, 5.0] } else { &[1.0] });
+    Ticks { labelled, light: powers(10.0, &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]) }
 }
 
 /// A tick's number, short: 256, 0.02, 1e-5, 3e6.
@@ -203,7 +230,15 @@ mod tests {
     }
 
     #[test]
-    fn ticks() {
+    fn ticks_and_their_numbers() {
+        let near = |found: Vec<f64>, expected: &[f64]| {
+            assert_eq!(found.len(), expected.len(), "{found:?}");
+            assert!(found.iter().zip(expected).all(|(f, e)| (f / e - 1.0).abs() < 1e-12), "{found:?}");
+        };
+        near(ticks((0.03, 0.3), 10.0).labelled, &[0.05, 0.1, 0.2]);
+        near(ticks((0.5, 2e4), 10.0).labelled, &[1.0, 10.0, 100.0, 1e3, 1e4]);
+        near(ticks((0.8, 5.0), 2.0).labelled, &[1.0, 2.0, 4.0]);
+        assert!(ticks((1.0, 1e9), 2.0).labelled.len() <= 12);
         assert_eq!([256.0, 0.02, 1e-5, 3e6].map(tick), ["256", "0.02", "1e-5", "3e6"]);
     }
 }
