@@ -16,6 +16,55 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed=build.rs");
     let out = PathBuf::from(env::var("OUT_DIR")?);
     let compiler = Compiler::new()?;
+    for source in entry_points(Path::new("shaders"))? {
+        let text = fs::read_to_string(&source)?;
+        let name = source.display().to_string();
+        let stem = source.file_stem().and_then(|s| s.to_str()).ok_or("a shader's name is not UTF-8")?;
+        for variant in variants(stem) {
+            let mut options = options()?;
+            for (macro_name, value) in &variant.macros {
+                options.add_macro_definition(macro_name, Some(value));
+            }
+            let binary = compiler.compile_into_spirv(&text, ShaderKind::Compute, &name, "main", Some(&options))?;
+            fs::write(out.join(format!("{stem}{}.spv", variant.suffix)), binary.as_binary_u8())?;
+        }
+    }
+    Ok(())
+}
+
+/// A build of an entry point with its own macros; src/render/kernels.rs knows the suffixes.
+struct Variant {
+    suffix: String,
+    macros: Vec<(&'static str, String)>,
+}
+
+/// The kernels of the path tracer are built for several numbers of constant spheres and facets, so that drivers need
+/// not optimise code for places that a scene leaves empty.
+fn variants(stem: &str) -> Vec<Variant> {
+    let trees: &[u32] = match stem {
+        "path_trace" => &[0, 1],
+        "path_queue" => &[1],
+        _ => return vec![Variant { suffix: String::new(), macros: Vec::new() }],
+    };
+    let mut all = Vec::new();
+    for spheres in [0, 8, 16] {
+        for facets in [0, 16, 32] {
+            for tree in trees {
+                all.push(Variant {
+                    suffix: format!("_s{spheres}_f{facets}_t{tree}"),
+                    macros: vec![
+                        ("MAX_SPHERES", spheres.to_string()),
+                        ("MAX_FACETS", facets.to_string()),
+                        ("WITH_TREE", tree.to_string()),
+                    ],
+                });
+            }
+        }
+    }
+    all
+}
+
+fn options() -> Result<CompileOptions<'static>, Box<dyn Error>> {
     let mut options = CompileOptions::new()?;
     options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_2 as u32);
     options.set_target_spirv(SpirvVersion::V1_5);
@@ -28,17 +77,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         };
         let path = base.join(requested);
         let content = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-        // Normalised, so that one file included over two routes has one name in messages.
         Ok(ResolvedInclude { resolved_name: path.display().to_string(), content })
     });
-    for source in entry_points(Path::new("shaders"))? {
-        let text = fs::read_to_string(&source)?;
-        let name = source.display().to_string();
-        let binary = compiler.compile_into_spirv(&text, ShaderKind::Compute, &name, "main", Some(&options))?;
-        let stem = source.file_stem().and_then(|s| s.to_str()).ok_or("a shader's name is not UTF-8")?;
-        fs::write(out.join(format!("{stem}.spv")), binary.as_binary_u8())?;
-    }
-    Ok(())
+    Ok(options)
 }
 
 fn entry_points(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {

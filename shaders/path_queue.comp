@@ -32,20 +32,19 @@ const uint RAY_SIZE = 5u;               // vec4s of an entry
 const uint SHADOW_SIZE = 3u;
 const uint NOTHING = 0xffffffffu;
 
-// A region: rays in, rays out, shadow rays, and for each path the light found at once (w: the round it ended in) and
-// the light whose shadow rays went through the tree.
-const uint REGION_SIZE = 2u * RAYS * RAY_SIZE + SHADOWS * SHADOW_SIZE + PATHS * 2u;
+// A region: a ring of rays, shadow rays, and for each path the light found at once (w: the round it ended in) and the
+// light whose shadow rays went through the tree.
+const uint REGION_SIZE = RAYS * RAY_SIZE + SHADOWS * SHADOW_SIZE + PATHS * 2u;
 uint region;
-uint ray_entry(uint half_, uint i) { return region + (half_ * RAYS + i) * RAY_SIZE; }
-uint shadow_entry(uint i) { return region + 2u * RAYS * RAY_SIZE + i * SHADOW_SIZE; }
-uint path_slot(uint i) { return region + 2u * RAYS * RAY_SIZE + SHADOWS * SHADOW_SIZE + i * 2u; }
+uint ray_entry(uint i) { return region + (i % RAYS) * RAY_SIZE; }
+uint shadow_entry(uint i) { return region + RAYS * RAY_SIZE + i * SHADOW_SIZE; }
+uint path_slot(uint i) { return region + RAYS * RAY_SIZE + SHADOWS * SHADOW_SIZE + i * 2u; }
 
 // What the subgroup shares; the same in all lanes.
 uint loops = 0u;
-uint in_count = 0u;         // rays that were traced and wait to be resumed
-uint in_next = 0u;
-uint out_count = 0u;        // rays parked in this round
-uint out_half = 0u;
+uint ray_head = 0u;         // rays from here to ray_traced have been traced and wait to be resumed
+uint ray_traced = 0u;       // rays from here to ray_tail are parked
+uint ray_tail = 0u;
 uint shadow_count = 0u;
 uint rays = 0u;             // of this lane
 uint shadow_rays = 0u;
@@ -66,7 +65,7 @@ struct Held {
 };
 
 void park(bool wanted, Held h, bool traced) {
-    uint e = ray_entry(out_half, out_count + rank(wanted));
+    uint e = ray_entry(ray_tail + rank(wanted));
     if (wanted) {
         queue[e] = vec4(h.path.origin, h.t);
         queue[e + 1u] = vec4(h.path.direction, intBitsToFloat(h.id));
@@ -76,12 +75,12 @@ void park(bool wanted, Held h, bool traced) {
         queue[e + 3u] = vec4(h.radiance, uintBitsToFloat(bits));
         if (EMITTER_COUNT > 0u) queue[e + 4u] = vec4(h.path.normal, h.path.pdf);
     }
-    out_count += lanes(wanted);
+    ray_tail += lanes(wanted);
 }
 
 void resume(bool wanted, uint i, inout Held h) {
     if (!wanted) return;
-    uint e = ray_entry(1u - out_half, i);
+    uint e = ray_entry(i);
     vec4 v0 = queue[e];
     vec4 v1 = queue[e + 1u];
     vec4 v2 = queue[e + 2u];
@@ -107,31 +106,33 @@ void park_shadow(bool wanted, ShadowRay ray, uint slot) {
 
 // Traces all parked rays: closest hits first, then shadow rays, of which the hidden ones turn black.
 void trace_parked() {
-    uint total = out_count + shadow_count;
+    uint ray_count = ray_tail - ray_traced;
+    uint total = ray_count + shadow_count;
     uint next = gl_SubgroupSize;
     uint mine = gl_SubgroupInvocationID;
     bool busy = false;
     bool shadow = false;
+    uint entry = 0u;
     int leaving = -1;
     TreeRay ray = tree_ray(vec3(0.0), vec3(0.0, 0.0, 1.0));
     Walk walk = Walk(FINISHED, 1, 0.0, -1);
     bool fetch = true;
     while (!out_of_budget()) {
         if (fetch && mine < total) {
-            shadow = mine >= out_count;
-            uint e = shadow ? shadow_entry(mine - out_count) : ray_entry(out_half, mine);
-            vec4 v0 = queue[e];
-            vec4 v1 = queue[e + 1u];
+            shadow = mine >= ray_count;
+            entry = shadow ? shadow_entry(mine - ray_count) : ray_entry(ray_traced + mine);
+            vec4 v0 = queue[entry];
+            vec4 v1 = queue[entry + 1u];
+            vec4 v2 = queue[entry + 2u];
             ray = tree_ray(v0.xyz, v1.xyz);
             walk = walk_begin(v0.w);
-            leaving = floatBitsToInt(shadow ? v1.w : queue[e + 2u].w);
-            bool traced = !shadow && (floatBitsToUint(queue[e + 3u].w) & TRACED) != 0u;
+            leaving = floatBitsToInt(shadow ? v1.w : v2.w);
+            bool traced = !shadow && (floatBitsToUint(queue[entry + 3u].w) & TRACED) != 0u;
             if (traced) walk.current = FINISHED;
             tree_rays += traced ? 0u : 1u;
             busy = true;
         }
-        uint busy_lanes = lanes(busy);
-        if (busy_lanes == 0u) break;
+        if (!subgroupAny(busy)) break;
         // Once no more rays wait, the last ones are walked to their ends.
         uint enough = next < total ? REFILL_BELOW : 1u;
         do {
@@ -139,26 +140,16 @@ void trace_parked() {
                 walk_step(walk, ray, leaving, shadow);
                 if (PATH_STATS) steps += 1u;
             }
-            if (walk.current != FINISHED) {
-                walk_step(walk, ray, leaving, shadow);
-                if (PATH_STATS) steps += 1u;
-            }
             loops += 1u;
         } while (lanes(walk.current != FINISHED) >= enough && !out_of_budget());
         fetch = busy && walk.current == FINISHED;
-        if (fetch) {
-            if (shadow) {
-                if (walk.id >= 0) {
-                    uint e = shadow_entry(mine - out_count) + 2u;
-                    queue[e] = vec4(vec3(0.0), queue[e].w);
-                }
-            } else if (walk.id >= 0) {
-                uint e = ray_entry(out_half, mine);
-                queue[e].w = walk.t;
-                queue[e + 1u].w = intBitsToFloat(walk.id);
-            }
-            busy = false;
+        if (fetch && walk.id >= 0) {
+            // A closest hit: its distance and id. A hidden shadow ray: no light.
+            uint e = shadow ? entry + 2u : entry;
+            queue[e] = shadow ? vec4(0.0, 0.0, 0.0, queue[e].w) : vec4(ray.origin, walk.t);
+            if (!shadow) queue[entry + 1u].w = intBitsToFloat(walk.id);
         }
+        busy = busy && !fetch;
         uint taken = rank(fetch);
         mine = fetch ? next + taken : mine;
         next += lanes(fetch);
@@ -236,7 +227,8 @@ void main() {
     loops += paths / gl_SubgroupSize;
     subgroupMemoryBarrierBuffer();
 
-    // Half of a budget is for beginning paths, the rest for ending them.
+    // Half of a budget is for beginning paths, the rest for ending them; and what is parked must fit into it.
+    uint rays_at_once = LOOP_BUDGET == 0u ? RAYS : clamp(LOOP_BUDGET / 32u, 2u * gl_SubgroupSize, RAYS);
     float round = 1.0;
     bool complete = true;
     while (true) {
@@ -277,13 +269,13 @@ void main() {
 
             // Lanes without a path resume a traced ray, else begin a new path.
             // Every path in hand or waiting may have to be parked once more: there must be room for all of them.
-            uint left = in_count - in_next;
-            bool room = out_count + left + gl_SubgroupSize <= RAYS;
+            uint left = ray_traced - ray_head;
+            bool room = ray_tail - ray_head + gl_SubgroupSize <= rays_at_once;
             bool may_begin = room && (LOOP_BUDGET == 0u || loops < LOOP_BUDGET / 2u);
             uint order = rank(!alive);
             bool resumes = !alive && order < left;
-            uint resume_index = in_next + order;
-            in_next += min(left, lanes(!alive));
+            uint resume_index = ray_head + order;
+            ray_head += min(left, lanes(!alive));
             bool begins = !alive && !resumes && may_begin;
             uint number = next_path + rank(begins);
             next_path = min(paths, next_path + lanes(begins));
@@ -304,24 +296,23 @@ void main() {
             bool fresh = alive || begins;
             float t = INFINITY;
             int id = -1;
-            closest_sphere(h.path.origin, h.path.direction, h.path.leaving, t, id);
+            closest_constant(h.path.origin, h.path.direction, h.path.leaving, t, id);
             h.t = t;
             h.id = id;
             bool waits = fresh && meets_tree(h.path.origin, h.path.direction, t);
-            park(waits, h, false);
-            h.slot = waits ? NOTHING : h.slot;
             resume(resumes, resume_index, h);
-            loops += 1u + LIGHT_LOOPS;
-            bool more = in_next < in_count || (may_begin && next_path < paths);
-            if (subgroupAll(h.slot == NOTHING) && !more) break;
+            h.slot = alive || begins || resumes ? h.slot : NOTHING;
             // No room for the shadow rays of one more step: put down what is in hand.
-            if (shadow_count + gl_SubgroupSize > SHADOWS) {
-                park(h.slot != NOTHING, h, true);
-                break;
-            }
+            bool full = shadow_count + gl_SubgroupSize > SHADOWS;
+            bool parks = waits || (full && h.slot != NOTHING);
+            park(parks, h, !waits);
+            h.slot = parks ? NOTHING : h.slot;
+            loops += 1u + LIGHT_LOOPS;
+            bool more = ray_head < ray_traced || (may_begin && next_path < paths);
+            if (full || (subgroupAll(h.slot == NOTHING) && !more)) break;
         }
         subgroupMemoryBarrierBuffer();
-        if (out_count + shadow_count == 0u) break;
+        if (ray_tail - ray_head + shadow_count == 0u) break;
 
         // ---- trace what was parked, then go on with it
         trace_parked();
@@ -332,18 +323,7 @@ void main() {
         }
         collect_shadows();
         shadow_count = 0u;
-        // Rays that were traced earlier but not yet resumed stay in front of the others.
-        uint rest = in_count - in_next;
-        for (uint i = gl_SubgroupInvocationID; i < rest; i += gl_SubgroupSize) {
-            for (uint j = 0u; j < RAY_SIZE; ++j) {
-                queue[ray_entry(out_half, out_count + i) + j] = queue[ray_entry(1u - out_half, in_next + i) + j];
-            }
-        }
-        loops += rest / gl_SubgroupSize + 1u;
-        in_count = out_count + rest;
-        in_next = 0u;
-        out_count = 0u;
-        out_half = 1u - out_half;
+        ray_traced = ray_tail;
         round += 1.0;
         subgroupMemoryBarrierBuffer();
     }

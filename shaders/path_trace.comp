@@ -41,30 +41,36 @@ void main() {
         rays += 1u;
         if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
             shadow_rays += shadow.wanted ? 1u : 0u;
-            if (shadow.wanted) {
-                bool hidden;
-                if (shadow_needs_tree(shadow, hidden)) {
-                    if (!hidden_by_tree(shadow, loops)) through_tree += shadow.radiance;
-                } else if (!hidden) {
-                    radiance += shadow.radiance;
-                }
-            }
+            bool hidden = true;
+            bool walks = shadow.wanted && shadow_needs_tree(shadow, hidden);
+#if WITH_TREE
+            uint steps = 0u;
+            if (walks) hidden = hidden_by_tree(shadow, loops, steps);
+            count_loops(steps, loops);
+            // Without the tree, light is still summed as if there were one.
+            if (BRUTE_FORCE) walks = walks && meets_boxes(shadow.origin, shadow.direction, shadow.distance);
+            through_tree += walks && !hidden ? shadow.radiance : vec3(0.0);
+#endif
+            radiance += walks || hidden ? vec3(0.0) : shadow.radiance;
         }
-        if (!alive) {
+        loops += 1u + LIGHT_LOOPS;
+        // Out of budget: a walk may have ended too early, so that the sample in hand does not count. What the film
+        // holds is complete; the next dispatch begins with that sample again.
+        within_budget = LOOP_BUDGET == 0u || loops < LOOP_BUDGET;
+        if (!alive && within_budget) {
             if (HAS_TREE) radiance += through_tree;
             bad += film_add(film_pixel, radiance) ? 0u : 1u;
             radiance = vec3(0.0);
             through_tree = vec3(0.0);
         }
         path_depart(path, arrival, alive, pixel, key, path.index + (alive ? 0u : 1u));
-        loops += 1u + LIGHT_LOOPS;
-        // Out of budget: what the film holds is complete; the sample in hand begins again in the next dispatch.
-        within_budget = LOOP_BUDGET == 0u || loops < LOOP_BUDGET;
     }
     film_store(slot, film_pixel);
     atomicAdd(counters[COUNT_SAMPLES], film_pixel.count - first);
     atomicAdd(counters[COUNT_RAYS], rays);
     atomicAdd(counters[COUNT_SHADOW], shadow_rays);
+    if (PATH_STATS) atomicAdd(counters[COUNT_STEPS], walked_steps);
+    if (PATH_STATS) atomicAdd(counters[COUNT_TREE_RAYS], walked_rays);
     if (bad > 0u) atomicAdd(counters[COUNT_BAD], bad);
     if (film_pixel.count < end && within_budget) atomicAdd(counters[COUNT_TRUNCATED], 1u);
 }

@@ -42,7 +42,7 @@
 //! # }
 //! ```
 
-#![warn(missing_docs)]
+#![warn(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 pub mod accel;
 pub mod bench;

@@ -3,6 +3,8 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
+use photolith::bench::growth::{Growth, measure};
+use photolith::{Context, ContextOptions, RenderError, RenderSettings, Validation};
 use serde_json::Value;
 
 /// A floor, a ball and a lamp under a sky: noise from every dimension, no rare bright paths.
@@ -217,4 +219,17 @@ fn growth_of_triangles() {
     assert!(growth["ended"].is_null() && growth["time_exponent"]["exponent"].is_number());
     assert_eq!(std::fs::read_to_string(folder.path().join("g.csv")).unwrap().lines().count(), 4);
     assert!(std::fs::read_to_string(folder.path().join("g.svg")).unwrap().contains("tree build (s)"));
+}
+
+#[test]
+fn a_series_that_cannot_go_on_says_where_and_why() {
+    let context = Context::new(&ContextOptions { validation: Validation::Core, ..ContextOptions::default() }).unwrap();
+    // Two iterations are enough for no path: what a limit of the driver would do.
+    let settings = RenderSettings { samples: 1, loop_budget: Some(2), ..RenderSettings::default() };
+    let (report, error) = measure(&context, Growth::Triangles, &[100, 200], &settings, |_| ());
+    assert!(matches!(error, Some(RenderError::Stuck { budget: 2 })), "{error:?}");
+    assert!(report.rows.is_empty() && report.time_exponent.is_none());
+    let ended = report.ended.unwrap();
+    assert!(ended.starts_with("128 triangles: ") && ended.contains("loop budget of 2"), "{ended}");
+    assert_eq!(context.messages().all(), Vec::<String>::new());
 }

@@ -7,6 +7,17 @@
 #ifndef LAYOUT_GLSL
 #define LAYOUT_GLSL
 
+// Room of the kernel, set by build.rs for each of its variants.
+#ifndef MAX_SPHERES
+#define MAX_SPHERES 16
+#endif
+#ifndef MAX_FACETS
+#define MAX_FACETS 32
+#endif
+#ifndef WITH_TREE
+#define WITH_TREE 1
+#endif
+
 // ---- specialization constants: features (ids 2..39). Code depends on them, data layout never does.
 layout(constant_id = 2) const uint FILTER = 0u;            // 0 box, 1 Gaussian
 layout(constant_id = 3) const uint SAMPLER = 0u;           // 0 Owen-scrambled Sobol, 1 independent
@@ -19,7 +30,11 @@ layout(constant_id = 9) const bool HAS_DIELECTRIC = true;
 layout(constant_id = 10) const bool HAS_EMITTER = true;
 layout(constant_id = 11) const bool HAS_BACKGROUND = true;
 layout(constant_id = 12) const uint SPHERE_COUNT = 0u;     // spheres held in constants, see intersect/sphere.glsl
+#if WITH_TREE
 layout(constant_id = 13) const bool HAS_TREE = false;      // triangles, or more spheres than fit into constants
+#else
+const bool HAS_TREE = false;
+#endif
 layout(constant_id = 14) const bool TREE_SPHERES = false;  // the tree has sphere leaves
 layout(constant_id = 15) const bool BRUTE_FORCE = false;   // test every leaf record instead of walking the tree
 layout(constant_id = 16) const bool MOLLER_TRUMBORE = false;
@@ -34,6 +49,7 @@ layout(constant_id = 24) const uint MUTATION = 0u;         // tests only: breaks
 layout(constant_id = 25) const uint EMITTER_COUNT = 0u;    // emitters among them
 layout(constant_id = 27) const uint REGIONS = 64u;         // queue regions that workgroups share
 layout(constant_id = 28) const uint REFILL_BELOW = 6u;     // lanes: with fewer at work, a subgroup fetches more rays
+layout(constant_id = 31) const uint FACET_COUNT = 0u;      // flat polygons held in constants, see intersect/facet.glsl
 layout(constant_id = 30) const uint LIGHT_LOOPS = 0u;      // loop iterations that choosing lights takes at a hit
 layout(constant_id = 26) const bool PATH_STATS = false;    // count rays and traversal steps
 
@@ -52,7 +68,7 @@ const uint COUNT_SAMPLES = 0u;     // samples committed by this dispatch
 const uint COUNT_BAD = 1u;         // samples that were NaN or infinite
 const uint COUNT_RAYS = 2u;        // closest-hit rays
 const uint COUNT_SHADOW = 3u;      // shadow rays
-const uint COUNT_STEPS = 4u;       // tree records visited (with PATH_STATS)
+const uint COUNT_STEPS = 4u;       // steps through the tree (with PATH_STATS)
 const uint COUNT_TREE_RAYS = 5u;   // rays that entered the tree (with PATH_STATS)
 const uint COUNT_TRUNCATED = 6u;   // invocations whose loop ended although nothing in the shader ended it
 

@@ -99,7 +99,7 @@ ShadowRay direct_light(Arrival a, uint index, uint key) {
 bool path_arrive(Path path, int id, float t, uint key, inout vec3 radiance, out Arrival a, out ShadowRay shadow) {
     bool met = id >= 0;
     if (HAS_BACKGROUND && !met) radiance += path.throughput * background.rgb;
-    a.id = met ? id : (SPHERE_COUNT > 0u ? 0 : TREE_ID);
+    a.id = met ? id : (SPHERE_COUNT + FACET_COUNT > 0u ? 0 : TREE_ID);
     a.surface = surface_at(a.id, path.origin, path.direction, met ? t : 0.0);
     a.front = dot(path.direction, a.surface.normal) <= 0.0;
     a.hits = path.hits + 1u;

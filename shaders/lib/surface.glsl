@@ -1,7 +1,7 @@
 // What a ray meets: position, normals and material at a hit.
 //
 // shape_texels: for each constant sphere three texels: (centre, 1/radius with the normal's sign), its material, and the
-// number of its light; then materials and vertex normals, one texel each. A material is (rgb, kind): rgb is reflectance or radiance, and kind is one
+// number of its light; for each facet the same with (unit normal n, n·p of its points) first; then materials and vertex normals, one texel each. A material is (rgb, kind): rgb is reflectance or radiance, and kind is one
 // of the numbers below or, if positive, the index of refraction of a dielectric.
 
 #ifndef SURFACE_GLSL
@@ -29,13 +29,24 @@ struct Surface {
 // A unit vector but for rounding: one Newton step of 1/sqrt restores its length to 1 ulp.
 vec3 renormalize(vec3 n) { return n * (1.5 - 0.5 * dot(n, n)); }
 
-Surface surface_of_sphere(int id, vec3 p) {
+Surface surface_of_constant(int id, vec3 p) {
     vec4 shape = texelFetch(shape_texels, 3 * id);
     vec4 material = texelFetch(shape_texels, 3 * id + 1);
     int light = -1;
     if (EMITTER_COUNT > 0u) light = floatBitsToInt(texelFetch(shape_texels, 3 * id + 2).x);
     vec3 n = renormalize((p - shape.xyz) * shape.w);
-    return Surface(p, n, n, material.rgb, material.w, 0.0, shape.w, light);
+    float curvature = shape.w;
+    float offset = 0.0;
+    if (FACET_COUNT > 0u) {
+        bool flat_ = id >= int(SPHERE_COUNT);
+        n = flat_ ? shape.xyz : n;
+        curvature = flat_ ? 0.0 : curvature;
+        // Back onto the plane; then the error is that of the sums n·p and p, bounded by γ(7) times their terms.
+        const float gamma7 = 4.2e-7;
+        p = flat_ ? p - n * (dot(n, p) - shape.w) : p;
+        offset = flat_ ? gamma7 * (dot(abs(n), abs(p)) + abs(shape.w)) : 0.0;
+    }
+    return Surface(p, n, n, material.rgb, material.w, offset, curvature, light);
 }
 
 Surface surface_of_record(int record, vec3 o, vec3 d, float t) {
@@ -78,11 +89,15 @@ Surface surface_of_record(int record, vec3 o, vec3 d, float t) {
 }
 
 Surface surface_at(int id, vec3 o, vec3 d, float t) {
-    if (!HAS_TREE) return surface_of_sphere(id, o + t * d);
-    if (SPHERE_COUNT == 0u) return surface_of_record(id - TREE_ID, o, d, t);
-    Surface s = surface_of_sphere(id < TREE_ID ? id : 0, o + t * d);
+#if WITH_TREE
+    if (!HAS_TREE) return surface_of_constant(id, o + t * d);
+    if (SPHERE_COUNT + FACET_COUNT == 0u) return surface_of_record(id - TREE_ID, o, d, t);
+    Surface s = surface_of_constant(id < TREE_ID ? id : 0, o + t * d);
     if (id >= TREE_ID) s = surface_of_record(id - TREE_ID, o, d, t);
     return s;
+#else
+    return surface_of_constant(id, o + t * d);
+#endif
 }
 
 // `id`, marked if a ray on the given side of the normal runs inside the sphere.

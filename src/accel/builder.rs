@@ -134,10 +134,11 @@ impl Subtree {
         // Levels that halving needs must remain.
         let levels_needed = usize::BITS - (count - 1).leading_zeros();
         let may_be_uneven = self.depth + levels_needed < MAX_DEPTH;
-        if count > 2 && may_be_uneven {
-            if let Some(split) = best_split(references, extent) {
-                return partition(references, split);
-            }
+        if count > 2
+            && may_be_uneven
+            && let Some(split) = best_split(references, extent)
+        {
+            return partition(references, split);
         }
         let middle = count / 2;
         if count > 2 {

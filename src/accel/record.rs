@@ -73,7 +73,7 @@ impl Primitive {
                 c.x,
                 c.y,
                 c.z,
-                0.0, //
+                f32::from_bits(light as u32), //
                 n.x,
                 n.y,
                 n.z,
@@ -93,7 +93,7 @@ impl Primitive {
                     0.0,
                     0.0,
                     0.0,
-                    0.0, //
+                    f32::from_bits(light as u32), //
                     0.0,
                     0.0,
                     0.0,

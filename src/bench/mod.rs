@@ -10,6 +10,7 @@ mod configuration;
 pub mod convergence;
 mod error;
 mod fingerprint;
+mod format;
 pub mod generate;
 pub mod growth;
 mod machine;

@@ -12,10 +12,9 @@ use photolith::image::{Format, Image, Metadata, check_writable, read, write};
 use photolith::scene::Transfer;
 use serde::Serialize;
 
-mod report;
+use super::exit;
 
-/// Exit code when a threshold is exceeded. (Errors, such as images of different sizes, are the caller's to map.)
-const BEYOND: u8 = 1;
+mod report;
 
 /// Compare an image with a reference
 ///
@@ -139,7 +138,7 @@ pub fn run(args: &CompareArgs) -> Result<ExitCode> {
     let report = report::Report::new(args, &image, &comparison, checks, heatmap);
     let text = if args.json { report.json()? } else { report.table() };
     std::io::stdout().write_all(text.as_bytes()).context("cannot write to standard output")?;
-    Ok(if report.pass() { ExitCode::SUCCESS } else { ExitCode::from(BEYOND) })
+    Ok(ExitCode::from(if report.pass() { exit::OK } else { exit::WRONG_IMAGE }))
 }
 
 fn write_heatmap(path: &Path, args: &CompareArgs, image: &Image, reference: &Image) -> Result<Heatmap> {

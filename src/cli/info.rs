@@ -32,7 +32,7 @@ pub struct InfoArgs {
 pub fn run(args: &InfoArgs) -> anyhow::Result<ExitCode> {
     let (scene, settings) = args.options.load(&args.scene)?;
     let features = Features::of(&scene, &settings);
-    let tree = photolith::render::tree_statistics(&scene);
+    let tree = photolith::render::tree_statistics(&scene, &settings);
     if args.json {
         println!("{}", as_json(&scene, &features, tree.as_ref()));
     } else {

@@ -8,6 +8,7 @@ mod messages;
 mod pipeline;
 mod select;
 mod submit;
+mod violation;
 
 pub(crate) use buffer::{Buffer, Usage};
 pub(crate) use device::Device;
@@ -20,3 +21,4 @@ pub(crate) use pipeline::{Binding, BindingSet, Pipeline};
 pub use select::{DeviceInfo, DeviceKind};
 pub use submit::StageTime;
 pub(crate) use submit::{Access, Ticket, Timeline};
+pub use violation::Violation;

@@ -92,7 +92,7 @@ impl BindingSet {
         };
         let raw = &device.raw;
         let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&layout_bindings);
-        // SAFETY (this and the calls below): live device, structures that live for the call, handles just made.
+        // SAFETY: live device; `layout_bindings` outlives the call.
         set.set_layout =
             check("vkCreateDescriptorSetLayout", unsafe { raw.create_descriptor_set_layout(&info, None) })?;
         let set_layouts = [set.set_layout];
@@ -101,6 +101,7 @@ impl BindingSet {
         if push_bytes > 0 {
             info = info.push_constant_ranges(&push);
         }
+        // SAFETY: the set layout was just made with this device; both arrays outlive the call.
         set.layout = check("vkCreatePipelineLayout", unsafe { raw.create_pipeline_layout(&info, None) })?;
         let count = |wanted| bindings.iter().filter(|b| kind(b.buffer) == wanted).count() as u32;
         let sizes: Vec<_> = [vk::DescriptorType::STORAGE_BUFFER, vk::DescriptorType::UNIFORM_TEXEL_BUFFER]
@@ -109,8 +110,10 @@ impl BindingSet {
             .filter(|s| s.descriptor_count > 0)
             .collect();
         let info = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
+        // SAFETY: live device; `sizes` is not empty, since a set has bindings, and outlives the call.
         set.pool = check("vkCreateDescriptorPool", unsafe { raw.create_descriptor_pool(&info, None) })?;
         let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(set.pool).set_layouts(&set_layouts);
+        // SAFETY: pool and layout were just made with this device, and the pool has room for this one set.
         let sets = check("vkAllocateDescriptorSets", unsafe { raw.allocate_descriptor_sets(&info) })?;
         set.set = sets[0];
 
@@ -133,6 +136,7 @@ impl BindingSet {
                 }
             })
             .collect();
+        // SAFETY: no submission uses the new set yet; buffers and views are alive; `ranges` and `views` outlive the call.
         unsafe { raw.update_descriptor_sets(&writes, &[]) };
         Ok(set)
     }

@@ -55,21 +55,24 @@ impl Timeline {
         let raw = &device.raw;
         let mut kind = vk::SemaphoreTypeCreateInfo::default().semaphore_type(vk::SemaphoreType::TIMELINE);
         let info = vk::SemaphoreCreateInfo::default().push_next(&mut kind);
-        // SAFETY (this and the calls below): live device, structures that live for the call.
+        // SAFETY: live device with the timeline feature; `kind` outlives the call.
         timeline.semaphore = check("vkCreateSemaphore", unsafe { raw.create_semaphore(&info, None) })?;
         device.name(timeline.semaphore, "timeline");
         let info = vk::CommandPoolCreateInfo::default()
             .queue_family_index(device.queue_family)
             .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER);
+        // SAFETY: the queue family is the one that the device was made with.
         timeline.pool = check("vkCreateCommandPool", unsafe { raw.create_command_pool(&info, None) })?;
         let info =
             vk::CommandBufferAllocateInfo::default().command_pool(timeline.pool).command_buffer_count(slots as u32);
+        // SAFETY: the pool was just made with this device, and no other thread uses it.
         let buffers = check("vkAllocateCommandBuffers", unsafe { raw.allocate_command_buffers(&info) })?;
         for (i, commands) in buffers.into_iter().enumerate() {
             device.name(commands, &format!("submission {i}"));
             let queries = if device.timestamp_period > 0.0 {
                 let info =
                     vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(2 * STAGES);
+                // SAFETY: live device, whose queue has timestamps; the count is not 0.
                 check("vkCreateQueryPool", unsafe { raw.create_query_pool(&info, None) })?
             } else {
                 vk::QueryPool::null()

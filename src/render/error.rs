@@ -17,7 +17,7 @@ pub enum RenderError {
         /// Invocations that were cut.
         count: u32,
     },
-    /// A dispatch finished no sample, so that no further one would either.
+    /// Dispatches over the whole image finished no sample, so that no further ones would either.
     #[error("no sample fits into the loop budget of {budget} iterations; lower max_depth or raise the budget")]
     Stuck {
         /// The budget.

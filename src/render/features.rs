@@ -2,8 +2,11 @@
 
 use crate::scene::{PixelFilter, Scene, Surface};
 
+use super::facets;
+use super::layout::constant::MAX_FACETS;
 use super::settings::{Accel, RenderSettings, Sampler, TriangleTest};
 use super::sobol;
+use super::space::RenderSpace;
 use super::spheres;
 
 /// The features of a scene. Code is specialised from these; data layout never is, so that a pipeline with more
@@ -32,6 +35,8 @@ pub struct Features {
     pub background: bool,
     /// Spheres held in constants.
     pub constant_spheres: u32,
+    /// Flat polygons held in constants.
+    pub facets: u32,
     /// Spheres held in the tree, because constants are full.
     pub tree_spheres: bool,
     /// A tree: triangles, or spheres beyond the constants.
@@ -63,9 +68,11 @@ impl Features {
         let any = |wanted: fn(&Surface) -> bool| {
             settings.general || scene.materials.iter().zip(&used).any(|(m, &used)| used && wanted(&m.surface))
         };
-        let (constant, rest) = spheres::partition(&scene.spheres);
+        let space = RenderSpace::of(scene);
+        let (constant, rest) = spheres::partition(scene, &space);
         let lights = scene.lights.iter().filter(|l| !scene.spheres.iter().any(|s| spheres::hides(s, scene, l)));
-        let triangles = scene.triangle_count() > 0;
+        let (facets, in_constants) = facets::select(scene, &space, settings.triangle_test);
+        let triangles = in_constants.iter().any(|constant| !constant);
         Self {
             gaussian: scene.film.filter == PixelFilter::Gaussian,
             sampler: settings.sampler,
@@ -78,6 +85,7 @@ impl Features {
             emitter: any(|s| matches!(s, Surface::Emitter { .. })),
             background: settings.general || scene.background != [0.0; 3],
             constant_spheres: constant.len() as u32,
+            facets: facets.len() as u32,
             tree_spheres: settings.general || !rest.is_empty(),
             tree: settings.general || triangles || !rest.is_empty(),
             brute_force: settings.accel == Accel::None && (triangles || !rest.is_empty()),
@@ -144,7 +152,15 @@ impl Features {
                 self.constant_spheres > 0,
                 format!("{} of {} places, unrolled", self.constant_spheres, spheres::MAX_CONSTANT_SPHERES),
             ),
-            plain("tree", self.tree, "triangles or many spheres", "no triangles, and all spheres are constants"),
+            (
+                "facets",
+                self.facets > 0,
+                format!(
+                    "{} of {} places, unrolled: triangles and quadrilaterals of small meshes",
+                    self.facets, MAX_FACETS
+                ),
+            ),
+            plain("tree", self.tree, "triangles or many spheres", "all triangles and spheres are constants"),
             plain("tree spheres", self.tree_spheres, "more spheres than constants hold", "all spheres are constants"),
             plain("brute force", self.brute_force, "no hierarchy was asked for", "the hierarchy is used"),
             plain("smooth normals", self.smooth_normals, "a mesh has them", "no mesh has them"),

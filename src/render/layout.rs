@@ -34,14 +34,20 @@ pub(crate) mod constant {
     pub const REFILL_BELOW: u32 = 28;
     pub const LIGHT_NODES: u32 = 29;
     pub const LIGHT_LOOPS: u32 = 30;
+    pub const FACET_COUNT: u32 = 31;
     /// Six floats a box: lowest and highest corner.
     pub const TREE_BOXES: u32 = 32;
     /// Boxes that there are constants for.
     pub const MAX_TREE_BOXES: usize = 4;
     /// Eight ids a sphere: x, y, z, radius, power, side, form.
     pub const SPHERES: u32 = 64;
+    /// Sixteen floats a facet: four corners, unit normal, and its product with a corner.
+    pub const FACETS: u32 = 256;
+    /// Facets that there are constants for.
+    pub const MAX_FACETS: usize = 32;
     /// Position and intensity of the only point light.
     pub const POINT: u32 = 200;
+    pub const FACET_OCCLUDERS: u32 = 206;
 }
 
 /// Binding numbers.
@@ -111,6 +117,6 @@ pub(crate) mod queue {
     pub const TILE: u32 = 64;
     /// Paths of a workgroup in one dispatch.
     pub const PATHS: u32 = 1024;
-    /// Bytes of a workgroup's region: 2 × 512 parked rays of 5 vec4, 512 shadow rays, two slots for each path.
-    pub const REGION_BYTES: u64 = 16 * (2 * 512 * 5 + 512 * 3 + 2 * PATHS as u64);
+    /// Bytes of a workgroup's region: 512 parked rays of 5 vec4, 512 shadow rays, two slots for each path.
+    pub const REGION_BYTES: u64 = 16 * (512 * 5 + 512 * 3 + 2 * PATHS as u64);
 }

@@ -20,7 +20,13 @@ pub(crate) struct Light {
 pub(crate) enum LightShape {
     Point(DVec3),
     Triangle([DVec3; 3]),
-    Sphere { center: DVec3, radius: f64, inward: bool },
+    /// A corner and its two neighbours.
+    Parallelogram([DVec3; 3]),
+    Sphere {
+        center: DVec3,
+        radius: f64,
+        inward: bool,
+    },
 }
 
 impl Light {
@@ -28,6 +34,10 @@ impl Light {
         match self.shape {
             LightShape::Point(p) => (p, p),
             LightShape::Triangle([a, b, c]) => (a.min(b).min(c), a.max(b).max(c)),
+            LightShape::Parallelogram([a, b, c]) => {
+                let d = b + c - a;
+                (a.min(b).min(c).min(d), a.max(b).max(c).max(d))
+            }
             LightShape::Sphere { center, radius, .. } => (center - radius, center + radius),
         }
     }
@@ -37,6 +47,7 @@ impl Light {
         let size = match self.shape {
             LightShape::Point(_) => 1.0,
             LightShape::Triangle([a, b, c]) => (b - a).cross(c - a).length() / 2.0 / std::f64::consts::PI,
+            LightShape::Parallelogram([a, b, c]) => (b - a).cross(c - a).length() / std::f64::consts::PI,
             LightShape::Sphere { radius, inward: false, .. } => radius * radius,
             // Seen from inside, all of it shines.
             LightShape::Sphere { radius, inward: true, .. } => 4.0 * radius * radius,
@@ -46,7 +57,7 @@ impl Light {
 
     fn cone(&self) -> Cone {
         match self.shape {
-            LightShape::Triangle([a, b, c]) => {
+            LightShape::Triangle([a, b, c]) | LightShape::Parallelogram([a, b, c]) => {
                 Cone { axis: (b - a).cross(c - a).try_normalize().unwrap_or(DVec3::Z), angle: 0.0 }
             }
             LightShape::Point(_) | LightShape::Sphere { .. } => Cone::ALL,
@@ -245,6 +256,10 @@ fn light_texels(light: &Light, trail: u32, depth: u32) -> [[f32; 4]; 4] {
         LightShape::Triangle([a, b, c]) => {
             let area = (b - a).cross(c - a).length() / 2.0;
             [texel(a, 1.0), texel(b, area as f32), texel(c, trail), color(depth)]
+        }
+        LightShape::Parallelogram([a, b, c]) => {
+            let area = (b - a).cross(c - a).length();
+            [texel(a, 4.0), texel(b, area as f32), texel(c, trail), color(depth)]
         }
         LightShape::Sphere { center, radius, inward } => {
             let kind = if inward { 3.0 } else { 2.0 };

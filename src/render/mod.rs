@@ -2,9 +2,13 @@
 
 mod driver;
 mod error;
+mod facets;
 mod features;
 mod film;
+mod kernels;
 mod layout;
+#[cfg(test)]
+mod layout_tests;
 mod lights;
 mod mutation;
 mod plan;
@@ -22,7 +26,7 @@ pub use mutation::Mutation;
 pub use renderer::{Progress, RenderStatistics, Renderer};
 pub use settings::{Accel, RenderSettings, Sampler, Scheduler, TriangleTest};
 
-/// Builds the tree of a scene and measures it; `None` if the scene needs none.
-pub fn tree_statistics(scene: &crate::scene::Scene) -> Option<crate::accel::TreeStatistics> {
-    tables::Tables::of(scene, &space::RenderSpace::of(scene)).tree
+/// Builds the tree of a scene and measures it; `None` if the scene needs none under these settings.
+pub fn tree_statistics(scene: &crate::scene::Scene, settings: &RenderSettings) -> Option<crate::accel::TreeStatistics> {
+    tables::Tables::of(scene, &space::RenderSpace::of(scene), settings).tree
 }

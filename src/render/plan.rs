@@ -105,11 +105,6 @@ impl Plan {
         self.round_samples = self.samples.min(self.most_samples);
     }
 
-    /// Whether a dispatch that finishes nothing means that nothing ever will.
-    pub fn repeats(&self, work: &Work) -> bool {
-        self.repeating && self.bands.len() == 1 && u64::from(work.end_slot - work.first_slot) == self.slots
-    }
-
     /// Learns from a finished dispatch.
     pub fn measured(&mut self, work: &Work, seconds: f64) {
         if seconds > 0.0 && !self.repeating {

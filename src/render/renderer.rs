@@ -15,15 +15,13 @@ use super::driver::DriverFacts;
 use super::error::RenderError;
 use super::features::Features;
 use super::film::{Film, slot_count};
+use super::kernels;
 use super::layout::{Counters, FilmSlot, Push, binding, constant, queue};
 use super::plan::{Plan, Work};
 use super::settings::{RenderSettings, Scheduler};
 use super::sobol;
 use super::space::RenderSpace;
 use super::tables::Tables;
-
-const PATH_TRACE: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/path_trace.spv"));
-const PATH_QUEUE: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/path_queue.spv"));
 
 /// Submissions in flight.
 const IN_FLIGHT: usize = 2;
@@ -124,7 +122,7 @@ impl Renderer {
         let facts = DriverFacts::of(context.info());
         let features = Features::of(scene, settings);
         let space = RenderSpace::of(scene);
-        let tables = Tables::of(scene, &space);
+        let tables = Tables::of(scene, &space, settings);
         let sobol = sobol::table(features.sobol_levels);
 
         let (width, height) = (scene.film.width, scene.film.height);
@@ -197,8 +195,9 @@ impl Renderer {
         specialization.uint(constant::WORKGROUP, workgroup).uint(constant::LOOP_BUDGET, loop_budget);
         // Refill when a quarter of the lanes is idle.
         specialization.uint(constant::REGIONS, regions).uint(constant::REFILL_BELOW, workgroup - workgroup / 4);
-        let (stage, built_in) = if queued { ("path_queue", PATH_QUEUE) } else { ("path_trace", PATH_TRACE) };
-        let spirv = kernel(settings, stage, built_in)?;
+        let built_in = kernels::choose(&features, queued, settings.general);
+        let stage = built_in.name;
+        let spirv = kernel(settings, stage, built_in.spirv)?;
         let compile_start = Instant::now();
         let pipeline = Pipeline::new(device, stage, &spirv, &specialization, &bands[0].set)?;
         let pipeline_seconds = compile_start.elapsed().as_secs_f64();
@@ -294,6 +293,7 @@ impl Renderer {
         let mut plan = Plan::new(&bands, self.settings.samples, self.settings.samples_per_dispatch, self.most_samples);
         let mut in_flight: VecDeque<(Ticket, Work, Instant, usize)> = VecDeque::new();
         let mut done = 0u64;
+        let mut done_before_repeat = None;
         let mut stop = false;
         let mut last_finished = start;
         loop {
@@ -315,9 +315,6 @@ impl Renderer {
             if counters.truncated > 0 {
                 return Err(RenderError::Truncated { count: counters.truncated });
             }
-            if counters.samples == 0 && plan.repeats(&work) {
-                return Err(RenderError::Stuck { budget: self.loop_budget });
-            }
             done += u64::from(counters.samples);
             self.statistics.samples = done;
             self.statistics.rays += u64::from(counters.rays);
@@ -326,7 +323,10 @@ impl Renderer {
             self.statistics.bad_samples += u64::from(counters.bad);
             plan.measured(&work, seconds);
             if in_flight.is_empty() && plan.is_over() && done < total && !stop {
-                // Samples that ran out of loop budget are done again.
+                // Samples that ran out of loop budget are done again, as long as that gets any further.
+                if done_before_repeat.replace(done) == Some(done) {
+                    return Err(RenderError::Stuck { budget: self.loop_budget });
+                }
                 plan.repeat();
             }
             let progress = Progress { done, total, elapsed: start.elapsed() };

@@ -27,8 +27,6 @@ pub(crate) enum Form {
     Wall = 0,
     /// Of the size of the scene.
     Small = 1,
-    /// Far away for its size.
-    Exact = 2,
 }
 
 /// A sphere in render space, as the shader wants it.
@@ -45,14 +43,17 @@ pub(crate) struct ConstantSphere {
     pub material: u32,
 }
 
-/// Indices of the spheres that become constants (the largest), in scene order, and of those that go into the tree.
-pub(crate) fn partition(spheres: &[Sphere]) -> (Vec<usize>, Vec<usize>) {
-    let mut by_size: Vec<usize> = (0..spheres.len()).collect();
-    by_size.sort_by(|&a, &b| spheres[b].radius.total_cmp(&spheres[a].radius).then(a.cmp(&b)));
-    let mut rest = by_size.split_off(by_size.len().min(MAX_CONSTANT_SPHERES));
-    by_size.sort_unstable();
+/// Indices of the spheres that become constants (the largest), in scene order, and of those that go into the tree:
+/// those for which there is no room, and those far away for their size, which need more precision.
+pub(crate) fn partition(scene: &Scene, space: &RenderSpace) -> (Vec<usize>, Vec<usize>) {
+    let spheres = &scene.spheres;
+    let near = |&i: &usize| space.length(spheres[i].radius) > space.reach / 32.0;
+    let (mut constant, mut rest): (Vec<_>, Vec<_>) = (0..spheres.len()).partition(near);
+    constant.sort_by(|&a, &b| spheres[b].radius.total_cmp(&spheres[a].radius).then(a.cmp(&b)));
+    rest.extend(constant.split_off(constant.len().min(MAX_CONSTANT_SPHERES)));
+    constant.sort_unstable();
     rest.sort_unstable();
-    (by_size, rest)
+    (constant, rest)
 }
 
 /// Chooses side and form of a sphere.
@@ -70,13 +71,7 @@ pub(crate) fn classify(sphere: &Sphere, scene: &Scene, space: &RenderSpace) -> C
     };
     // WALL: error ~ reach·2⁻²² whatever the radius. SMALL: error ~ (reach + r)·2⁻²³, fine up to a few times the
     // reach, and down to reach/32, where 2⁻²³·32 of a radius is misplaced at the silhouette.
-    let form = if radius > 4.0 * space.reach {
-        Form::Wall
-    } else if radius > space.reach / 32.0 {
-        Form::Small
-    } else {
-        Form::Exact
-    };
+    let form = if radius > 4.0 * space.reach { Form::Wall } else { Form::Small };
     ConstantSphere {
         center: center.as_vec3().to_array(),
         radius: radius as f32,

@@ -8,6 +8,7 @@ use crate::accel::{self, Aabb, Primitive, Record, TreeStatistics};
 use crate::gpu::Specialization;
 use crate::scene::{self, Scene, Sphere, Surface};
 
+use super::facets::{self, Facet};
 use super::features::Features;
 use super::layout::{constant, kind};
 use super::lights::{Light, LightShape, LightTable};
@@ -28,12 +29,14 @@ pub(crate) struct Tables {
     first_leaf: u32,
     tree_boxes: Vec<Aabb>,
     constant_spheres: Vec<ConstantSphere>,
+    facets: Vec<Facet>,
+    facet_occluders: u32,
     hidden_lights: usize,
 }
 
 impl Tables {
-    pub fn of(scene: &Scene, space: &RenderSpace) -> Self {
-        let (constant, rest) = spheres::partition(&scene.spheres);
+    pub fn of(scene: &Scene, space: &RenderSpace, settings: &RenderSettings) -> Self {
+        let (constant, rest) = spheres::partition(scene, space);
         let constant_spheres: Vec<_> =
             constant.iter().map(|&i| spheres::classify(&scene.spheres[i], scene, space)).collect();
 
@@ -63,6 +66,17 @@ impl Tables {
             let light = add_light(sphere_shape(&scene.spheres[i]), s.material);
             shapes.push([f32::from_bits(light as u32), 0.0, 0.0, 0.0]);
         }
+        let (facets, in_constants) = facets::select(scene, space, settings.triangle_test);
+        for f in &facets {
+            let n = f.normal.as_vec3();
+            shapes.push([n.x, n.y, n.z, f.normal.dot(f.corners[0]) as f32]);
+            shapes.push(materials[f.material as usize]);
+            let [a, b, c, d] = f.corners;
+            let shape =
+                if f.is_triangle() { LightShape::Triangle([a, b, c]) } else { LightShape::Parallelogram([a, b, d]) };
+            let light = add_light(shape, f.material);
+            shapes.push([f32::from_bits(light as u32), 0.0, 0.0, 0.0]);
+        }
         let first_material = shapes.len() as u32;
         shapes.extend(&materials);
 
@@ -78,7 +92,7 @@ impl Tables {
                 light: add_light(sphere_shape(sphere), sphere.material),
             });
         }
-        for mesh in &scene.meshes {
+        for (mesh, _) in scene.meshes.iter().zip(&in_constants).filter(|(_, constant)| !**constant) {
             add_triangles(mesh, space, first_material, &mut add_light, &mut shapes, &mut primitives);
         }
         let light_table = LightTable::of(&lights);
@@ -94,6 +108,8 @@ impl Tables {
             first_leaf: 0,
             tree_boxes: Vec::new(),
             constant_spheres,
+            facet_occluders: facets::occluders(&facets, scene, space),
+            facets,
             hidden_lights: scene.lights.len() - visible.len(),
         };
         if let Some(tree) = accel::build(&bounds) {
@@ -157,6 +173,15 @@ impl Tables {
                 s.float(base + j as u32, v);
             }
             s.uint(base + 5, sphere.side as u32).uint(base + 6, sphere.form as u32);
+        }
+        s.uint(constant::FACET_COUNT, self.facets.len() as u32).uint(constant::FACET_OCCLUDERS, self.facet_occluders);
+        for (i, f) in self.facets.iter().enumerate() {
+            let base = constant::FACETS + 16 * i as u32;
+            let corners = f.corners.iter().flat_map(|c| c.to_array());
+            let plane = f.normal.to_array().into_iter().chain([f.normal.dot(f.corners[0])]);
+            for (j, v) in corners.chain(plane).enumerate() {
+                s.float(base + j as u32, v as f32);
+            }
         }
         if let Some(Light { shape: LightShape::Point(p), radiance }) = self.single_point {
             for (i, v) in p.to_array().into_iter().chain(radiance).enumerate() {

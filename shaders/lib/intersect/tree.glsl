@@ -62,7 +62,7 @@ bool leaf_test(TreeRay r, int record, vec4 q0, vec4 q1, vec4 q2, vec4 q3, float 
     if (MUTATION == 4u) hit = hit && t > 1e-3;
     else hit = hit && leaving != id;
     if (TREE_SPHERES) {
-        Sphere s = Sphere(q0.xyz, q1.x, 0.0, SIDE_BOTH, FORM_SMALL);
+        Sphere s = Sphere(q0.xyz, q1.x, 0.0, SIDE_BOTH, FORM_EXACT);
         float h = sphere_distance(s, r.origin, 0.0, r.direction, 0.0, leaving_code(leaving, id));
         bool is_sphere = q3.w == 2.0;
         t = is_sphere ? h : t;
@@ -95,10 +95,9 @@ layout(constant_id = 54) const float TREE_BOX_3_HY = 0.0; layout(constant_id = 5
 #define TREE_BOX_LO(n) vec3(TREE_BOX_##n##_LX, TREE_BOX_##n##_LY, TREE_BOX_##n##_LZ)
 #define TREE_BOX_HI(n) vec3(TREE_BOX_##n##_HX, TREE_BOX_##n##_HY, TREE_BOX_##n##_HZ)
 
-// Whether the ray meets the tree's boxes before t_max.
-bool meets_tree(vec3 o, vec3 d, float t_max) {
-    if (!HAS_TREE) return false;
-    if (BRUTE_FORCE || TREE_BOX_COUNT == 0u) return true;
+// Whether the ray meets the boxes before t_max.
+bool meets_boxes(vec3 o, vec3 d, float t_max) {
+    if (TREE_BOX_COUNT == 0u) return true;
     TreeRay r;
     r.origin = o;
     r.inverse = safe_inverse(d);
@@ -110,6 +109,9 @@ bool meets_tree(vec3 o, vec3 d, float t_max) {
     return meets;
 }
 
+// Whether a ray must be walked through the tree.
+bool meets_tree(vec3 o, vec3 d, float t_max) { return HAS_TREE && (BRUTE_FORCE || meets_boxes(o, d, t_max)); }
+
 int walk_stack[TREE_DEPTH];
 
 Walk walk_begin(float t_max) {
@@ -117,10 +119,45 @@ Walk walk_begin(float t_max) {
     return Walk(BRUTE_FORCE ? int(LEAF_BEGIN) : 0, 1, t_max, -1);
 }
 
+// Tests the leaf at `w.current`, if there still is one, and goes on to the next.
+void brute_force_leaf(inout Walk w, TreeRay r, int leaving, bool any_hit) {
+    if (w.current == FINISHED) return;
+    int record = w.current;
+    vec4 q0 = texelFetch(tree_texels, 4 * record);
+    vec4 q1 = texelFetch(tree_texels, 4 * record + 1);
+    vec4 q2 = texelFetch(tree_texels, 4 * record + 2);
+    vec4 q3 = texelFetch(tree_texels, 4 * record + 3);
+    float t;
+    bool hit = leaf_test(r, record, q0, q1, q2, q3, w.t, leaving, t);
+    w.t = hit ? t : w.t;
+    w.id = hit ? TREE_ID + record : w.id;
+    w.current += 1;
+    if ((hit && any_hit) || w.current >= int(LEAF_END)) w.current = FINISHED;
+}
+
+// Sixteen leaves, written out: where a driver bounds the iterations of an invocation, a loop over them would soon
+// reach the bound.
+void brute_force_step(inout Walk w, TreeRay r, int leaving, bool any_hit) {
+#define FOUR_LEAVES                             \
+    brute_force_leaf(w, r, leaving, any_hit);   \
+    brute_force_leaf(w, r, leaving, any_hit);   \
+    brute_force_leaf(w, r, leaving, any_hit);   \
+    brute_force_leaf(w, r, leaving, any_hit);
+    FOUR_LEAVES
+    FOUR_LEAVES
+    FOUR_LEAVES
+    FOUR_LEAVES
+#undef FOUR_LEAVES
+}
+
 // One step. With `any_hit`, the first hit ends the walk.
 void walk_step(inout Walk w, TreeRay r, int leaving, bool any_hit) {
+    if (BRUTE_FORCE) {
+        brute_force_step(w, r, leaving, any_hit);
+        return;
+    }
     int record = w.current & 0x7fffffff;
-    bool leaf = BRUTE_FORCE || w.current < 0;
+    bool leaf = w.current < 0;
     vec4 q0 = texelFetch(tree_texels, 4 * record);
     vec4 q1 = texelFetch(tree_texels, 4 * record + 1);
     vec4 q2 = texelFetch(tree_texels, 4 * record + 2);
@@ -129,15 +166,10 @@ void walk_step(inout Walk w, TreeRay r, int leaving, bool any_hit) {
     if (leaf) {
         float t;
         bool hit = leaf_test(r, record, q0, q1, q2, q3, w.t, leaving, t);
-        // Equal distances: the lower record wins, whatever the order of the walk.
+        // Equal distances: the first one that is met wins.
         w.t = hit ? t : w.t;
         w.id = hit ? TREE_ID + record : w.id;
         stop = hit && any_hit;
-    }
-    if (BRUTE_FORCE) {
-        w.current += 1;
-        if (stop || w.current >= int(LEAF_END)) w.current = FINISHED;
-        return;
     }
     float t0, t1;
     bool h0 = box_test(r, q0.xyz, q1.xyz, w.t, t0) && !leaf;

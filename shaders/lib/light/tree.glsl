@@ -4,7 +4,8 @@
 // light_texels: nodes of three texels, then lights of four.
 //   node   box lo | power,  box hi | first child, or ~light,  axis of emission | cos of the cone around it
 //   light  a | kind,  b | area or radius,  c | path from the root (bit k: which child at depth k),  radiance | depth
-//   kind 0: point at a, b = Φ/(4π²);  1: triangle a, b, c;  2: sphere around a;  3: the same, emitting inward
+//   kind 0: point at a, b = Φ/(4π²);  1: triangle a, b, c;  2: sphere around a;  3: the same, emitting inward;
+//   4: parallelogram, corner a between b and c
 
 #ifndef LIGHT_TREE_GLSL
 #define LIGHT_TREE_GLSL
@@ -18,6 +19,8 @@ layout(constant_id = 29) const uint LIGHT_NODES = 0u;
 const float LIGHT_POINT = 0.0;
 const float LIGHT_TRIANGLE = 1.0;
 const float LIGHT_SPHERE = 2.0;
+const float LIGHT_INWARD = 3.0;
+const float LIGHT_PARALLELOGRAM = 4.0;
 
 // cos(max(0, a − b)) from cosines and sines of angles in [0, π].
 float cos_difference(float cos_a, float sin_a, float cos_b, float sin_b) {
@@ -104,10 +107,10 @@ LightSample light_sample(vec3 from, vec3 n, float u, vec2 uv) {
     LightSample s;
     if (a.w == LIGHT_POINT) {
         s = point_sample(a.xyz, b.xyz, from, n);
-    } else if (a.w == LIGHT_TRIANGLE) {
-        s = triangle_sample(a.xyz, b.xyz, c.xyz, b.w, d.xyz, from, n, uv);
+    } else if (a.w == LIGHT_TRIANGLE || a.w == LIGHT_PARALLELOGRAM) {
+        s = triangle_sample(a.xyz, b.xyz, c.xyz, a.w == LIGHT_PARALLELOGRAM, b.w, d.xyz, from, n, uv);
     } else {
-        s = sphere_sample(a.xyz, b.w, a.w > LIGHT_SPHERE, d.xyz, from, n, uv);
+        s = sphere_sample(a.xyz, b.w, a.w == LIGHT_INWARD, d.xyz, from, n, uv);
     }
     s.radiance /= probability;
     s.pdf *= probability;
@@ -120,8 +123,9 @@ float light_pdf(vec3 from, vec3 n, int light, float t, float cos_light) {
     int row = int(3u * LIGHT_NODES) + 4 * light;
     vec4 a = texelFetch(light_texels, row);
     vec4 b = texelFetch(light_texels, row + 1);
-    float pdf = a.w == LIGHT_TRIANGLE ? triangle_pdf(b.w, t * t, cos_light)
-                                      : sphere_pdf(a.xyz, b.w, a.w > LIGHT_SPHERE, from, t * t, cos_light);
+    bool flat_ = a.w == LIGHT_TRIANGLE || a.w == LIGHT_PARALLELOGRAM;
+    float pdf = flat_ ? triangle_pdf(b.w, t * t, cos_light)
+                      : sphere_pdf(a.xyz, b.w, a.w == LIGHT_INWARD, from, t * t, cos_light);
     return light_probability(from, n, light) * pdf;
 }
 

@@ -1,4 +1,4 @@
-// Emitting triangles, sampled uniformly by area. They emit from the front only: the side from which v0, v1, v2 run
+// Emitting triangles and parallelograms, sampled uniformly by area. They emit from the front only: the side from which v0, v1, v2 run
 // counter-clockwise.
 
 #ifndef LIGHT_TRIANGLE_GLSL
@@ -9,12 +9,15 @@
 // Density per solid angle of sampling a point of the triangle, seen at squared distance r2 under cosine `cos_light`.
 float triangle_pdf(float area, float r2, float cos_light) { return r2 / (area * cos_light); }
 
-LightSample triangle_sample(vec3 v0, vec3 v1, vec3 v2, float area, vec3 radiance, vec3 from, vec3 n, vec2 u) {
-    // Uniform barycentrics (Turk, Graphics Gems, 1990).
+// A triangle v0 v1 v2, or the parallelogram with the corner v0 between v1 and v2.
+LightSample triangle_sample(vec3 v0, vec3 v1, vec3 v2, bool parallelogram, float area, vec3 radiance, vec3 from, vec3 n,
+                            vec2 u) {
+    // Uniform barycentrics of a triangle (Turk, Graphics Gems, 1990).
     float root = sqrt(u.x);
-    vec3 p0 = (1.0 - root) * v0;
-    vec3 p1 = root * (1.0 - u.y) * v1;
-    vec3 p2 = root * u.y * v2;
+    vec2 b = parallelogram ? u : vec2(root * (1.0 - u.y), root * u.y);
+    vec3 p0 = (1.0 - b.x - b.y) * v0;
+    vec3 p1 = b.x * v1;
+    vec3 p2 = b.y * v2;
     vec3 normal = normalize(cross(v1 - v0, v2 - v0));
     // Off the triangle by the bound on the point's error, so that the shadow ray ends before it.
     const float gamma7 = 4.2e-7;

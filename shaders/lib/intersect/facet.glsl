@@ -1,0 +1,150 @@
+// Flat polygons held in specialization constants: the triangles and convex quadrilaterals of small meshes. Walking a tree
+// over a few polygons costs more than testing them all, if all that depends on the polygon alone is folded.
+//
+// A ray (o, d) passes an edge a→b on the side that the sign of d·(a×b) + (o×d)·(b − a) tells (Plücker coordinates;
+// Jones 2000). The edge run through the other way, by the neighbouring polygon, gives exactly the negated value: rays do
+// not slip between polygons that share an edge.
+
+#ifndef FACET_GLSL
+#define FACET_GLSL
+
+#include "../layout.glsl"
+#include "../math.glsl"
+
+struct Facet {
+    vec3 a, b, c, d;    // corners, counter-clockwise from the front; a triangle has d = c
+    vec4 plane;         // unit normal n, and n·a
+};
+
+// Side of the ray on which the edge a→b runs. Always computed from the lower end, so that the compiler sees that
+// neighbours share it.
+float edge_side(vec3 a, vec3 b, vec3 direction, vec3 moment) {
+    bool turn = b.x < a.x || (b.x == a.x && (b.y < a.y || (b.y == a.y && b.z < a.z)));
+    vec3 p = turn ? b : a;
+    vec3 q = turn ? a : b;
+    float side = dot(direction, cross(p, q)) + dot(moment, q - p);
+    return turn ? -side : side;
+}
+
+bool between_edges(Facet f, vec3 d, vec3 moment) {
+    float u = edge_side(f.a, f.b, d, moment);
+    float v = edge_side(f.b, f.c, d, moment);
+    float w = edge_side(f.c, f.d, d, moment);
+    float x = edge_side(f.d, f.a, d, moment);
+    float least = lower(lower(u, v), lower(w, x));
+    float most = upper(upper(u, v), upper(w, x));
+    return least >= 0.0 || most <= 0.0;
+}
+
+#define FACET_CONSTANTS(n, base)                                        \
+    layout(constant_id = base) const float FACET_##n##_AX = 0.0;         \
+    layout(constant_id = base + 1) const float FACET_##n##_AY = 0.0;     \
+    layout(constant_id = base + 2) const float FACET_##n##_AZ = 0.0;     \
+    layout(constant_id = base + 3) const float FACET_##n##_BX = 0.0;     \
+    layout(constant_id = base + 4) const float FACET_##n##_BY = 0.0;     \
+    layout(constant_id = base + 5) const float FACET_##n##_BZ = 0.0;     \
+    layout(constant_id = base + 6) const float FACET_##n##_CX = 0.0;     \
+    layout(constant_id = base + 7) const float FACET_##n##_CY = 0.0;     \
+    layout(constant_id = base + 8) const float FACET_##n##_CZ = 0.0;     \
+    layout(constant_id = base + 9) const float FACET_##n##_DX = 0.0;     \
+    layout(constant_id = base + 10) const float FACET_##n##_DY = 0.0;    \
+    layout(constant_id = base + 11) const float FACET_##n##_DZ = 0.0;    \
+    layout(constant_id = base + 12) const float FACET_##n##_NX = 0.0;    \
+    layout(constant_id = base + 13) const float FACET_##n##_NY = 0.0;    \
+    layout(constant_id = base + 14) const float FACET_##n##_NZ = 0.0;    \
+    layout(constant_id = base + 15) const float FACET_##n##_ND = 0.0;
+
+FACET_CONSTANTS(0, 256)
+FACET_CONSTANTS(1, 272)
+FACET_CONSTANTS(2, 288)
+FACET_CONSTANTS(3, 304)
+FACET_CONSTANTS(4, 320)
+FACET_CONSTANTS(5, 336)
+FACET_CONSTANTS(6, 352)
+FACET_CONSTANTS(7, 368)
+FACET_CONSTANTS(8, 384)
+FACET_CONSTANTS(9, 400)
+FACET_CONSTANTS(10, 416)
+FACET_CONSTANTS(11, 432)
+FACET_CONSTANTS(12, 448)
+FACET_CONSTANTS(13, 464)
+FACET_CONSTANTS(14, 480)
+FACET_CONSTANTS(15, 496)
+FACET_CONSTANTS(16, 512)
+FACET_CONSTANTS(17, 528)
+FACET_CONSTANTS(18, 544)
+FACET_CONSTANTS(19, 560)
+FACET_CONSTANTS(20, 576)
+FACET_CONSTANTS(21, 592)
+FACET_CONSTANTS(22, 608)
+FACET_CONSTANTS(23, 624)
+FACET_CONSTANTS(24, 640)
+FACET_CONSTANTS(25, 656)
+FACET_CONSTANTS(26, 672)
+FACET_CONSTANTS(27, 688)
+FACET_CONSTANTS(28, 704)
+FACET_CONSTANTS(29, 720)
+FACET_CONSTANTS(30, 736)
+FACET_CONSTANTS(31, 752)
+
+#define FACET_OF(n)                                                                                  \
+    Facet(vec3(FACET_##n##_AX, FACET_##n##_AY, FACET_##n##_AZ), vec3(FACET_##n##_BX, FACET_##n##_BY, FACET_##n##_BZ), \
+          vec3(FACET_##n##_CX, FACET_##n##_CY, FACET_##n##_CZ), vec3(FACET_##n##_DX, FACET_##n##_DY, FACET_##n##_DZ), \
+          vec4(FACET_##n##_NX, FACET_##n##_NY, FACET_##n##_NZ, FACET_##n##_ND))
+
+#define FACETS_0_TO_15(BODY) \
+    if (FACET_COUNT > 0u) { BODY(0) } if (FACET_COUNT > 1u) { BODY(1) } if (FACET_COUNT > 2u) { BODY(2) } if (FACET_COUNT > 3u) { BODY(3) } \
+    if (FACET_COUNT > 4u) { BODY(4) } if (FACET_COUNT > 5u) { BODY(5) } if (FACET_COUNT > 6u) { BODY(6) } if (FACET_COUNT > 7u) { BODY(7) } \
+    if (FACET_COUNT > 8u) { BODY(8) } if (FACET_COUNT > 9u) { BODY(9) } if (FACET_COUNT > 10u) { BODY(10) } if (FACET_COUNT > 11u) { BODY(11) } \
+    if (FACET_COUNT > 12u) { BODY(12) } if (FACET_COUNT > 13u) { BODY(13) } if (FACET_COUNT > 14u) { BODY(14) } if (FACET_COUNT > 15u) { BODY(15) }
+#define FACETS_16_TO_31(BODY) \
+    if (FACET_COUNT > 16u) { BODY(16) } if (FACET_COUNT > 17u) { BODY(17) } if (FACET_COUNT > 18u) { BODY(18) } if (FACET_COUNT > 19u) { BODY(19) } \
+    if (FACET_COUNT > 20u) { BODY(20) } if (FACET_COUNT > 21u) { BODY(21) } if (FACET_COUNT > 22u) { BODY(22) } if (FACET_COUNT > 23u) { BODY(23) } \
+    if (FACET_COUNT > 24u) { BODY(24) } if (FACET_COUNT > 25u) { BODY(25) } if (FACET_COUNT > 26u) { BODY(26) } if (FACET_COUNT > 27u) { BODY(27) } \
+    if (FACET_COUNT > 28u) { BODY(28) } if (FACET_COUNT > 29u) { BODY(29) } if (FACET_COUNT > 30u) { BODY(30) } if (FACET_COUNT > 31u) { BODY(31) }
+
+// BODY(n) for each facet; see FOR_EACH_SPHERE.
+#if MAX_FACETS == 0
+#define FOR_EACH_FACET(BODY)
+#elif MAX_FACETS == 16
+#define FOR_EACH_FACET(BODY) FACETS_0_TO_15(BODY)
+#else
+#define FOR_EACH_FACET(BODY) FACETS_0_TO_15(BODY) FACETS_16_TO_31(BODY)
+#endif
+
+// Nearest facet. Its id follows those of the constant spheres.
+void closest_facet(vec3 o, vec3 d, int leaving, inout float t, inout int id) {
+    vec3 moment = cross(o, d);
+#define TEST_CLOSEST(n)                                                                                 \
+    {                                                                                                   \
+        Facet f = FACET_OF(n);                                                                          \
+        float h = (f.plane.w - dot(f.plane.xyz, o)) / dot(f.plane.xyz, d);                              \
+        bool closer = h > 0.0 && h < t && between_edges(f, d, moment) && leaving != int(SPHERE_COUNT) + n; \
+        t = closer ? h : t;                                                                             \
+        id = closer ? int(SPHERE_COUNT) + n : id;                                                       \
+    }
+    FOR_EACH_FACET(TEST_CLOSEST)
+#undef TEST_CLOSEST
+}
+
+// Bit n: facet n may lie between two points of the scene. The others bound its convex hull.
+layout(constant_id = 206) const uint FACET_OCCLUDERS = 0xffffffffu;
+
+// Whether a facet lies between o and the point at `distance`.
+bool any_facet(vec3 o, vec3 d, float distance, int leaving) {
+    vec3 moment = cross(o, d);
+    bool occluded = false;
+#define TEST_ANY(n)                                                                                  \
+    if ((FACET_OCCLUDERS & (1u << n)) != 0u) {                                                                                               \
+        Facet f = FACET_OF(n);                                                                       \
+        float height = f.plane.w - dot(f.plane.xyz, o);                                              \
+        float slope = dot(f.plane.xyz, d);                                                           \
+        occluded = occluded || (height * slope > 0.0 && abs(height) < distance * abs(slope) &&        \
+                                between_edges(f, d, moment) && leaving != int(SPHERE_COUNT) + n);     \
+    }
+    FOR_EACH_FACET(TEST_ANY)
+#undef TEST_ANY
+    return occluded;
+}
+
+#endif

@@ -1,0 +1,164 @@
+//! The numbers in layout.rs against the compiled shaders, by SPIR-V reflection.
+
+mod reflect;
+
+use std::collections::BTreeMap;
+use std::mem::offset_of;
+use std::path::Path;
+
+use super::layout::{Counters, FilmSlot, Push, binding, constant};
+use super::spheres::MAX_CONSTANT_SPHERES;
+use reflect::{Interface, interface};
+
+/// Every specialization constant that the shaders may have, by name.
+fn expected_constants() -> BTreeMap<String, u32> {
+    let features = [
+        ("FILTER", constant::FILTER),
+        ("SAMPLER", constant::SAMPLER),
+        ("MAX_DEPTH", constant::MAX_DEPTH),
+        ("ROULETTE_DEPTH", constant::ROULETTE_DEPTH),
+        ("INDIRECT", constant::INDIRECT),
+        ("HAS_DIFFUSE", constant::HAS_DIFFUSE),
+        ("HAS_MIRROR", constant::HAS_MIRROR),
+        ("HAS_DIELECTRIC", constant::HAS_DIELECTRIC),
+        ("HAS_EMITTER", constant::HAS_EMITTER),
+        ("HAS_BACKGROUND", constant::HAS_BACKGROUND),
+        ("SPHERE_COUNT", constant::SPHERE_COUNT),
+        ("HAS_TREE", constant::HAS_TREE),
+        ("TREE_SPHERES", constant::TREE_SPHERES),
+        ("BRUTE_FORCE", constant::BRUTE_FORCE),
+        ("MOLLER_TRUMBORE", constant::MOLLER_TRUMBORE),
+        ("SMOOTH_NORMALS", constant::SMOOTH_NORMALS),
+        ("LIGHT_COUNT", constant::LIGHT_COUNT),
+        ("SOBOL_LEVELS", constant::SOBOL_LEVELS),
+        ("LOOP_BUDGET", constant::LOOP_BUDGET),
+        ("TREE_BOX_COUNT", constant::TREE_BOX_COUNT),
+        ("LEAF_BEGIN", constant::LEAF_BEGIN),
+        ("LEAF_END", constant::LEAF_END),
+        ("MUTATION", constant::MUTATION),
+        ("EMITTER_COUNT", constant::EMITTER_COUNT),
+        ("PATH_STATS", constant::PATH_STATS),
+        ("REGIONS", constant::REGIONS),
+        ("REFILL_BELOW", constant::REFILL_BELOW),
+        ("LIGHT_NODES", constant::LIGHT_NODES),
+        ("LIGHT_LOOPS", constant::LIGHT_LOOPS),
+        ("FACET_COUNT", constant::FACET_COUNT),
+        ("FACET_OCCLUDERS", constant::FACET_OCCLUDERS),
+    ];
+    let mut all: BTreeMap<_, _> = features.into_iter().map(|(name, id)| (name.to_owned(), id)).collect();
+    let mut add = |prefix: &str, base: u32, names: &[&str]| {
+        all.extend(names.iter().zip(base..).map(|(name, id)| (format!("{prefix}_{name}"), id)));
+    };
+    for i in 0..constant::MAX_TREE_BOXES {
+        add(&format!("TREE_BOX_{i}"), constant::TREE_BOXES + 6 * i as u32, &["LX", "LY", "LZ", "HX", "HY", "HZ"]);
+    }
+    for i in 0..MAX_CONSTANT_SPHERES {
+        let names = ["X", "Y", "Z", "R", "K", "SIDE", "FORM"];
+        add(&format!("SPHERE_{i}"), constant::SPHERES + 8 * i as u32, &names);
+    }
+    for i in 0..constant::MAX_FACETS {
+        let names = ["A", "B", "C", "D", "N"].map(|corner| ["X", "Y", "Z"].map(|axis| format!("{corner}{axis}")));
+        let names: Vec<_> = names.iter().flatten().map(String::as_str).chain(["ND"]).collect();
+        add(&format!("FACET_{i}"), constant::FACETS + 16 * i as u32, &names);
+    }
+    add("POINT", constant::POINT, &["X", "Y", "Z", "R", "G", "B"]);
+    all
+}
+
+/// The path tracing kernels that build.rs compiled.
+fn kernels() -> Vec<(String, Interface)> {
+    let shaders = Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
+    let mut kernels = Vec::new();
+    for entry in std::fs::read_dir(shaders).unwrap() {
+        let source = entry.unwrap().path();
+        let name = source.file_stem().unwrap().to_str().unwrap().to_owned();
+        if name.starts_with("path_") && source.extension().is_some_and(|e| e == "comp") {
+            let binary = std::fs::read(Path::new(env!("OUT_DIR")).join(&name).with_extension("spv")).unwrap();
+            kernels.push((name, interface(&binary)));
+        }
+    }
+    assert!(!kernels.is_empty());
+    kernels
+}
+
+#[test]
+fn specialization_constants() {
+    let mut expected = expected_constants();
+    // The size of the workgroup has no name in SPIR-V.
+    expected.insert(String::new(), constant::WORKGROUP);
+    for (kernel, interface) in kernels() {
+        let found: BTreeMap<_, _> = interface.constants.iter().cloned().collect();
+        assert_eq!(found.len(), interface.constants.len(), "{kernel}: a name is there twice");
+        for (name, id) in &found {
+            assert_eq!(expected.get(name), Some(id), "{kernel} has {name} = {id}");
+        }
+        for (name, id) in &expected {
+            assert_eq!(found.get(name), Some(id), "{kernel} should have {name} = {id}");
+        }
+    }
+    let mut ids: Vec<_> = expected.values().collect();
+    ids.sort_unstable();
+    assert!(ids.windows(2).all(|w| w[0] != w[1]), "an id is used twice");
+}
+
+#[test]
+fn bindings() {
+    let expected = [
+        (binding::TREE, "tree_texels", false),
+        (binding::SHAPES, "shape_texels", false),
+        (binding::SOBOL, "sobol_texels", false),
+        (binding::LIGHTS, "light_texels", false),
+        (binding::FILM, "Film", true),
+        (binding::COUNTERS, "Counters", true),
+        (binding::QUEUE, "Queue", true),
+        (binding::QUEUE_POOL, "QueuePool", true),
+    ]
+    .map(|(number, name, storage)| (0, number, name.to_owned(), storage));
+    for (kernel, interface) in kernels() {
+        assert_eq!(interface.bindings, expected, "{kernel}");
+    }
+}
+
+#[test]
+fn push_constants() {
+    let expected = [
+        ("camera_right", offset_of!(Push, camera_right)),
+        ("camera_up", offset_of!(Push, camera_up)),
+        ("camera_forward", offset_of!(Push, camera_forward)),
+        ("background", offset_of!(Push, background)),
+        ("width", offset_of!(Push, width)),
+        ("height", offset_of!(Push, height)),
+        ("seed", offset_of!(Push, seed)),
+        ("first_slot", offset_of!(Push, first_slot)),
+        ("end_slot", offset_of!(Push, end_slot)),
+        ("target_samples", offset_of!(Push, target_samples)),
+        ("max_new_samples", offset_of!(Push, max_new_samples)),
+        ("band_first", offset_of!(Push, band_first)),
+    ]
+    .map(|(name, offset)| (name.to_owned(), offset));
+    for (kernel, interface) in kernels() {
+        assert_eq!(interface.push, expected, "{kernel}");
+        assert_eq!(interface.push_bytes, size_of::<Push>(), "{kernel}");
+        // The least that every Vulkan device allows.
+        assert!(interface.push_bytes <= 128, "{kernel}");
+    }
+}
+
+/// The records of storage buffers are arrays to the shaders, which index them by the sizes that are held here.
+#[test]
+fn records() {
+    assert_eq!((offset_of!(FilmSlot, count), offset_of!(FilmSlot, compensation), size_of::<FilmSlot>()), (12, 16, 32));
+    let layout = include_str!("../../../shaders/lib/layout.glsl");
+    for (name, offset) in [
+        ("COUNT_SAMPLES", offset_of!(Counters, samples)),
+        ("COUNT_BAD", offset_of!(Counters, bad)),
+        ("COUNT_RAYS", offset_of!(Counters, rays)),
+        ("COUNT_SHADOW", offset_of!(Counters, shadow_rays)),
+        ("COUNT_STEPS", offset_of!(Counters, steps)),
+        ("COUNT_TREE_RAYS", offset_of!(Counters, tree_rays)),
+        ("COUNT_TRUNCATED", offset_of!(Counters, truncated)),
+    ] {
+        let line = format!("const uint {name} = {}u;", offset / 4);
+        assert!(layout.contains(&line), "layout.glsl should have `{line}`");
+    }
+}

@@ -1,0 +1,313 @@
+//! The program from outside: exit codes, what stdout and stderr carry, and the files that it leaves.
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use common::scene_path;
+use photolith::image::read;
+use serde_json::Value;
+
+const CAMERA: &str = "[camera]\nposition = [0, 0, 5]\ntarget = [0, 0, 0]\nhorizontal_fov = 40\n";
+const BALL: &str = "[[material]]\nname = \"white\"\ntype = \"diffuse\"\nreflectance = [0.8, 0.8, 0.8]\n\
+                    [[sphere]]\ncenter = [0, 0, 0]\nradius = 1\nmaterial = \"white\"\n";
+const SKY: &str = "[background]\nradiance = [1, 1, 1]\n";
+
+fn program(directory: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_photolith"));
+    command.current_dir(directory).stdin(Stdio::null()).env_remove("RUST_LOG");
+    command
+}
+
+/// Runs the program in `directory` with arguments that have no spaces.
+fn run(directory: &Path, arguments: &str) -> Output {
+    program(directory).args(arguments.split_ascii_whitespace()).output().expect("the program starts")
+}
+
+fn text(bytes: &[u8]) -> &str {
+    std::str::from_utf8(bytes).expect("UTF-8")
+}
+
+/// A directory with a small good scene, `ball.toml`.
+fn directory() -> tempfile::TempDir {
+    let directory = tempfile::tempdir().expect("a directory");
+    put(directory.path(), "ball.toml", &format!("version = 1\n{CAMERA}{SKY}{BALL}"));
+    directory
+}
+
+fn put(directory: &Path, name: &str, content: &str) {
+    fs::write(directory.join(name), content).expect("a file");
+}
+
+fn names(directory: &Path) -> Vec<String> {
+    let mut names: Vec<_> =
+        fs::read_dir(directory).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+/// Asserts the exit code, that stdout is empty, and that the one message has the words and is no panic.
+fn assert_fails(output: &Output, code: i32, words: &[&str], what: &str) {
+    let stderr = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{what}: {output:?}");
+    assert!(output.stdout.is_empty(), "{what}: {output:?}");
+    assert!(!stderr.contains("panicked"), "{what}: {stderr}");
+    for word in words {
+        assert!(stderr.contains(word), "{what}: {stderr:?} should contain {word:?}");
+    }
+}
+
+#[test]
+fn bad_scenes_are_code_2_and_name_file_and_line() {
+    let directory = directory();
+    let d = directory.path();
+    put(d, "key.toml", &format!("version = 1\n{CAMERA}{BALL}inwards = true\n"));
+    put(d, "type.toml", &format!("version = 1\n{CAMERA}{}", BALL.replace("radius = 1", "radius = \"big\"")));
+    put(d, "nan.toml", &format!("version = 1\n{CAMERA}{}", BALL.replace("radius = 1", "radius = nan")));
+    put(d, "negative.toml", &format!("version = 1\n{CAMERA}{}", BALL.replace("radius = 1", "radius = -1")));
+    put(d, "empty.toml", &format!("version = 1\n{CAMERA}"));
+    put(d, "zero.toml", &format!("version = 1\n{CAMERA}{BALL}[film]\nwidth = 0\n"));
+    put(d, "nomesh.toml", &format!("version = 1\n{CAMERA}[[mesh]]\nfile = \"gone.obj\"\n"));
+    put(d, "index.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n");
+    put(d, "empty.obj", "v 0 0 0\n");
+    put(d, "scene.txt", "version = 1\n");
+    fs::write(d.join("bytes.toml"), b"version = 1\n\xff").unwrap();
+    fs::create_dir(d.join("folder.toml")).unwrap();
+    for (scene, words) in [
+        ("gone.toml", &["gone.toml", "No such file"][..]),
+        ("folder.toml", &["folder.toml", "folder, expected a file"]),
+        ("scene.txt", &["scene.txt", ".toml", ".obj"]),
+        ("bytes.toml", &["bytes.toml:2", "UTF-8"]),
+        ("key.toml", &["key.toml:14", "inwards"]),
+        ("type.toml", &["type.toml:12", "radius", "big"]),
+        ("nan.toml", &["nan.toml:12", "sphere 1", "radius is NaN"]),
+        ("negative.toml", &["negative.toml:12", "sphere 1", "radius is -1"]),
+        ("empty.toml", &["empty.toml", "no sphere and no mesh"]),
+        ("zero.toml", &["zero.toml:15", "film", "width is 0"]),
+        ("nomesh.toml", &["nomesh.toml:7", "mesh 1", "gone.obj", "No such file"]),
+        ("index.obj", &["index.obj:4", "9"]),
+        ("empty.obj", &["empty.obj"]),
+    ] {
+        for command in ["render -o out.png", "info"] {
+            let output = run(d, &format!("{command} {scene}"));
+            assert_fails(&output, 2, words, &format!("{command} {scene}"));
+        }
+    }
+    assert!(!d.join("out.png").exists());
+}
+
+#[test]
+fn bad_options_are_code_2() {
+    let directory = directory();
+    fs::create_dir(directory.path().join("folder.png")).unwrap();
+    for (arguments, words) in [
+        ("", &["Usage"][..]),
+        ("paint", &["paint"]),
+        ("render", &["<SCENE>"]),
+        ("render ball.toml --size 12", &["'12' is not a size", "640x480"]),
+        ("render ball.toml --size 0x5", &["'0x5' is not a size"]),
+        ("render ball.toml --size 70000x1", &["'70000x1' is not a size"]),
+        ("render ball.toml --samples 0", &["--samples"]),
+        ("render ball.toml --samples many", &["--samples"]),
+        ("render ball.toml --max-depth 0", &["--max-depth"]),
+        ("render ball.toml --seed -1", &["-1"]),
+        ("render ball.toml --time-limit 0", &["'0' is not a time"]),
+        ("render ball.toml --time-limit nan", &["'nan' is not a time"]),
+        ("render ball.toml --accel grid", &["grid", "bvh", "none"]),
+        ("render ball.toml --intersection fast", &["fast", "watertight", "moller-trumbore"]),
+        ("render ball.toml -o out.jpg", &["out.jpg", ".png, .exr, .hdr, .pfm"]),
+        ("render ball.toml -o out", &["out", ".png, .exr, .hdr, .pfm"]),
+        ("render ball.toml -o gone/out.png", &["gone/out.png", "No such file"]),
+        ("render ball.toml -o folder.png", &["folder.png", "directory"]),
+        ("render ball.toml -o /dev/null/out.png", &["/dev/null/out.png", "Not a directory"]),
+        ("render ball.toml -o out.png --size 8x8 --loop-budget 1 --scheduler inline", &["loop budget of 1"]),
+        ("render ball.toml -o out.png --size 8x8 --workgroup 1025", &["1025"]),
+    ] {
+        assert_fails(&run(directory.path(), arguments), 2, words, arguments);
+    }
+    assert_eq!(names(directory.path()), ["ball.toml", "folder.png"]);
+}
+
+#[test]
+fn an_image_too_large_for_memory_is_an_error() {
+    let directory = directory();
+    let output = run(directory.path(), "render ball.toml -o out.png --size 65536x65536");
+    assert_fails(&output, 2, &["65536"], "65536x65536");
+    assert_eq!(names(directory.path()), ["ball.toml"]);
+}
+
+#[test]
+fn no_device_is_code_3() {
+    let directory = directory();
+    for device in ["99", "no-such-card", "00000000-0000-0000-0000-000000000000"] {
+        let output = run(directory.path(), &format!("render ball.toml -o out.png --device {device}"));
+        assert_fails(&output, 3, &[device, "there are: 0: "], device);
+    }
+    for command in ["render ball.toml -o out.png", "devices"] {
+        let output = program(directory.path())
+            .args(command.split(' '))
+            .env("VK_DRIVER_FILES", "/nonexistent")
+            .env("VK_ICD_FILENAMES", "/nonexistent")
+            .output()
+            .unwrap();
+        assert_fails(&output, 3, &["no Vulkan device found", "mesa-vulkan-drivers"], command);
+    }
+    assert_eq!(names(directory.path()), ["ball.toml"]);
+}
+
+#[test]
+fn every_format_is_written_with_its_metadata_and_nothing_else() {
+    let directory = directory();
+    let d = directory.path();
+    for extension in ["png", "exr", "hdr", "pfm"] {
+        let file = format!("out.{extension}");
+        let output = run(d, &format!("render ball.toml --size 20x10 --samples 4 --seed 7 -o {file}"));
+        assert_eq!(output.status.code(), Some(0), "{file}: {output:?}");
+        assert!(output.stdout.is_empty() && output.stderr.is_empty(), "{file}: {output:?}");
+        let (image, metadata) = read(&d.join(&file)).unwrap();
+        assert_eq!((image.width(), image.height()), (20, 10), "{file}");
+        // White sky in the corner; a convex grey body in the middle.
+        let near = |a: f32, b: f32| (a - b).abs() < 0.01;
+        assert!(near(image.pixel(0, 0).unwrap()[0], 1.0), "{file}");
+        assert!(near(image.pixel(10, 5).unwrap()[1], 0.8), "{file}: {:?}", image.pixel(10, 5));
+        if extension != "pfm" {
+            for (key, value) in [("Scene", "ball.toml"), ("Samples", "4"), ("Seed", "7"), ("MaxDepth", "8")] {
+                assert_eq!(metadata.get(key), Some(value), "{file}: {key}");
+            }
+            assert_eq!(metadata.get("Software"), Some(concat!("photolith ", env!("CARGO_PKG_VERSION"))), "{file}");
+            assert!(metadata.get("Device").is_some_and(|d| !d.is_empty()), "{file}");
+            assert!(metadata.get("Driver").is_some(), "{file}");
+        }
+    }
+    assert_eq!(names(d), ["ball.toml", "out.exr", "out.hdr", "out.pfm", "out.png"]);
+    // Without -o: the scene's name, in the working directory.
+    assert_eq!(run(d, "render ball.toml --size 8x8 --samples 1").status.code(), Some(0));
+    assert!(d.join("ball.png").exists());
+    // An image compared with itself.
+    let output = run(d, "compare out.exr out.exr --max-rmse 0 --json");
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&json["rmse"], &json["pass"]), (&0.0.into(), &true.into()));
+    let output = run(d, "compare out.png ball.png");
+    assert_fails(&output, 2, &["20x10", "8x8"], "compare");
+}
+
+#[test]
+fn render_reports_json() {
+    let directory = directory();
+    let cat = scene_path("cat");
+    let arguments = format!("render {} --size 24x16 --samples 4 -o out.png --json --validate", cat.display());
+    let output = run(directory.path(), &arguments);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let json = one_line(&output);
+    assert_eq!(json["schema"], "photolith-render-1");
+    assert_eq!((&json["output"], &json["spp_done"], &json["stopped"]), (&"out.png".into(), &4.into(), &false.into()));
+    assert_eq!((&json["samples"], &json["bad_samples"]), (&(24 * 16 * 4).into(), &0.into()));
+    for key in ["setup_s", "render_s", "rays", "shadow_rays", "msamples_per_s", "mrays_per_s", "peak_device_bytes"] {
+        assert!(json[key].as_f64().is_some_and(|x| x > 0.0), "{key}: {json}");
+    }
+    // The room is closed: every path has five hits.
+    assert_eq!(json["rays"], 24 * 16 * 4 * 5);
+    for key in ["nodes", "leaves", "depth", "sah_cost", "bytes", "build_s"] {
+        assert!(json["bvh"][key].as_f64().is_some_and(|x| x > 0.0), "{key}: {json}");
+    }
+    for key in ["device", "driver", "version"] {
+        assert!(json[key].as_str().is_some_and(|s| !s.is_empty()), "{key}: {json}");
+    }
+}
+
+fn one_line(output: &Output) -> Value {
+    let stdout = text(&output.stdout);
+    assert_eq!(stdout.lines().count(), 1, "{stdout}");
+    serde_json::from_str(stdout).expect("JSON")
+}
+
+#[test]
+fn info_and_devices() {
+    let directory = directory();
+    let d = directory.path();
+    let json = one_line(&run(d, &format!("info {} --json", scene_path("glass").display())));
+    assert_eq!(json["schema"], "photolith-info-1");
+    assert_eq!((&json["spheres"], &json["triangles"], &json["point_lights"]), (&10.into(), &0.into(), &1.into()));
+    assert_eq!((&json["width"], &json["samples"], &json["max_depth"]), (&1024.into(), &600.into(), &20.into()));
+    assert!(json["tree"].is_null());
+    assert_eq!(json["features"]["dielectric"]["compiled"], true);
+    assert_eq!(json["features"]["emitter"]["compiled"], false);
+    let output = run(d, "info ball.toml");
+    assert_eq!(output.status.code(), Some(0));
+    for words in ["1 spheres", "left out", "specialised for"] {
+        assert!(text(&output.stdout).contains(words), "{output:?}");
+    }
+
+    let json = one_line(&run(d, "devices --json"));
+    assert_eq!(json["schema"], "photolith-devices-1");
+    let picked = json["picked"].as_u64().expect("a device") as usize;
+    let device = &json["devices"][picked];
+    assert_eq!(device["missing"], Value::Array(Vec::new()));
+    assert!(json["reason"].as_str().is_some_and(|r| !r.is_empty()));
+    // A device can be asked for by each of its names.
+    for name in [picked.to_string(), device["uuid"].as_str().unwrap().to_owned()] {
+        let again = one_line(&run(d, &format!("devices --json --device {name}")));
+        assert_eq!(again["picked"], json["picked"], "{name}");
+        assert!(again["reason"].as_str().unwrap().contains(&name), "{again}");
+    }
+    assert!(text(&run(d, "devices").stdout).contains(device["name"].as_str().unwrap()));
+    for arguments in ["--help", "render --help", "--version"] {
+        let output = run(d, arguments);
+        assert_eq!((output.status.code(), output.stderr.is_empty()), (Some(0), true), "{arguments}: {output:?}");
+    }
+}
+
+/// Hours of work, to be stopped.
+const LONG: &str = "--size 512x512 --samples 1000000";
+
+#[test]
+fn the_time_limit_stops_in_time_and_writes_the_image() {
+    let directory = directory();
+    let start = Instant::now();
+    let spheres = scene_path("spheres");
+    let output =
+        run(directory.path(), &format!("render {} {LONG} -o out.pfm --time-limit 1.5 --json", spheres.display()));
+    let elapsed = start.elapsed();
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    assert!(text(&output.stderr).contains("time limit reached"), "{output:?}");
+    let json = one_line(&output);
+    assert_eq!(json["stopped"], true);
+    assert!(json["spp_done"].as_u64().is_some_and(|n| n >= 1), "{json}");
+    // Tests run beside each other: room for a busy machine, but nowhere near the hours of the whole work.
+    let rendering = json["render_s"].as_f64().unwrap();
+    assert!((0.5..4.0).contains(&rendering) && elapsed < Duration::from_secs(30), "{rendering} s, {elapsed:?}");
+    assert_eq!(names(directory.path()), ["ball.toml", "out.pfm"]);
+    let (image, _) = read(&directory.path().join("out.pfm")).unwrap();
+    assert!(image.pixels().iter().all(|p| p.iter().all(|&c| c > 0.0 && c.is_finite())), "a pixel without light");
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_writes_what_there_is() {
+    let directory = directory();
+    let mut child = program(directory.path())
+        .args(format!("render {} {LONG} -o out.png", scene_path("spheres").display()).split(' '))
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // Compiled and at work by then, even on a busy machine; if not, the first dispatch still runs.
+    std::thread::sleep(Duration::from_secs(4));
+    assert!(child.try_wait().unwrap().is_none(), "the program ended by itself");
+    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+    let start = Instant::now();
+    let output = child.wait_with_output().unwrap();
+    assert!(start.elapsed() < Duration::from_secs(20), "{:?}", start.elapsed());
+    assert_eq!(output.status.code(), Some(130), "{output:?}");
+    assert!(text(&output.stderr).contains("interrupted after"), "{output:?}");
+    assert!(output.stdout.is_empty(), "{output:?}");
+    assert_eq!(names(directory.path()), ["ball.toml", "out.png"]);
+    let (image, metadata) = read(&directory.path().join("out.png")).unwrap();
+    assert_eq!(image.width(), 512);
+    assert!(metadata.get("Samples").unwrap().parse::<u32>().unwrap() >= 1);
+}

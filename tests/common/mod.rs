@@ -1,0 +1,84 @@
+//! What the tests that render share: a device that is watched by the validation layers, and the scenes.
+//!
+//! A machine without a Vulkan device or without the validation layers fails these tests: one that passes by skipping
+//! hides everything.
+
+// Each test binary uses its own part of this module.
+#![allow(dead_code)]
+
+use std::ops::{ControlFlow, Deref};
+use std::path::PathBuf;
+
+use photolith::render::RenderStatistics;
+use photolith::{Context, ContextOptions, Film, RenderSettings, Renderer, Scene, Validation};
+
+/// The scenes that are shipped, by name.
+pub const SCENES: [&str; 8] =
+    ["antialias-1", "antialias-100", "cat", "cornell", "direct", "glass", "indirect", "spheres"];
+
+/// A device under validation. Fails the test on drop if a layer had anything to say.
+pub struct Watched(Context);
+
+/// The default device under core validation.
+pub fn context() -> Watched {
+    watched(Validation::Core)
+}
+
+/// The default device under the given validation.
+pub fn watched(validation: Validation) -> Watched {
+    Watched(Context::new(&ContextOptions { device: None, validation }).expect("a Vulkan device and validation layers"))
+}
+
+impl Deref for Watched {
+    type Target = Context;
+
+    fn deref(&self) -> &Context {
+        &self.0
+    }
+}
+
+impl Drop for Watched {
+    fn drop(&mut self) {
+        let messages = self.0.messages().all();
+        if !std::thread::panicking() {
+            assert!(messages.is_empty(), "{} validation message(s): {messages:#?}", messages.len());
+        }
+    }
+}
+
+/// Path of a shipped scene.
+pub fn scene_path(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("assets/scenes").join(name).with_extension("toml")
+}
+
+/// A shipped scene with another image size and number of samples.
+pub fn shipped(name: &str, (width, height): (u32, u32), samples: u32) -> Scene {
+    let mut scene = Scene::load(&scene_path(name)).expect("a shipped scene loads").scene;
+    (scene.film.width, scene.film.height) = (width, height);
+    scene.integrator.samples = samples;
+    scene
+}
+
+/// Renders to the end.
+pub fn render(context: &Context, scene: &Scene, settings: &RenderSettings) -> Film {
+    render_counted(context, scene, settings).0
+}
+
+/// Renders to the end, and says what was done. Samples that are not finite fail.
+pub fn render_counted(context: &Context, scene: &Scene, settings: &RenderSettings) -> (Film, RenderStatistics) {
+    let mut renderer = Renderer::new(context, scene, settings).expect("a renderer");
+    let film = renderer.render(|_| ControlFlow::Continue(())).expect("a film");
+    let statistics = renderer.statistics().clone();
+    assert_eq!(statistics.bad_samples, 0, "{}: samples that are not finite", scene.source);
+    assert!(film.counts().iter().all(|&n| n == settings.samples), "{}: pixels lack samples", scene.source);
+    (film, statistics)
+}
+
+/// Asserts that two films hold the same bits.
+pub fn assert_same_bits(film: &Film, expected: &Film, what: &str) {
+    let bits = |film: &Film| film.sums().iter().map(|s| s.map(f64::to_bits)).collect::<Vec<_>>();
+    assert_eq!(film.counts(), expected.counts(), "{what}: counts of samples");
+    let (a, b) = (bits(film), bits(expected));
+    let differing = a.iter().zip(&b).filter(|(a, b)| a != b).count();
+    assert_eq!(differing, 0, "{what}: {differing} of {} pixels differ", a.len());
+}

@@ -1,0 +1,146 @@
+//! A sample is a pure function of scene, settings, pixel, index and seed: however a rendering is cut up, scheduled and
+//! compiled, the film has the same bits.
+
+mod common;
+
+use common::{assert_same_bits, context, render, render_counted, shipped};
+use photolith::render::Scheduler;
+use photolith::{RenderSettings, Scene};
+
+const SAMPLES: u32 = 32;
+
+/// A loop budget in which a sample of the scene ends, but not all samples of a dispatch: every path of the spheres has
+/// 20 hits (two loops each in the general pipeline), and one of the cat takes some hundred steps through the tree. With
+/// a queue, all paths of a workgroup share the budget, and in the general pipeline all rays go through it.
+fn small_budget(name: &str, scheduler: Scheduler) -> u32 {
+    match (name, scheduler) {
+        ("cat", Scheduler::Inline) => 1500,
+        (_, Scheduler::Inline) => 400,
+        ("cat" | "cornell", Scheduler::Queue | Scheduler::Auto) => 8000,
+        (_, Scheduler::Queue | Scheduler::Auto) => 30_000,
+    }
+}
+
+/// Every way of rendering that may change no bit.
+fn variants(name: &str, scene: &Scene) -> Vec<(String, RenderSettings)> {
+    let base = RenderSettings::of(scene);
+    let mut all = vec![("a second run".to_owned(), base.clone())];
+    for n in [1, 3, 7, 64] {
+        all.push((
+            format!("{n} samples per dispatch"),
+            RenderSettings { samples_per_dispatch: Some(n), ..base.clone() },
+        ));
+    }
+    for n in [8, 64, 128] {
+        all.push((format!("workgroups of {n}"), RenderSettings { workgroup_size: Some(n), ..base.clone() }));
+    }
+    all.push(("general pipeline".to_owned(), RenderSettings { general: true, ..base.clone() }));
+    for scheduler in [Scheduler::Inline, Scheduler::Queue] {
+        let budget = Some(small_budget(name, scheduler));
+        all.push((format!("{scheduler:?}"), RenderSettings { scheduler, ..base.clone() }));
+        all.push((
+            format!("{scheduler:?}, loop budget {budget:?}"),
+            RenderSettings { scheduler, loop_budget: budget, ..base.clone() },
+        ));
+        all.push((
+            format!("{scheduler:?}, all at once"),
+            RenderSettings {
+                scheduler,
+                samples_per_dispatch: Some(5),
+                workgroup_size: Some(32),
+                loop_budget: budget,
+                general: true,
+                ..base.clone()
+            },
+        ));
+    }
+    all
+}
+
+/// Renders a scene at sizes that are no multiples of a tile, in every way.
+fn same_bits_in_every_way(name: &str) {
+    let context = context();
+    let scene = shipped(name, (48, 40), SAMPLES);
+    let expected = render(&context, &scene, &RenderSettings::of(&scene));
+    for (what, settings) in variants(name, &scene) {
+        assert_same_bits(&render(&context, &scene, &settings), &expected, &format!("{name}, {what}"));
+    }
+    for size in [(13, 21), (1, 1)] {
+        let scene = shipped(name, size, SAMPLES);
+        let expected = render(&context, &scene, &RenderSettings::of(&scene));
+        let all_at_once = |(what, _): &(String, RenderSettings)| what.contains("all at once");
+        for (what, settings) in variants(name, &scene).into_iter().filter(all_at_once) {
+            assert_same_bits(&render(&context, &scene, &settings), &expected, &format!("{name}, {size:?}, {what}"));
+        }
+    }
+}
+
+#[test]
+fn spheres() {
+    same_bits_in_every_way("spheres");
+}
+
+#[test]
+fn glass() {
+    same_bits_in_every_way("glass");
+}
+
+#[test]
+fn mesh() {
+    same_bits_in_every_way("cat");
+}
+
+#[test]
+fn emitters_and_roulette() {
+    let context = context();
+    let scene = shipped("cornell", (48, 40), SAMPLES);
+    let expected = render(&context, &scene, &RenderSettings::of(&scene));
+    let schedulers = |(what, _): &(String, RenderSettings)| what.contains("Inline") || what.contains("Queue");
+    for (what, settings) in variants("cornell", &scene).into_iter().filter(schedulers) {
+        assert_same_bits(&render(&context, &scene, &settings), &expected, &what);
+    }
+}
+
+/// More samples go on where fewer ended: the first of them are the same.
+#[test]
+fn a_film_of_n_samples_is_the_start_of_a_longer_one() {
+    let context = context();
+    // Below 2^10 samples, so that both use the same table of the sampler.
+    let (short, long) = (shipped("spheres", (9, 7), 1), shipped("spheres", (9, 7), 2));
+    let one = render(&context, &short, &RenderSettings::of(&short));
+    let two = render(&context, &long, &RenderSettings { samples_per_dispatch: Some(1), ..RenderSettings::of(&long) });
+    for (one, two) in one.sums().iter().zip(two.sums()) {
+        assert!(one.iter().zip(two).all(|(a, b)| a <= b), "{one:?} is more than {two:?}");
+    }
+}
+
+/// The variants above are different programs only if they really cut the work differently.
+#[test]
+fn the_cut_is_what_was_asked_for() {
+    let context = context();
+    let scene = shipped("spheres", (48, 40), 64);
+    let dispatches = |n| {
+        let settings = RenderSettings { samples_per_dispatch: Some(n), ..RenderSettings::of(&scene) };
+        render_counted(&context, &scene, &settings).1.dispatches
+    };
+    assert_eq!([1, 3, 7, 64].map(dispatches), [64, 22, 10, 1]);
+    // Samples beyond the budget are done again, in dispatches of their own.
+    for (name, scheduler) in [("spheres", Scheduler::Inline), ("cat", Scheduler::Inline), ("cat", Scheduler::Queue)] {
+        let scene = shipped(name, (48, 40), SAMPLES);
+        let base = RenderSettings { scheduler, samples_per_dispatch: Some(SAMPLES), ..RenderSettings::of(&scene) };
+        let budget = Some(small_budget(name, scheduler));
+        let unbounded = render_counted(&context, &scene, &base).1.dispatches;
+        let bounded = render_counted(&context, &scene, &RenderSettings { loop_budget: budget, ..base }).1.dispatches;
+        assert!(bounded > unbounded, "{name}, {scheduler:?}: {bounded} dispatches, {unbounded} without a budget");
+    }
+}
+
+#[test]
+fn another_seed_is_another_image() {
+    let context = context();
+    let scene = shipped("spheres", (16, 16), 4);
+    let base = RenderSettings::of(&scene);
+    let zero = render(&context, &scene, &base);
+    let one = render(&context, &scene, &RenderSettings { seed: 1, ..base });
+    assert!(zero.sums().iter().zip(one.sums()).all(|(a, b)| a != b));
+}

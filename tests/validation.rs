@@ -1,0 +1,63 @@
+//! The validation layers have nothing to say about any shipped scene, and would say it.
+
+mod common;
+
+use std::ops::ControlFlow;
+
+use common::{SCENES, context, render, shipped, watched};
+use photolith::gpu::Violation;
+use photolith::render::{Accel, Scheduler, TriangleTest};
+use photolith::{Context, RenderSettings, Renderer, Validation};
+
+/// Renders every scene small, with several dispatches in flight, each with the settings that compile other code.
+fn render_everything(context: &Context) {
+    for name in SCENES {
+        let scene = shipped(name, (16, 12), 4);
+        let settings = RenderSettings { samples_per_dispatch: Some(1), ..RenderSettings::of(&scene) };
+        render(context, &scene, &settings);
+    }
+    let scene = shipped("cornell", (16, 12), 4);
+    let base = RenderSettings { samples_per_dispatch: Some(1), ..RenderSettings::of(&scene) };
+    for settings in [
+        RenderSettings { general: true, ..base.clone() },
+        RenderSettings { count_steps: true, ..base.clone() },
+        RenderSettings { accel: Accel::None, triangle_test: TriangleTest::MollerTrumbore, ..base.clone() },
+        RenderSettings { scheduler: Scheduler::Inline, loop_budget: Some(500), ..base.clone() },
+        RenderSettings { scheduler: Scheduler::Queue, loop_budget: Some(500), ..base.clone() },
+    ] {
+        render(context, &scene, &settings);
+    }
+    // One renderer, used again, and stopped early.
+    let mut renderer = Renderer::new(context, &scene, &base).expect("a renderer");
+    renderer.render(|_| ControlFlow::Continue(())).expect("a film");
+    let film = renderer.render(|_| ControlFlow::Break(())).expect("a film");
+    assert!(renderer.statistics().stopped && film.counts().iter().all(|&n| n < 4));
+}
+
+#[test]
+fn core_validation_is_silent() {
+    // `context` fails the test when it is dropped, if there was a message.
+    render_everything(&context());
+}
+
+#[test]
+fn synchronization_validation_is_silent() {
+    render_everything(&watched(Validation::Synchronization));
+}
+
+#[test]
+fn violations_are_heard() {
+    for (validation, violation, rule) in [
+        (Validation::Core, Violation::Usage, "VUID-vkCmdFillBuffer-dstBuffer-00029"),
+        (Validation::Synchronization, Violation::Hazard, "SYNC-HAZARD-WRITE-AFTER-WRITE"),
+    ] {
+        let context = watched(validation);
+        context.violate(violation).expect("Vulkan calls that work");
+        let messages = context.messages().take();
+        assert_eq!(messages.len(), 1, "{messages:#?}");
+        assert!(messages[0].contains(rule), "{messages:#?}");
+        // The object is called by its debug name.
+        assert!(messages[0].contains("deliberate violation"), "{messages:#?}");
+        assert!(context.messages().all().is_empty());
+    }
+}
