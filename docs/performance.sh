@@ -11,11 +11,11 @@ bench() {
 scenes=assets/scenes
 bench samplers $scenes/spheres.toml $scenes/cornell.toml $scenes/cat.toml --size 128x128 --samples 1..64 \
     --vary sampler=sobol,independent
-bench features $scenes/spheres.toml $scenes/cat.toml --size 96x96 --samples 4..32 --vary features=specialised,general
+bench features $scenes/spheres.toml $scenes/cat.toml --size 64x64 --samples 4..16 --vary features=specialised,general
 bench roulette $scenes/indirect.toml --size 96x96 --samples 4..64 --vary roulette=off,3,5,8
-bench scheduler $scenes/cat.toml --size 96x96 --samples 4..32 --vary scheduler=queue,inline \
+bench scheduler $scenes/cat.toml --size 64x64 --samples 8..32 --vary scheduler=queue,inline \
     --vary intersection=watertight,moller-trumbore
-bench hierarchy $scenes/cat.toml --size 24x24 --samples 1..2 --seeds 2 --vary accel=bvh,none
+bench hierarchy $scenes/cat.toml --size 24x24 --samples 1,2,4 --seeds 3 --vary accel=bvh,none
 bench triangles --growth triangles
 bench spheres --growth spheres
 bench lights --growth lights

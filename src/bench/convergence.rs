@@ -159,8 +159,8 @@ pub fn wanted_noise(contenders: &mut [Contender<'_>], most_samples: u32) -> Resu
     Ok((REFERENCE_SHARE * smallest).sqrt().max(f64::MIN_POSITIVE))
 }
 
-/// Times every configuration at every number of samples with every seed: configurations alternate innermost, so that
-/// a drift of the machine's speed meets all alike.
+/// Times every configuration at every number of samples with every seed: configurations alternate innermost and seeds
+/// outermost, so that a drift of the machine's speed meets all configurations and all numbers of samples alike.
 ///
 /// # Errors
 /// A rendering fails, or the reference has another size.
@@ -176,8 +176,8 @@ pub fn measure(
     let total = contenders.len() * schedule.samples.len() * schedule.seeds as usize;
     let options = CompareOptions { flip_ppd: schedule.flip_ppd, ..CompareOptions::default() };
     let mut done = Vec::with_capacity(total);
-    for &samples in &schedule.samples {
-        for seed in 1..=schedule.seeds {
+    for seed in 1..=schedule.seeds {
+        for &samples in &schedule.samples {
             for (configuration, contender) in contenders.iter_mut().enumerate() {
                 on_progress(done.len(), total);
                 let image = contender.image(samples, seed)?;

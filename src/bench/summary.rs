@@ -84,7 +84,8 @@ pub struct ConfigurationSummary {
 impl ConfigurationSummary {
     /// Sums up the measurements of configuration `index`.
     pub fn of(index: usize, contender: &Contender<'_>, measurements: &[Measurement], reference: &Reference) -> Self {
-        let own: Vec<_> = measurements.iter().filter(|m| m.configuration == index).copied().collect();
+        let mut own: Vec<_> = measurements.iter().filter(|m| m.configuration == index).copied().collect();
+        own.sort_by_key(|m| m.samples);
         let rows: Vec<_> = own.chunk_by(|a, b| a.samples == b.samples).map(|seeds| row(seeds, reference)).collect();
         let errors: Vec<_> = rows.iter().filter_map(|r| Some((f64::from(r.samples), r.rmse?))).collect();
         let [device, driver] = contender.device.clone();
