@@ -41,8 +41,9 @@ struct Variant {
 /// The kernels of the path tracer are built for several numbers of constant spheres and facets, so that drivers need
 /// not optimise code for places that a scene leaves empty.
 fn variants(stem: &str) -> Vec<Variant> {
+    // 0: no tree, 1: a tree, 2: a tree of which every leaf may be tested.
     let trees: &[u32] = match stem {
-        "path_trace" => &[0, 1],
+        "path_trace" => &[0, 1, 2],
         "path_queue" => &[1],
         _ => return vec![Variant { suffix: String::new(), macros: Vec::new() }],
     };
@@ -55,7 +56,8 @@ fn variants(stem: &str) -> Vec<Variant> {
                     macros: vec![
                         ("MAX_SPHERES", spheres.to_string()),
                         ("MAX_FACETS", facets.to_string()),
-                        ("WITH_TREE", tree.to_string()),
+                        ("WITH_TREE", tree.min(&1).to_string()),
+                        ("WITH_BRUTE_FORCE", u32::from(*tree == 2).to_string()),
                     ],
                 });
             }

@@ -46,6 +46,7 @@
 
 pub mod accel;
 pub mod bench;
+pub mod check;
 pub mod gpu;
 pub mod image;
 pub mod oracle;

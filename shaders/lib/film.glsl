@@ -25,6 +25,10 @@ void film_store(uint slot, FilmPixel p) {
 }
 
 void film_add_channel(inout float sum, inout float compensation, float x) {
+    if (MUTATION == MUTATE_FILM) {
+        sum += x;
+        return;
+    }
     precise float s;
     precise float e;
     two_sum(sum, x, s, e);
@@ -38,7 +42,7 @@ void film_add_channel(inout float sum, inout float compensation, float x) {
 
 // Adds a sample. One that is not finite counts as black and is reported.
 bool film_add(inout FilmPixel p, vec3 radiance) {
-    bool good = is_finite(radiance.x + radiance.y + radiance.z);
+    bool good = MUTATION == MUTATE_FINITE || is_finite(radiance.x + radiance.y + radiance.z);
     vec3 x = good ? radiance : vec3(0.0);
     film_add_channel(p.sum.x, p.compensation.x, x.x);
     film_add_channel(p.sum.y, p.compensation.y, x.y);

@@ -17,6 +17,9 @@
 #ifndef WITH_TREE
 #define WITH_TREE 1
 #endif
+#ifndef WITH_BRUTE_FORCE
+#define WITH_BRUTE_FORCE 1
+#endif
 
 // ---- specialization constants: features (ids 2..39). Code depends on them, data layout never does.
 layout(constant_id = 2) const uint FILTER = 0u;            // 0 box, 1 Gaussian
@@ -36,7 +39,11 @@ layout(constant_id = 13) const bool HAS_TREE = false;      // triangles, or more
 const bool HAS_TREE = false;
 #endif
 layout(constant_id = 14) const bool TREE_SPHERES = false;  // the tree has sphere leaves
+#if WITH_BRUTE_FORCE
 layout(constant_id = 15) const bool BRUTE_FORCE = false;   // test every leaf record instead of walking the tree
+#else
+const bool BRUTE_FORCE = false;
+#endif
 layout(constant_id = 16) const bool MOLLER_TRUMBORE = false;
 layout(constant_id = 17) const bool SMOOTH_NORMALS = false;
 layout(constant_id = 18) const uint LIGHT_COUNT = 0u;      // lights: points and emitters
@@ -52,6 +59,21 @@ layout(constant_id = 28) const uint REFILL_BELOW = 6u;     // lanes: with fewer 
 layout(constant_id = 31) const uint FACET_COUNT = 0u;      // flat polygons held in constants, see intersect/facet.glsl
 layout(constant_id = 30) const uint LIGHT_LOOPS = 0u;      // loop iterations that choosing lights takes at a hit
 layout(constant_id = 26) const bool PATH_STATS = false;    // count rays and traversal steps
+
+// Values of MUTATION (render/mutation.rs): errors in transport, then numerical protections taken away.
+const uint MUTATE_ALBEDO = 1u;
+const uint MUTATE_COSINE = 2u;
+const uint MUTATE_IOR = 3u;
+const uint MUTATE_TMIN = 4u;
+const uint MUTATE_SAMPLER = 5u;
+const uint MUTATE_EDGES = 6u;
+const uint MUTATE_OFFSET = 7u;
+const uint MUTATE_SKIP = 8u;
+const uint MUTATE_SLAB = 9u;
+const uint MUTATE_SPHERE = 10u;
+const uint MUTATE_FILM = 11u;
+const uint MUTATE_GUARD = 12u;
+const uint MUTATE_FINITE = 13u;
 
 // ---- bindings
 layout(binding = 0) uniform samplerBuffer tree_texels;     // 4 texels a record, see intersect/tree.glsl

@@ -117,7 +117,7 @@ bool path_arrive(Path path, int id, float t, uint key, inout vec3 radiance, out 
     bool diffuse = HAS_DIFFUSE && kind == KIND_DIFFUSE;
     bool alive = met && a.hits <= MAX_DEPTH && kind != KIND_EMITTER;
     vec3 weight = HAS_DIELECTRIC && kind > 0.0 ? vec3(1.0) : a.surface.color;
-    if (MUTATION == 1u) weight *= 1.01;
+    if (MUTATION == MUTATE_ALBEDO) weight *= 1.01;
     a.throughput = path.throughput * weight;
     float strongest = upper(upper(a.throughput.x, a.throughput.y), a.throughput.z);
     alive = alive && strongest > 0.0;
@@ -154,7 +154,7 @@ void path_depart(inout Path path, Arrival a, bool alive, uint pixel, uint key, u
     float kind = a.surface.kind;
     if (HAS_DIFFUSE) next = diffuse_sample(a.normal, u);
     if (HAS_MIRROR && kind == KIND_MIRROR) next = mirror_sample(path.direction, a.surface.shading);
-    if (HAS_DIELECTRIC && kind > 0.0) next = dielectric_sample(path.direction, a.surface.shading, kind, u.x, crossed);
+    if (HAS_DIELECTRIC && kind > 0.0) next = dielectric_sample(path.direction, a.normal, a.front, kind, u.x, crossed);
     // A shading normal may send the ray to the wrong side of the surface: nothing is there to be seen.
     if (SMOOTH_NORMALS) a.throughput = (dot(next, a.up) > 0.0) != crossed ? a.throughput : vec3(0.0);
     vec3 start = HAS_DIELECTRIC && crossed ? a.surface.position - a.up * a.surface.offset : a.outside;

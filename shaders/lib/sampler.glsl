@@ -58,7 +58,7 @@ vec2 sample_pair(uint key, uint index, uint pair, uint hit) {
     if (SAMPLER == 1u) return vec2(unit_float(hash(h + index * 0x85ebca6bu)), unit_float(hash(g + index * 0xc2b2ae35u)));
     bool table = hit <= SOBOL_HITS;
     uvec2 p = sobol_reversed(index, table ? pair : 0u);
-    if (MUTATION == 5u) p &= uvec2(0x0000000fu);
+    if (MUTATION == MUTATE_SAMPLER) p &= uvec2(0x0000000fu);
     uvec2 u = uvec2(bitfieldReverse(owen_reversed(p.x, h)), bitfieldReverse(owen_reversed(p.y, g)));
     if (MAX_DEPTH > SOBOL_HITS) {
         u.x = table ? u.x : hash(h + index * 0x85ebca6bu);

@@ -67,7 +67,7 @@ Surface surface_of_record(int record, vec3 o, vec3 d, float t) {
     vec3 p = p0 + p1 + p2;
     const float gamma7 = 4.2e-7;
     float curvature = 0.0;
-    float offset = gamma7 * dot(abs(p0) + abs(p1) + abs(p2), abs(n));
+    float offset = MUTATION == MUTATE_OFFSET ? 0.0 : gamma7 * dot(abs(p0) + abs(p1) + abs(p2), abs(n));
     if (SMOOTH_NORMALS) {
         int row = floatBitsToInt(q1.w);
         if (row >= 0) {

@@ -141,13 +141,11 @@ impl Subtree {
             return partition(references, split);
         }
         let middle = count / 2;
-        if count > 2 {
-            let size = extent.centroids.hi - extent.centroids.lo;
-            let axis = size.max_position();
-            let key = |r: &Reference| r.bounds.centroid()[axis];
-            references
-                .select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)).then(a.primitive.cmp(&b.primitive)));
-        }
+        // Primitives with one box end up in ascending order: of exact copies the first is then the first record.
+        let size = extent.centroids.hi - extent.centroids.lo;
+        let axis = size.max_position();
+        let key = |r: &Reference| r.bounds.centroid()[axis];
+        references.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)).then(a.primitive.cmp(&b.primitive)));
         (middle, [Extent::of(&references[..middle]), Extent::of(&references[middle..])])
     }
 }

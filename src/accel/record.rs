@@ -48,10 +48,16 @@ pub enum Primitive {
 }
 
 impl Primitive {
-    /// The box around it. A sphere's is widened by the rounding of its corners.
+    /// The box around it, widened: a sphere's by the rounding of its corners, a triangle's by one unit in the last
+    /// place, so that a ray within the plane of a face is inside of the box and not on its border.
     pub fn bounds(&self) -> Aabb {
         match *self {
-            Self::Triangle { vertices, .. } => Aabb::around(vertices),
+            Self::Triangle { vertices, .. } => {
+                let Aabb { lo, hi } = Aabb::around(vertices);
+                // The last term is for coordinates of 0; the shader's reciprocals make 1e10 of it (safe_inverse).
+                let ulp = |v: Vec3| v.abs() * f32::EPSILON + 1e-20;
+                Aabb { lo: lo - ulp(lo), hi: hi + ulp(hi) }
+            }
             Self::Sphere { center, radius, .. } => {
                 let r = Vec3::splat(radius * (1.0 + 4.0 * f32::EPSILON)) + 2.0 * f32::EPSILON * center.abs();
                 Aabb { lo: center - r, hi: center + r }

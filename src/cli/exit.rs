@@ -1,5 +1,6 @@
 //! Exit codes, the same for all subcommands.
 
+use photolith::check::CheckError;
 use photolith::{GpuError, RenderError};
 
 /// Success.
@@ -24,21 +25,38 @@ pub const HELP: &str = "Exit codes: 0 done, 1 an image or check is wrong, 2 usag
                         4 validation message or driver fault, 5 device lost, 6 timeout, 130 interrupted (what was \
                         done is written)";
 
+/// Context of an error: validation was asked for, but does not work.
+#[derive(Debug, thiserror::Error)]
+#[error("validation cannot be trusted")]
+pub struct Deaf;
+
 /// The exit code for an error, found in its chain of causes.
 pub fn code_of(error: &anyhow::Error) -> u8 {
+    if error.downcast_ref::<Deaf>().is_some() {
+        return VALIDATION;
+    }
     for cause in error.chain() {
         if let Some(error) = cause.downcast_ref::<GpuError>() {
             return of_gpu(error);
         }
         if let Some(error) = cause.downcast_ref::<RenderError>() {
-            return match error {
-                RenderError::Gpu(error) => of_gpu(error),
-                RenderError::Truncated { .. } => VALIDATION,
-                RenderError::Stuck { .. } | RenderError::Settings(_) => BAD_INPUT,
-            };
+            return of_render(error);
+        }
+        match cause.downcast_ref::<CheckError>() {
+            Some(CheckError::Gpu(error)) => return of_gpu(error),
+            Some(CheckError::Render(error)) => return of_render(error),
+            _ => {}
         }
     }
     BAD_INPUT
+}
+
+fn of_render(error: &RenderError) -> u8 {
+    match error {
+        RenderError::Gpu(error) => of_gpu(error),
+        RenderError::Truncated { .. } => VALIDATION,
+        RenderError::Stuck { .. } | RenderError::Settings(_) => BAD_INPUT,
+    }
 }
 
 fn of_gpu(error: &GpuError) -> u8 {

@@ -1,6 +1,7 @@
 //! Subcommands: parse, call the library, print. Data goes to stdout, everything else to stderr.
 
 mod bench;
+mod check;
 mod compare;
 mod devices;
 mod exit;
@@ -40,6 +41,8 @@ enum Command {
     Compare(compare::CompareArgs),
     /// Measure run time against error, or cost against size
     Bench(bench::BenchArgs),
+    /// Measure accuracy on a Vulkan device, case by case against oracles
+    Check(check::CheckArgs),
 }
 
 /// Runs the command line; returns the exit code (see [`exit::HELP`]).
@@ -70,6 +73,7 @@ pub fn main() -> ExitCode {
         Command::Info(args) => info::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Bench(args) => bench::run(&args),
+        Command::Check(args) => check::run(&args),
     };
     match result {
         Ok(code) => code,

@@ -63,6 +63,11 @@ impl Context {
         &self.0.instance.messages
     }
 
+    /// Which validation runs.
+    pub fn validation(&self) -> Validation {
+        self.0.validation
+    }
+
     /// Bytes of device memory in use, and the most that were in use at one time.
     pub fn memory(&self) -> (u64, u64) {
         let memory = self.0.memory();
@@ -85,6 +90,7 @@ pub(crate) struct Device {
     pub queue_family: u32,
     pub info: DeviceInfo,
     pub choice: String,
+    pub validation: Validation,
     /// Nanoseconds of a timestamp tick; 0 if the queue has no timestamps.
     pub timestamp_period: f32,
     pub limits: vk::PhysicalDeviceLimits,
@@ -148,6 +154,7 @@ impl Device {
             queue_family,
             info,
             choice,
+            validation: options.validation,
             timestamp_period: if ticks { properties.limits.timestamp_period } else { 0.0 },
             limits: properties.limits,
             names,

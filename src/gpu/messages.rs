@@ -20,6 +20,11 @@ impl Messages {
         std::mem::take(&mut *self.lock())
     }
 
+    /// Puts messages back that were taken.
+    pub(crate) fn put_back(&self, messages: Vec<String>) {
+        self.lock().splice(0..0, messages);
+    }
+
     fn lock(&self) -> std::sync::MutexGuard<'_, Vec<String>> {
         // A panic while the list was held leaves it usable: a push is all that happens under the lock.
         self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner)

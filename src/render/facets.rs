@@ -78,7 +78,8 @@ fn join(mesh: &Mesh, scene: &Scene, space: &RenderSpace) -> Vec<Facet> {
     let mut facets: Vec<Facet> = Vec::new();
     for (triangle, &material) in mesh.triangles.iter().zip(&mesh.triangle_materials) {
         let [a, b, c] = triangle.map(|i| space.point(mesh.positions[i as usize]));
-        let normal = (b - a).cross(c - a).try_normalize().unwrap_or(DVec3::Z);
+        // A line or a point has no inside.
+        let Some(normal) = (b - a).cross(c - a).try_normalize() else { continue };
         let emits = matches!(scene.materials[material as usize].surface, Surface::Emitter { .. });
         let next = Facet { corners: [a, b, c, c], normal, material, emits };
         match facets.iter_mut().find_map(|f| quadrilateral(f, &next).map(|q| (f, q))) {

@@ -6,7 +6,7 @@ mod facets;
 mod features;
 mod film;
 mod kernels;
-mod layout;
+pub(crate) mod layout;
 #[cfg(test)]
 mod layout_tests;
 mod lights;
@@ -14,10 +14,10 @@ mod mutation;
 mod plan;
 mod renderer;
 mod settings;
-mod sobol;
-mod space;
+pub(crate) mod sobol;
+pub(crate) mod space;
 mod spheres;
-mod tables;
+pub(crate) mod tables;
 
 pub use error::RenderError;
 pub use features::Features;

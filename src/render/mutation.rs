@@ -1,6 +1,6 @@
 //! Deliberate errors: each must make the test suite fail, or the suite is toothless.
 
-/// One thing broken in the shaders.
+/// One thing broken in the shaders (MUTATE_… in shaders/lib/layout.glsl).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Mutation {
@@ -10,13 +10,66 @@ pub enum Mutation {
     Cosine = 2,
     /// The index of refraction is inverted.
     SwappedIor = 3,
-    /// Hits closer than 10⁻³ are ignored, and nothing else guards against self-intersection.
+    /// Hits closer than 10⁻³ are ignored, and the primitive that a ray leaves is not skipped.
     FixedTmin = 4,
     /// The sampler has only a few distinct values.
     TruncatedSampler = 5,
+    /// Edge functions of the watertight test as a compiler contracts them to fused multiply–adds.
+    ContractedEdges = 6,
+    /// Rays start on the computed hit point, not offset by its error bound.
+    NoOffset = 7,
+    /// The triangle that a ray leaves is tested like any other.
+    NoSkip = 8,
+    /// The slab test is not widened by its error bound.
+    NoSlabMargin = 9,
+    /// Spheres by the textbook quadratic.
+    TextbookSphere = 10,
+    /// The film is a plain sum in single precision.
+    PlainSum = 11,
+    /// Rays that are not finite enter the tree.
+    UnguardedRays = 12,
+    /// NaN and infinite samples are added to the film.
+    NonFiniteSamples = 13,
+    /// Boxes of triangles are not widened by an ulp (on the host).
+    ThinBoxes = 14,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Albedo, Self::Cosine, Self::SwappedIor, Self::FixedTmin, Self::TruncatedSampler];
+    pub const ALL: [Self; 14] = [
+        Self::Albedo,
+        Self::Cosine,
+        Self::SwappedIor,
+        Self::FixedTmin,
+        Self::TruncatedSampler,
+        Self::ContractedEdges,
+        Self::NoOffset,
+        Self::NoSkip,
+        Self::NoSlabMargin,
+        Self::TextbookSphere,
+        Self::PlainSum,
+        Self::UnguardedRays,
+        Self::NonFiniteSamples,
+        Self::ThinBoxes,
+    ];
+
+    /// What is broken, in words.
+    pub fn describe(self) -> &'static str {
+        match self {
+            Self::Albedo => "reflectances × 1.01",
+            Self::Cosine => "direct light without its cosine",
+            Self::SwappedIor => "index of refraction inverted",
+            Self::FixedTmin => "fixed tmin of 1e-3 instead of primitive skip",
+            Self::TruncatedSampler => "sampler truncated to a few values",
+            Self::ContractedEdges => "edge functions contracted to FMA",
+            Self::NoOffset => "no error-bounded offset of ray origins",
+            Self::NoSkip => "primitive that a ray leaves not skipped",
+            Self::NoSlabMargin => "slab test not widened",
+            Self::TextbookSphere => "textbook quadratic for spheres",
+            Self::PlainSum => "film summed in plain single precision",
+            Self::UnguardedRays => "rays that are not finite enter the tree",
+            Self::NonFiniteSamples => "NaN and infinite samples added to the film",
+            Self::ThinBoxes => "boxes of triangles not widened by an ulp",
+        }
+    }
 }

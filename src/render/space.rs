@@ -48,6 +48,11 @@ impl RenderSpace {
         (p - self.origin) * self.scale
     }
 
+    /// The inverse of [`Self::point`].
+    pub fn scene_point(&self, p: DVec3) -> DVec3 {
+        p / self.scale + self.origin
+    }
+
     pub fn point32(&self, p: DVec3) -> Vec3 {
         self.point(p).as_vec3()
     }

@@ -12,9 +12,22 @@ use super::facets::{self, Facet};
 use super::features::Features;
 use super::layout::{constant, kind};
 use super::lights::{Light, LightShape, LightTable};
+use super::mutation::Mutation;
 use super::settings::{RenderSettings, Sampler};
 use super::space::RenderSpace;
 use super::spheres::{self, ConstantSphere};
+
+/// Ids of the shader from here on are records of the tree (shaders/lib/intersect/tree.glsl).
+const TREE_ID: usize = 0x0100_0000;
+
+/// Where a primitive of the shader comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Origin {
+    /// Index among the scene's spheres.
+    Sphere(usize),
+    /// Index among the triangles of all meshes.
+    Triangle(usize),
+}
 
 /// Everything that is uploaded or becomes a constant.
 pub(crate) struct Tables {
@@ -26,6 +39,10 @@ pub(crate) struct Tables {
     single_point: Option<Light>,
     pub records: Vec<Record>,
     pub tree: Option<TreeStatistics>,
+    /// Of each leaf record, where its primitive comes from.
+    leaves: Vec<Origin>,
+    /// Scene indices of the constant spheres.
+    constant_origins: Vec<usize>,
     first_leaf: u32,
     tree_boxes: Vec<Aabb>,
     constant_spheres: Vec<ConstantSphere>,
@@ -82,6 +99,7 @@ impl Tables {
 
         let start = Instant::now();
         let mut primitives = Vec::with_capacity(scene.triangle_count() + rest.len());
+        let mut origins: Vec<Origin> = rest.iter().map(|&i| Origin::Sphere(i)).collect();
         for &i in &rest {
             let sphere = &scene.spheres[i];
             primitives.push(Primitive::Sphere {
@@ -92,11 +110,15 @@ impl Tables {
                 light: add_light(sphere_shape(sphere), sphere.material),
             });
         }
-        for (mesh, _) in scene.meshes.iter().zip(&in_constants).filter(|(_, constant)| !**constant) {
-            add_triangles(mesh, space, first_material, &mut add_light, &mut shapes, &mut primitives);
+        let mut first_triangle = 0;
+        for (mesh, &constant) in scene.meshes.iter().zip(&in_constants) {
+            if !constant {
+                let added = add_triangles(mesh, space, first_material, &mut add_light, &mut shapes, &mut primitives);
+                origins.extend(added.into_iter().map(|i| Origin::Triangle(first_triangle + i)));
+            }
+            first_triangle += mesh.triangles.len();
         }
         let light_table = LightTable::of(&lights);
-        let bounds: Vec<_> = primitives.iter().map(Primitive::bounds).collect();
         let mut tables = Self {
             shapes,
             single_point: (points == 1 && lights.len() == 1).then(|| lights[0]),
@@ -105,6 +127,8 @@ impl Tables {
             lights: light_table,
             records: Vec::new(),
             tree: None,
+            leaves: Vec::new(),
+            constant_origins: constant,
             first_leaf: 0,
             tree_boxes: Vec::new(),
             constant_spheres,
@@ -112,11 +136,12 @@ impl Tables {
             facets,
             hidden_lights: scene.lights.len() - visible.len(),
         };
-        if let Some(tree) = accel::build(&bounds) {
+        if let Some(tree) = build_tree(&mut primitives, &mut origins, settings) {
             tables.records = accel::pack(&tree, &primitives);
             tables.first_leaf = tree.nodes.len() as u32;
             tables.tree_boxes = tree.top_boxes(constant::MAX_TREE_BOXES);
             tables.tree = Some(TreeStatistics::of(&tree, start.elapsed().as_secs_f64()));
+            tables.leaves = tree.order.iter().map(|&p| origins[p as usize]).collect();
         } else {
             // A tree is compiled in only by the general pipeline: one node whose boxes no ray meets.
             let mut nothing = [f32::NAN; 16];
@@ -130,6 +155,15 @@ impl Tables {
     /// Point lights that no path can see, because an opaque sphere is around them or around the camera.
     pub fn hidden_lights(&self) -> usize {
         self.hidden_lights
+    }
+
+    /// Where the primitive with this id in the shader comes from; `None` for facets, which may join triangles.
+    pub fn origin_of(&self, id: i32) -> Option<Origin> {
+        let id = usize::try_from(id).ok()?;
+        match id.checked_sub(TREE_ID) {
+            None => self.constant_origins.get(id).map(|&i| Origin::Sphere(i)),
+            Some(record) => self.leaves.get(record.checked_sub(self.first_leaf as usize)?).copied(),
+        }
     }
 
     /// Values of all specialization constants but the workgroup's size and the loop budget.
@@ -215,6 +249,55 @@ fn shines(light: &Light) -> bool {
     light.radiance != [0.0; 3]
 }
 
+/// Builds the tree. Exact copies of a triangle are left out: the first of them is what rays hit, and thousands of them
+/// would all have to be visited.
+fn build_tree(
+    primitives: &mut Vec<Primitive>,
+    origins: &mut Vec<Origin>,
+    settings: &RenderSettings,
+) -> Option<accel::Tree> {
+    let bounds_of = |p: &Primitive| match *p {
+        Primitive::Triangle { vertices, .. } if settings.mutation == Some(Mutation::ThinBoxes) => {
+            Aabb::around(vertices)
+        }
+        _ => p.bounds(),
+    };
+    let bounds: Vec<_> = primitives.iter().map(bounds_of).collect();
+    let tree = accel::build(&bounds)?;
+    // Copies have equal boxes, which the builder keeps together, in ascending order.
+    let mut copy = vec![false; primitives.len()];
+    for pair in tree.order.windows(2) {
+        copy[pair[1] as usize] = is_copy(&primitives[pair[0] as usize], &primitives[pair[1] as usize]);
+    }
+    if !copy.contains(&true) {
+        return Some(tree);
+    }
+    let mut keep = copy.iter().map(|c| !c);
+    primitives.retain(|_| keep.next() == Some(true));
+    let mut keep = copy.iter().map(|c| !c);
+    origins.retain(|_| keep.next() == Some(true));
+    let bounds: Vec<_> = primitives.iter().map(bounds_of).collect();
+    accel::build(&bounds)
+}
+
+fn is_copy(a: &Primitive, b: &Primitive) -> bool {
+    match (a, b) {
+        // Lights are sampled one by one: each of them must be there to be hit.
+        (Primitive::Triangle { vertices: a, light: -1, .. }, Primitive::Triangle { vertices: b, light: -1, .. }) => {
+            a == b
+        }
+        _ => false,
+    }
+}
+
+/// Whether single precision leaves the triangle an area. The products of differences of floats are exact in f64 but
+/// for their last bits.
+fn has_area([a, b, c]: [glam::Vec3; 3]) -> bool {
+    let [a, b, c] = [a, b, c].map(|p| p.as_dvec3());
+    (b - a).cross(c - a) != DVec3::ZERO
+}
+
+/// Adds the triangles of a mesh that have an area in single precision; returns their indices in the mesh.
 fn add_triangles(
     mesh: &crate::scene::Mesh,
     space: &RenderSpace,
@@ -222,10 +305,17 @@ fn add_triangles(
     add_light: &mut impl FnMut(LightShape, u32) -> i32,
     shapes: &mut Vec<[f32; 4]>,
     primitives: &mut Vec<Primitive>,
-) {
+) -> Vec<usize> {
     let smooth = !mesh.vertex_normals.is_empty();
-    for (triangle, &material) in mesh.triangles.iter().zip(&mesh.triangle_materials) {
+    let mut added = Vec::with_capacity(mesh.triangles.len());
+    for (index, (triangle, &material)) in mesh.triangles.iter().zip(&mesh.triangle_materials).enumerate() {
         let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
+        let vertices = [a, b, c].map(|p| space.point32(p));
+        // A line or a point has no inside, and rounding must not give it one.
+        if !has_area(vertices) {
+            continue;
+        }
+        added.push(index);
         let normal = (b - a).cross(c - a);
         let normal = normal.try_normalize().unwrap_or(DVec3::Z);
         let attributes = if smooth {
@@ -240,10 +330,11 @@ fn add_triangles(
         };
         primitives.push(Primitive::Triangle {
             light: add_light(LightShape::Triangle([a, b, c].map(|p| space.point(p))), material),
-            vertices: [a, b, c].map(|p| space.point32(p)),
+            vertices,
             normal: normal.as_vec3(),
             surface: first_material + material,
             attributes,
         });
     }
+    added
 }

@@ -3,13 +3,21 @@
 #ifndef DIELECTRIC_GLSL
 #define DIELECTRIC_GLSL
 
+#include "../math.glsl"
 #include "mirror.glsl"
 
 // Fraction of the power that is reflected. `cos_i` >= 0, `eta` = index of the far side over that of the near side.
 // `cos_t` is the cosine of the refracted ray, 0 under total reflection.
 float fresnel(float cos_i, float eta, out float cos_t) {
     // sin²θt = (1 − cos²θi)/η², arranged as cos²θt = (η² − 1 + cos²θi)/η²: no cancellation near grazing or at η = 1.
-    float k = (eta - 1.0) * (eta + 1.0) + cos_i * cos_i;
+    // At the critical angle it does cancel, and its root would magnify the rounding of the squares: they are exact here.
+    float eta2, eta2_low, cos2, cos2_low;
+    two_product(eta, eta, eta2, eta2_low);
+    two_product(cos_i, cos_i, cos2, cos2_low);
+    float excess, excess_low, sum, sum_low;
+    two_sum(eta2, -1.0, excess, excess_low);
+    two_sum(excess, cos2, sum, sum_low);
+    float k = sum + ((sum_low + excess_low) + (eta2_low + cos2_low));
     float root = sqrt(k > 0.0 ? k : 0.0);
     cos_t = root / eta;
     float parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
@@ -21,19 +29,19 @@ float fresnel(float cos_i, float eta, out float cos_t) {
 }
 
 // Follows the reflected or the refracted ray; the same Fresnel value is the probability and the weight, which
-// therefore is 1. n points to the side of index 1. `crossed`: the ray goes on to the other side.
-vec3 dielectric_sample(vec3 d, vec3 n, float ior, float u, out bool crossed) {
-    float c = -dot(d, n);
-    bool front = c >= 0.0;
-    float eta = (front != (MUTATION == 3u)) ? ior : 1.0 / ior;
-    vec3 m = front ? n : -n;
-    c = abs(c);
+// therefore is 1. n is the shading normal on the side that d comes from; whether that is the side of index 1 (`front`)
+// is the geometric normal's to say, or rays that graze a smooth mesh would change sides. `crossed`: the ray goes on to
+// the other side.
+vec3 dielectric_sample(vec3 d, vec3 n, bool front, float ior, float u, out bool crossed) {
+    float signed_cos = -dot(d, n);
+    float cos_i = upper(signed_cos, 0.0);
+    float eta = (front != (MUTATION == MUTATE_IOR)) ? ior : 1.0 / ior;
     float cos_t;
-    float f = fresnel(c, eta, cos_t);
+    float f = fresnel(cos_i, eta, cos_t);
     crossed = u >= f;
-    vec3 refracted = d * (1.0 / eta) + m * (c / eta - cos_t);
-    vec3 next = crossed ? refracted : d + (2.0 * c) * m;
-    return normalize(next);
+    vec3 refracted = d * (1.0 / eta) + n * (cos_i / eta - cos_t);
+    vec3 reflected = d + (2.0 * signed_cos) * n;
+    return normalize(crossed ? refracted : reflected);
 }
 
 #endif

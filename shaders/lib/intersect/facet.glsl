@@ -1,9 +1,9 @@
 // Flat polygons held in specialization constants: the triangles and convex quadrilaterals of small meshes. Walking a tree
 // over a few polygons costs more than testing them all, if all that depends on the polygon alone is folded.
 //
-// A ray (o, d) passes an edge a→b on the side that the sign of d·(a×b) + (o×d)·(b − a) tells (Plücker coordinates;
-// Jones 2000). The edge run through the other way, by the neighbouring polygon, gives exactly the negated value: rays do
-// not slip between polygons that share an edge.
+// Corners are projected along the ray into a plane across it; there the sign of a two-dimensional cross product tells on
+// which side of an edge the ray passes. Polygons that share corners see the same projected points, and the same edge run
+// the other way gives exactly the negated value: rays slip through neither at edges nor at corners.
 
 #ifndef FACET_GLSL
 #define FACET_GLSL
@@ -16,21 +16,40 @@ struct Facet {
     vec4 plane;         // unit normal n, and n·a
 };
 
-// Side of the ray on which the edge a→b runs. Always computed from the lower end, so that the compiler sees that
-// neighbours share it.
-float edge_side(vec3 a, vec3 b, vec3 direction, vec3 moment) {
-    bool turn = b.x < a.x || (b.x == a.x && (b.y < a.y || (b.y == a.y && b.z < a.z)));
-    vec3 p = turn ? b : a;
-    vec3 q = turn ? a : b;
-    float side = dot(direction, cross(p, q)) + dot(moment, q - p);
-    return turn ? -side : side;
+// A ray with two axes across it.
+struct Across {
+    vec3 origin, x, y;
+};
+
+Across across(vec3 o, vec3 d) {
+    Across r;
+    r.origin = o;
+    basis(d, r.x, r.y);
+    return r;
 }
 
-bool between_edges(Facet f, vec3 d, vec3 moment) {
-    float u = edge_side(f.a, f.b, d, moment);
-    float v = edge_side(f.b, f.c, d, moment);
-    float w = edge_side(f.c, f.d, d, moment);
-    float x = edge_side(f.d, f.a, d, moment);
+vec2 project(Across r, vec3 corner) {
+    precise vec3 v = corner - r.origin;
+    precise float x = (v.x * r.x.x + v.y * r.x.y) + v.z * r.x.z;
+    precise float y = (v.x * r.y.x + v.y * r.y.y) + v.z * r.y.z;
+    return vec2(x, y);
+}
+
+// `precise`: contracted to FMA the two directions of an edge would not round alike.
+float edge_side(vec2 a, vec2 b) {
+    precise float side = a.x * b.y - a.y * b.x;
+    return side;
+}
+
+bool between_edges(Facet f, Across r) {
+    vec2 a = project(r, f.a);
+    vec2 b = project(r, f.b);
+    vec2 c = project(r, f.c);
+    vec2 d = project(r, f.d);
+    float u = edge_side(a, b);
+    float v = edge_side(b, c);
+    float w = edge_side(c, d);
+    float x = edge_side(d, a);
     float least = lower(lower(u, v), lower(w, x));
     float most = upper(upper(u, v), upper(w, x));
     return least >= 0.0 || most <= 0.0;
@@ -114,12 +133,12 @@ FACET_CONSTANTS(31, 752)
 
 // Nearest facet. Its id follows those of the constant spheres.
 void closest_facet(vec3 o, vec3 d, int leaving, inout float t, inout int id) {
-    vec3 moment = cross(o, d);
+    Across ray = across(o, d);
 #define TEST_CLOSEST(n)                                                                                 \
     {                                                                                                   \
         Facet f = FACET_OF(n);                                                                          \
         float h = (f.plane.w - dot(f.plane.xyz, o)) / dot(f.plane.xyz, d);                              \
-        bool closer = h > 0.0 && h < t && between_edges(f, d, moment) && leaving != int(SPHERE_COUNT) + n; \
+        bool closer = h > 0.0 && h < t && between_edges(f, ray) && leaving != int(SPHERE_COUNT) + n; \
         t = closer ? h : t;                                                                             \
         id = closer ? int(SPHERE_COUNT) + n : id;                                                       \
     }
@@ -132,7 +151,7 @@ layout(constant_id = 206) const uint FACET_OCCLUDERS = 0xffffffffu;
 
 // Whether a facet lies between o and the point at `distance`.
 bool any_facet(vec3 o, vec3 d, float distance, int leaving) {
-    vec3 moment = cross(o, d);
+    Across ray = across(o, d);
     bool occluded = false;
 #define TEST_ANY(n)                                                                                  \
     if ((FACET_OCCLUDERS & (1u << n)) != 0u) {                                                                                               \
@@ -140,7 +159,7 @@ bool any_facet(vec3 o, vec3 d, float distance, int leaving) {
         float height = f.plane.w - dot(f.plane.xyz, o);                                              \
         float slope = dot(f.plane.xyz, d);                                                           \
         occluded = occluded || (height * slope > 0.0 && abs(height) < distance * abs(slope) &&        \
-                                between_edges(f, d, moment) && leaving != int(SPHERE_COUNT) + n);     \
+                                between_edges(f, ray) && leaving != int(SPHERE_COUNT) + n);     \
     }
     FOR_EACH_FACET(TEST_ANY)
 #undef TEST_ANY

@@ -40,7 +40,12 @@ const int INSIDE = 0x40000000;
 
 // Distance b to the closest approach, discriminant, and C (only its sign is used where the form lacks precision).
 void sphere_quadratic(Sphere s, vec3 o, float oo, vec3 d, float od, out float b, out float disc, out float c) {
-    if (s.form == FORM_WALL) {
+    if (MUTATION == MUTATE_SPHERE) {
+        vec3 f = s.center - o;
+        b = dot(f, d);
+        c = dot(f, f) - s.radius * s.radius;
+        disc = b * b - c;
+    } else if (s.form == FORM_WALL) {
         b = dot(s.center, d) - od;
         c = (s.power + oo) - 2.0 * dot(s.center, o);
         disc = b * b - c;
@@ -89,7 +94,9 @@ float sphere_distance(Sphere s, vec3 o, float oo, vec3 d, float od, int leaving)
         t = s.form == FORM_WALL ? upper(c, 0.0) / (b + root) : upper(b - root, 0.0);
     } else if (s.side == SIDE_CAVITY) {
         hit = true;
-        t = upper(leaving != 0 ? 2.0 * b : b + root, 0.0);
+        // Near a wall of a large cavity b + root would cancel.
+        float farther = s.form == FORM_WALL && b < 0.0 ? c / (b - root) : b + root;
+        t = upper(leaving != 0 ? 2.0 * b : farther, 0.0);
     } else {
         bool inside = leaving == 2 || (leaving == 0 && c < 0.0);
         hit = leaving != 1 && (inside || (b > 0.0 && disc > 0.0));

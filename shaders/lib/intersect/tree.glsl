@@ -20,7 +20,7 @@ const int FINISHED = 0x7fffffff;
 const int TREE_ID = 0x01000000;     // ids from here on are TREE_ID + record; those below are constant spheres
 
 // Widens the slab test by 1 + 2γ(7): the reciprocal of a direction may be off by 2.5 ulp (Ize, JCGT 2013).
-const float SLAB_MARGIN = 1.0000009;
+const float SLAB_MARGIN = MUTATION == MUTATE_SLAB ? 1.0 : 1.0000009;
 
 struct TreeRay {
     vec3 origin;
@@ -31,7 +31,7 @@ struct TreeRay {
 
 // 1/d without infinities: 0·∞ must not arise in the slab test, where NaN would be lost or win by chance.
 vec3 safe_inverse(vec3 d) {
-    const float tiny = 1e-18;
+    const float tiny = 1e-30;
     vec3 clamped = vec3(abs(d.x) < tiny ? tiny : d.x, abs(d.y) < tiny ? tiny : d.y, abs(d.z) < tiny ? tiny : d.z);
     return 1.0 / clamped;
 }
@@ -44,8 +44,8 @@ bool box_test(TreeRay r, vec3 lo, vec3 hi, float t_max, out float t_near) {
     vec3 n = vec3(lower(a.x, b.x), lower(a.y, b.y), lower(a.z, b.z));
     vec3 f = vec3(upper(a.x, b.x), upper(a.y, b.y), upper(a.z, b.z));
     t_near = upper(upper(n.x, n.y), upper(n.z, 0.0));
-    float t_far = lower(lower(f.x, f.y), f.z) * SLAB_MARGIN;
-    return t_near <= lower(t_far, t_max);
+    // t_max too: the hit it stems from may lie in front of the box by rounding alone, and equal hits must be compared.
+    return t_near <= lower(lower(lower(f.x, f.y), f.z), t_max) * SLAB_MARGIN;
 }
 
 // Tests the primitive of a leaf record; `leaving` is the full id (and side) of the primitive the ray starts on.
@@ -59,14 +59,14 @@ bool leaf_test(TreeRay r, int record, vec4 q0, vec4 q1, vec4 q2, vec4 q3, float 
         vec3 unused;
         hit = watertight(r.shear, r.origin, q0.xyz, q1.xyz, q2.xyz, t_max, t, unused);
     }
-    if (MUTATION == 4u) hit = hit && t > 1e-3;
-    else hit = hit && leaving != id;
+    if (MUTATION == MUTATE_TMIN) hit = hit && t > 1e-3;
+    else if (MUTATION != MUTATE_SKIP) hit = hit && leaving != id;
     if (TREE_SPHERES) {
         Sphere s = Sphere(q0.xyz, q1.x, 0.0, SIDE_BOTH, FORM_EXACT);
         float h = sphere_distance(s, r.origin, 0.0, r.direction, 0.0, leaving_code(leaving, id));
         bool is_sphere = q3.w == 2.0;
         t = is_sphere ? h : t;
-        hit = is_sphere ? h < t_max : hit;
+        hit = is_sphere ? h <= t_max && h < INFINITY : hit;
     }
     return hit;
 }
@@ -95,8 +95,10 @@ layout(constant_id = 54) const float TREE_BOX_3_HY = 0.0; layout(constant_id = 5
 #define TREE_BOX_LO(n) vec3(TREE_BOX_##n##_LX, TREE_BOX_##n##_LY, TREE_BOX_##n##_LZ)
 #define TREE_BOX_HI(n) vec3(TREE_BOX_##n##_HX, TREE_BOX_##n##_HY, TREE_BOX_##n##_HZ)
 
-// Whether the ray meets the boxes before t_max.
+// Whether the ray meets the boxes before t_max. A ray that is not finite does not: it would walk the whole tree, since
+// NaN is in every box.
 bool meets_boxes(vec3 o, vec3 d, float t_max) {
+    if (MUTATION != MUTATE_GUARD && !is_finite(dot(o, o) + dot(d, d))) return false;
     if (TREE_BOX_COUNT == 0u) return true;
     TreeRay r;
     r.origin = o;
@@ -119,6 +121,7 @@ Walk walk_begin(float t_max) {
     return Walk(BRUTE_FORCE ? int(LEAF_BEGIN) : 0, 1, t_max, -1);
 }
 
+#if WITH_BRUTE_FORCE
 // Tests the leaf at `w.current`, if there still is one, and goes on to the next.
 void brute_force_leaf(inout Walk w, TreeRay r, int leaving, bool any_hit) {
     if (w.current == FINISHED) return;
@@ -128,7 +131,7 @@ void brute_force_leaf(inout Walk w, TreeRay r, int leaving, bool any_hit) {
     vec4 q2 = texelFetch(tree_texels, 4 * record + 2);
     vec4 q3 = texelFetch(tree_texels, 4 * record + 3);
     float t;
-    bool hit = leaf_test(r, record, q0, q1, q2, q3, w.t, leaving, t);
+    bool hit = leaf_test(r, record, q0, q1, q2, q3, w.t, leaving, t) && (t < w.t || TREE_ID + record < w.id);
     w.t = hit ? t : w.t;
     w.id = hit ? TREE_ID + record : w.id;
     w.current += 1;
@@ -149,13 +152,16 @@ void brute_force_step(inout Walk w, TreeRay r, int leaving, bool any_hit) {
     FOUR_LEAVES
 #undef FOUR_LEAVES
 }
+#endif
 
 // One step. With `any_hit`, the first hit ends the walk.
 void walk_step(inout Walk w, TreeRay r, int leaving, bool any_hit) {
+#if WITH_BRUTE_FORCE
     if (BRUTE_FORCE) {
         brute_force_step(w, r, leaving, any_hit);
         return;
     }
+#endif
     int record = w.current & 0x7fffffff;
     bool leaf = w.current < 0;
     vec4 q0 = texelFetch(tree_texels, 4 * record);
@@ -166,7 +172,8 @@ void walk_step(inout Walk w, TreeRay r, int leaving, bool any_hit) {
     if (leaf) {
         float t;
         bool hit = leaf_test(r, record, q0, q1, q2, q3, w.t, leaving, t);
-        // Equal distances: the first one that is met wins.
+        // Equal distances: the lower record wins, whatever the order of the walk.
+        hit = hit && (t < w.t || TREE_ID + record < w.id);
         w.t = hit ? t : w.t;
         w.id = hit ? TREE_ID + record : w.id;
         stop = hit && any_hit;

@@ -1,4 +1,4 @@
-// Ray–triangle tests. Both report a hit only for t > 0 and closer than the given distance.
+// Ray–triangle tests. Both report a hit only for t > 0 and not beyond the given distance.
 
 #ifndef TRIANGLE_GLSL
 #define TRIANGLE_GLSL
@@ -27,6 +27,14 @@ Shear shear_of(vec3 d) {
 
 vec3 along(Shear r, vec3 v) { return r.along_x ? v.yzx : (r.along_y ? v.zxy : v); }
 
+// a·b − c·d as a compiler may contract it: the first product unrounded (tests only).
+float contracted(float a, float b, float c, float d) {
+    float p, e;
+    two_product(a, b, p, e);
+    precise float r = (p - c * d) + e;
+    return r;
+}
+
 // Barycentrics (u, v, w for v0, v1, v2; not normalised), their sum and the scaled distance. The edge functions are
 // `precise`: contracted to FMA they would no longer agree between the two triangles of an edge (3% leaks).
 // Paper's fall-back to double where one is 0 is not needed: 0 counts as inside on both sides of an edge.
@@ -43,13 +51,18 @@ bool watertight(Shear r, vec3 o, vec3 v0, vec3 v1, vec3 v2, float t_max, out flo
     precise float u = cx * by - cy * bx;
     precise float v = ax * cy - ay * cx;
     precise float w = bx * ay - by * ax;
+    if (MUTATION == MUTATE_EDGES) {
+        u = contracted(cx, by, cy, bx);
+        v = contracted(ax, cy, ay, cx);
+        w = contracted(bx, ay, by, ax);
+    }
     bool inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
     precise float det = (u + v) + w;
     precise float inverse = 1.0 / det;
     precise float z = (u * a.z + v * b.z) + w * c.z;
     t = z * r.s.z * inverse;
     barycentric = vec3(u, v, w) * inverse;
-    return inside && det != 0.0 && t > 0.0 && t < t_max;
+    return inside && det != 0.0 && t > 0.0 && t <= t_max;
 }
 
 // Möller and Trumbore, JGT 1997: the report's test. Rays aimed at a shared edge may miss both of its triangles.
@@ -65,7 +78,7 @@ bool moller_trumbore(vec3 o, vec3 d, vec3 v0, vec3 v1, vec3 v2, float t_max, out
     float w = dot(d, q) * inverse;
     t = dot(e2, q) * inverse;
     barycentric = vec3(1.0 - v - w, v, w);
-    return det != 0.0 && v >= 0.0 && w >= 0.0 && v + w <= 1.0 && t > 0.0 && t < t_max;
+    return det != 0.0 && v >= 0.0 && w >= 0.0 && v + w <= 1.0 && t > 0.0 && t <= t_max;
 }
 
 #endif

@@ -27,7 +27,7 @@ LightSample point_sample(vec3 position, vec3 intensity, vec3 from, vec3 n) {
     float r2 = dot(to, to);
     float inverse = 1.0 / sqrt(r2);
     float c = dot(n, to) * inverse;
-    if (MUTATION == 2u) c = c > 0.0 ? 1.0 : c;
+    if (MUTATION == MUTATE_COSINE) c = c > 0.0 ? 1.0 : c;
     bool lit = c > 0.0 && r2 > 0.0;
     return LightSample(position, lit ? intensity * (c * inverse * inverse) : vec3(0.0), 0.0);
 }

@@ -1,0 +1,19 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Adds synthetic samples to the film, as many as one likes: sample k of slot s is unit_float(hash(k + 2654435761·s)).
+
+#include "io.glsl"
+#include "../lib/sampler.glsl"
+#include "../lib/film.glsl"
+
+void main() {
+    uint slot = gl_GlobalInvocationID.x;
+    if (slot >= end_slot) return;
+    FilmPixel p = film_load(slot);
+    for (uint k = 0u; k < max_new_samples; ++k) {
+        float x = unit_float(hash(p.count + slot * 2654435761u));
+        film_add(p, vec3(x, 1e-3 * x, 0.1));
+    }
+    film_store(slot, p);
+    output_floats(slot, vec4(0.0));
+}

@@ -1,0 +1,54 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// The functions that sample and weigh, one at a time over arrays of arguments. Two words in, two words out;
+// check/probe/functions.rs names them.
+
+#include "io.glsl"
+#include "../lib/math.glsl"
+#include "../lib/sampler.glsl"
+#include "../lib/camera.glsl"
+#include "../lib/bsdf/diffuse.glsl"
+#include "../lib/bsdf/mirror.glsl"
+#include "../lib/bsdf/dielectric.glsl"
+
+const uint PROBE_TWO_SUM = 0u;
+const uint PROBE_TWO_PRODUCT = 1u;
+const uint PROBE_COS_SIN = 2u;
+const uint PROBE_LOG = 3u;
+const uint PROBE_BASIS = 4u;
+const uint PROBE_FILTER = 5u;
+const uint PROBE_DIFFUSE = 6u;
+const uint PROBE_FRESNEL = 7u;
+const uint PROBE_DIELECTRIC = 8u;
+const uint PROBE_SAMPLE_PAIR = 9u;
+
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i >= end_slot) return;
+    uvec4 bits = probe_in[2u * i];
+    vec4 a = input_floats(2u * i);
+    vec4 b = input_floats(2u * i + 1u);
+    vec4 x = vec4(0.0);
+    vec4 y = vec4(0.0);
+    if (PROBE == PROBE_TWO_SUM) two_sum(a.x, a.y, x.x, x.y);
+    if (PROBE == PROBE_TWO_PRODUCT) two_product(a.x, a.y, x.x, x.y);
+    if (PROBE == PROBE_COS_SIN) x.xy = cos_sin_2pi(a.x);
+    if (PROBE == PROBE_LOG) x.x = log_accurate(a.x);
+    if (PROBE == PROBE_BASIS) {
+        vec3 tangent, bitangent;
+        basis(a.xyz, tangent, bitangent);
+        x.xyz = tangent;
+        y.xyz = bitangent;
+    }
+    if (PROBE == PROBE_FILTER) x.xy = filter_offset(a.xy);
+    if (PROBE == PROBE_DIFFUSE) x.xyz = diffuse_sample(a.xyz, b.xy);
+    if (PROBE == PROBE_FRESNEL) x.x = fresnel(a.x, a.y, x.y);
+    if (PROBE == PROBE_DIELECTRIC) {
+        bool crossed;
+        x.xyz = dielectric_sample(a.xyz, b.xyz, true, a.w, b.w, crossed);
+        x.w = crossed ? 1.0 : 0.0;
+    }
+    if (PROBE == PROBE_SAMPLE_PAIR) x.xy = sample_pair(pixel_key(bits.x), bits.y, bits.z, bits.w);
+    output_floats(2u * i, x);
+    output_floats(2u * i + 1u, y);
+}

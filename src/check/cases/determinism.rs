@@ -1,0 +1,75 @@
+//! The same bits, however the work is cut up.
+
+use crate::check::lab::Rendered;
+use crate::check::scenes::room;
+use crate::check::{Case, CheckError, Lab, Measured};
+use crate::render::{Accel, RenderSettings, Scheduler};
+
+pub(super) const CASES: &[Case] = &[
+    Case {
+        name: "determinism/repeat",
+        what: "a room rendered twice",
+        oracle: "the first image",
+        quantity: "pixels whose bits differ",
+        threshold: 0.0,
+        full_only: false,
+        measure: |lab| variants(lab, &[|_| ()]),
+    },
+    Case {
+        name: "determinism/split",
+        what: "one sample a dispatch, workgroups of 8 and 96, a small loop budget, both schedulers",
+        oracle: "the image as usual",
+        quantity: "pixels whose bits differ",
+        threshold: 0.0,
+        full_only: false,
+        measure: |lab| {
+            variants(
+                lab,
+                &[
+                    |s| s.samples_per_dispatch = Some(1),
+                    |s| s.workgroup_size = Some(8),
+                    |s| s.workgroup_size = Some(96),
+                    |s| s.loop_budget = Some(700),
+                    |s| s.scheduler = Scheduler::Inline,
+                    |s| s.scheduler = Scheduler::Queue,
+                ],
+            )
+        },
+    },
+    Case {
+        name: "determinism/general",
+        what: "the pipeline with every feature compiled in",
+        oracle: "the pipeline specialised for the scene",
+        quantity: "pixels whose bits differ",
+        threshold: 0.0,
+        full_only: false,
+        measure: |lab| variants(lab, &[|s| s.general = true]),
+    },
+    Case {
+        name: "determinism/no-tree",
+        what: "every triangle tested",
+        oracle: "the tree",
+        quantity: "pixels whose bits differ",
+        threshold: 0.0,
+        full_only: false,
+        measure: |lab| variants(lab, &[|s| s.accel = Accel::None]),
+    },
+];
+
+type Change = fn(&mut RenderSettings);
+
+fn variants(lab: &Lab, changes: &[Change]) -> Result<Measured, CheckError> {
+    let scene = room();
+    let usual: Rendered = lab.render(&scene)?;
+    let mut differ = 0;
+    for change in changes {
+        let mut settings = lab.settings(&scene);
+        change(&mut settings);
+        differ += usual.differing(&lab.render_with(&scene, &settings)?);
+    }
+    let lit = usual.channel(0).iter().filter(|&&x| x > 0.0).count();
+    if lit < 500 {
+        return Ok(Measured::new(f64::INFINITY, format!("only {lit} pixels are lit")));
+    }
+    Ok(Measured::new(differ as f64, format!("{} variant(s), 1024 pixels", changes.len())))
+}

@@ -1,0 +1,38 @@
+//! The cases, by topic. The numbers of their rows in the literature of renderer tests are not kept: names are.
+
+mod determinism;
+mod energy;
+mod film;
+mod glass;
+mod light;
+mod oracle;
+mod sampling;
+mod scale;
+mod slivers;
+mod spawn;
+mod spheres;
+mod tree;
+mod triangles;
+
+use super::Case;
+
+/// All cases, in the order in which they run: what others build on comes first.
+pub fn cases() -> impl Iterator<Item = &'static Case> {
+    [
+        sampling::CASES,
+        spheres::CASES,
+        triangles::CASES,
+        slivers::CASES,
+        spawn::CASES,
+        tree::CASES,
+        glass::CASES,
+        light::CASES,
+        energy::CASES,
+        scale::CASES,
+        film::CASES,
+        determinism::CASES,
+        oracle::CASES,
+    ]
+    .into_iter()
+    .flatten()
+}

@@ -1,0 +1,129 @@
+//! Whole images against the path tracer in double precision.
+
+use crate::check::scenes::{Build, diffuse, emitter, empty, glass, icosphere, mirror, room, v};
+use crate::check::{Case, CheckError, Lab, Measured};
+use crate::oracle::{self, OracleSettings};
+use crate::render::RenderSettings;
+use crate::scene::{Normals, Scene};
+
+pub(super) const CASES: &[Case] = &[
+    Case {
+        name: "oracle/room",
+        what: "walls, mirror, glass, a box and a light, depth 6",
+        oracle: "path tracer in f64",
+        quantity: "worst deviation in standard errors, over channels, blocks of 8×8 and the mean, over what α = 1e-4 allows",
+        threshold: 1.0,
+        full_only: false,
+        measure: |lab| against_oracle(lab, &room()),
+    },
+    Case {
+        name: "oracle/nested-glass",
+        what: "glass in glass, touching glass spheres, a hollow sphere, emitters and a sky",
+        oracle: "path tracer in f64",
+        quantity: "the same",
+        threshold: 1.0,
+        full_only: false,
+        measure: |lab| against_oracle(lab, &nested_glass()),
+    },
+    Case {
+        name: "oracle/smooth-mesh",
+        what: "smooth meshes, diffuse, mirror and glass, under a sky",
+        oracle: "path tracer in f64",
+        quantity: "the same",
+        threshold: 1.0,
+        full_only: false,
+        measure: |lab| against_oracle(lab, &smooth_mesh()),
+    },
+];
+
+fn nested_glass() -> Scene {
+    let mut scene = empty();
+    scene.background = [0.25, 0.5, 0.75];
+    scene.sphere(v(-1.2, 0.0, -6.0), 1.0, glass(1.5));
+    scene.sphere(v(-1.2, 0.0, -6.0), 0.5, glass(1.2));
+    // Hollow: the inner surface's normal points to its centre.
+    scene.sphere(v(1.2, 0.8, -6.0), 1.0, glass(1.5));
+    scene.sphere(v(1.2, 0.8, -6.0), 0.75, glass(1.5));
+    if let Some(inner) = scene.spheres.last_mut() {
+        inner.inward = true;
+    }
+    // Two that touch.
+    scene.sphere(v(0.0, -1.5, -6.0), 0.5, glass(1.7));
+    scene.sphere(v(1.0, -1.5, -6.0), 0.5, glass(1.7));
+    scene.quad([v(-5.0, -2.0, -1.0), v(5.0, -2.0, -1.0), v(5.0, -2.0, -12.0), v(-5.0, -2.0, -12.0)], diffuse(0.75));
+    scene.quad([v(-2.0, 3.0, -8.0), v(2.0, 3.0, -8.0), v(2.0, 3.0, -4.0), v(-2.0, 3.0, -4.0)], emitter(4.0));
+    scene.integrator.max_depth = 10;
+    scene
+}
+
+fn smooth_mesh() -> Scene {
+    let mut scene = empty();
+    scene.background = [1.0, 0.75, 0.5];
+    scene.light(v(0.0, 4.0, -3.0), 200.0);
+    for (i, surface) in [diffuse(0.75), mirror(0.875), glass(1.5)].into_iter().enumerate() {
+        let center = v(-2.0 + 2.0 * i as f64, 0.0, -6.0);
+        let (positions, triangles) = icosphere(center, 0.9, 1);
+        let mesh = scene.mesh(&positions, &triangles, surface);
+        mesh.vertex_normals = positions.iter().map(|p| (*p - center).normalize().as_vec3().as_dvec3()).collect();
+        mesh.normals = Normals::Smooth;
+    }
+    scene.quad([v(-5.0, -1.5, -1.0), v(5.0, -1.5, -1.0), v(5.0, -1.5, -12.0), v(-5.0, -1.5, -12.0)], diffuse(0.5));
+    scene
+}
+
+/// Renders both. The device's noise comes from independent seeds, which under a stratified sampler is not the variance
+/// of its samples.
+fn against_oracle(lab: &Lab, scene: &Scene) -> Result<Measured, CheckError> {
+    let mut scene = scene.clone();
+    scene.size(32, lab.size(32, 512) as u32);
+    let seeds = 8;
+    let exact = oracle::render(&scene, &OracleSettings { samples: lab.size(96, 4096) as u32, seed: 11 });
+    let mut images = Vec::new();
+    for seed in 0..seeds {
+        let settings = RenderSettings { seed, ..lab.settings(&scene) };
+        let image = lab.render_with(&scene, &settings)?;
+        images.push([0, 1, 2].map(|c| image.channel(c)));
+    }
+    let (mut deviations, mut worst_block) = (Vec::new(), 0.0f64);
+    for c in 0..3 {
+        for block in blocks() {
+            let n = block.len() as f64;
+            let of_seed = |image: &[Vec<f64>; 3]| block.iter().map(|&i| image[c][i]).sum::<f64>() / n;
+            let means: Vec<f64> = images.iter().map(of_seed).collect();
+            let (mean, error) = crate::check::statistics::mean_and_error(&means);
+            let reference = block.iter().map(|&i| exact.mean[i][c]).sum::<f64>() / n;
+            let variance = block.iter().map(|&i| exact.variance_of_mean[i][c]).sum::<f64>() / (n * n);
+            let total = (error * error + variance).sqrt();
+            let difference = (mean - reference).abs();
+            // Where nothing varies both agree to rounding.
+            let floor = 1e-5 * reference.abs();
+            deviations.push(if difference <= floor { 0.0 } else { difference / total });
+            worst_block = worst_block.max(difference / reference.abs().max(f64::MIN_POSITIVE));
+        }
+    }
+    // Two-sided quantile of the normal distribution, one test among all; the oracle's share of the noise dominates.
+    let each = 1.0 - (1.0 - 1e-4f64).powf(1.0 / deviations.len() as f64);
+    let allowed = normal_quantile(1.0 - each / 2.0);
+    let worst = crate::check::statistics::worst(deviations.iter().copied());
+    let detail = format!(
+        "{} tests, worst {worst:.2} of {allowed:.2} standard errors, {:.1}% of a block",
+        deviations.len(),
+        100.0 * worst_block
+    );
+    Ok(Measured::new(worst / allowed, detail))
+}
+
+fn normal_quantile(p: f64) -> f64 {
+    use statrs::distribution::{ContinuousCDF, Normal};
+    Normal::standard().inverse_cdf(p)
+}
+
+/// The pixels of each 8×8 block of the 32×32 image, and of all of it.
+fn blocks() -> Vec<Vec<usize>> {
+    let mut all: Vec<Vec<usize>> = vec![(0..1024).collect()];
+    for block in 0..16 {
+        let (x, y) = (8 * (block % 4), 8 * (block / 4));
+        all.push((0..64).map(|i| (y + i / 8) * 32 + x + i % 8).collect());
+    }
+    all
+}

@@ -1,0 +1,160 @@
+//! Where cases are measured: a device, a size, and maybe a deliberate error.
+
+use std::ops::ControlFlow;
+
+use bytemuck::Pod;
+use glam::DVec3;
+
+use crate::gpu::Context;
+use crate::render::{Film, Mutation, RenderSettings, RenderStatistics, Renderer};
+use crate::scene::Scene;
+
+use super::CheckError;
+use super::probe::{
+    Function, HitRecord, Kernel, OcclusionRecord, PathInput, PathRecord, Probe, RayInput, RayProbe, Words, tables_of,
+};
+use super::scenes;
+
+/// The device under test.
+#[derive(Clone)]
+pub struct Lab {
+    pub(crate) context: Context,
+    /// Sizes of the full suite (10⁸ rays) instead of the quick ones.
+    pub full: bool,
+    /// Breaks one thing in the shaders of every case.
+    pub mutation: Option<Mutation>,
+}
+
+/// A film and what it took.
+pub(crate) struct Rendered {
+    pub film: Film,
+    pub statistics: RenderStatistics,
+}
+
+impl Rendered {
+    /// Mean over the image, per channel.
+    pub fn mean(&self) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for (pixel, &n) in self.film.sums().iter().zip(self.film.counts()) {
+            for c in 0..3 {
+                sum[c] += pixel[c] / f64::from(n);
+            }
+        }
+        sum.map(|s| s / self.film.counts().len() as f64)
+    }
+
+    /// Mean radiance of each pixel, one channel.
+    pub fn channel(&self, c: usize) -> Vec<f64> {
+        self.film.sums().iter().zip(self.film.counts()).map(|(s, &n)| s[c] / f64::from(n)).collect()
+    }
+
+    /// Pixels whose sums or counts differ.
+    pub fn differing(&self, other: &Self) -> usize {
+        let bits = |film: &Film, i: usize| (film.sums()[i].map(f64::to_bits), film.counts()[i]);
+        let pixels = self.film.counts().len();
+        if pixels != other.film.counts().len() {
+            return pixels.max(other.film.counts().len());
+        }
+        (0..pixels).filter(|&i| bits(&self.film, i) != bits(&other.film, i)).count()
+    }
+}
+
+impl Lab {
+    /// A lab on a device, for the quick sizes and without a mutation.
+    pub fn new(context: &Context) -> Self {
+        Self { context: context.clone(), full: false, mutation: None }
+    }
+
+    /// `quick`, or `full` where that is asked for.
+    pub(crate) fn size(&self, quick: usize, full: usize) -> usize {
+        if self.full { full } else { quick }
+    }
+
+    /// The scene's settings, with the lab's mutation.
+    pub(crate) fn settings(&self, scene: &Scene) -> RenderSettings {
+        RenderSettings { mutation: self.mutation, ..RenderSettings::of(scene) }
+    }
+
+    /// Renders with the scene's settings.
+    pub(crate) fn render(&self, scene: &Scene) -> Result<Rendered, CheckError> {
+        self.render_with(scene, &self.settings(scene))
+    }
+
+    /// Renders.
+    pub(crate) fn render_with(&self, scene: &Scene, settings: &RenderSettings) -> Result<Rendered, CheckError> {
+        let mut renderer = Renderer::new(&self.context, scene, settings)?;
+        let film = renderer.render(|_| ControlFlow::Continue(()))?;
+        Ok(Rendered { film, statistics: renderer.statistics().clone() })
+    }
+
+    /// Closest hits in a scene.
+    pub(crate) fn closest(&self, scene: &Scene) -> Result<RayProbe<RayInput, HitRecord>, CheckError> {
+        RayProbe::closest(&self.context, scene, &self.settings(scene))
+    }
+
+    /// Closest hits with other settings.
+    pub(crate) fn closest_with(
+        &self,
+        scene: &Scene,
+        settings: &RenderSettings,
+    ) -> Result<RayProbe<RayInput, HitRecord>, CheckError> {
+        RayProbe::closest(&self.context, scene, settings)
+    }
+
+    /// Occlusion in a scene.
+    pub(crate) fn occluded(&self, scene: &Scene) -> Result<RayProbe<RayInput, OcclusionRecord>, CheckError> {
+        RayProbe::occluded(&self.context, scene, &self.settings(scene))
+    }
+
+    /// Single scattering events in a scene.
+    pub(crate) fn scatter(&self, scene: &Scene) -> Result<RayProbe<PathInput, PathRecord>, CheckError> {
+        RayProbe::scatter(&self.context, scene, &self.settings(scene))
+    }
+
+    /// Follows paths to their ends, and returns the radiance that each brings back.
+    pub(crate) fn radiance(&self, scene: &Scene, paths: &[PathInput]) -> Result<Vec<DVec3>, CheckError> {
+        let mut probe = self.scatter(scene)?;
+        let mut radiance = vec![DVec3::ZERO; paths.len()];
+        let mut alive: Vec<(usize, PathInput)> = paths.iter().copied().enumerate().collect();
+        while !alive.is_empty() {
+            let inputs: Vec<_> = alive.iter().map(|p| p.1).collect();
+            let records = probe.run(&inputs)?;
+            let mut next = Vec::with_capacity(alive.len());
+            for ((index, path), record) in alive.iter().zip(&records) {
+                radiance[*index] += DVec3::from(record.radiance.map(f64::from));
+                if record.alive != 0 {
+                    next.push((*index, record.next(path)));
+                }
+            }
+            alive = next;
+        }
+        Ok(radiance)
+    }
+
+    /// Runs a function of the shader library.
+    pub(crate) fn function(&self, function: Function, inputs: &[Words]) -> Result<Vec<Words>, CheckError> {
+        self.function_in(&scenes::room(), function, inputs)
+    }
+
+    /// The same, specialised for the film and the sampler of `scene`.
+    pub(crate) fn function_in(
+        &self,
+        scene: &Scene,
+        function: Function,
+        inputs: &[Words],
+    ) -> Result<Vec<Words>, CheckError> {
+        self.kernel(scene, function.kernel(), 1)?.run(inputs)
+    }
+
+    /// A kernel that needs no particular scene.
+    pub(crate) fn kernel<I: Pod, O: Pod>(
+        &self,
+        scene: &Scene,
+        kernel: Kernel,
+        film_slots: usize,
+    ) -> Result<Probe<I, O>, CheckError> {
+        let settings = self.settings(scene);
+        let (_, tables) = tables_of(scene, &settings);
+        Probe::new(&self.context, kernel, scene, &tables, &settings, film_slots)
+    }
+}

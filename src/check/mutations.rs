@@ -1,0 +1,23 @@
+//! Which cases notice which deliberate error.
+
+use crate::render::Mutation;
+
+/// Cases of which each must fail under the mutation.
+pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
+    match mutation {
+        Mutation::Albedo => &["energy/sphere-centre", "energy/sphere-1000-bounces", "energy/convex-body"],
+        Mutation::Cosine => &["light/closed-form"],
+        Mutation::SwappedIor => &["glass/slab-shift", "glass/total-reflection"],
+        Mutation::FixedTmin => &["triangles/close-corner"],
+        Mutation::TruncatedSampler => &["sampling/stratified"],
+        Mutation::ContractedEdges => &["triangles/edges"],
+        Mutation::NoOffset => &["triangles/spawn-flat"],
+        Mutation::NoSkip => &["triangles/spawn-own"],
+        Mutation::NoSlabMargin => &["tree/brute-force"],
+        Mutation::TextbookSphere => &["spheres/walls", "spheres/far-small"],
+        Mutation::PlainSum => &["film/long-sum"],
+        Mutation::UnguardedRays => &["tree/non-finite-steps"],
+        Mutation::NonFiniteSamples => &["scale/overflow"],
+        Mutation::ThinBoxes => &["tree/axis-aligned"],
+    }
+}

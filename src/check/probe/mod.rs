@@ -1,0 +1,207 @@
+//! Kernels that run one function of the shader library over arrays of inputs (shaders/probe), for comparison with
+//! double precision on the host. They are compiled from the same files as the path tracer.
+
+mod functions;
+mod rays;
+
+use std::marker::PhantomData;
+
+use bytemuck::{AnyBitPattern, NoUninit, Zeroable};
+
+use crate::gpu::{Access, Binding, BindingSet, Buffer, Context, Pipeline, Timeline, Usage};
+use crate::render::layout::{Counters, FilmSlot, Push, binding, constant};
+use crate::render::space::RenderSpace;
+use crate::render::tables::Tables;
+use crate::render::{Features, RenderSettings, sobol};
+use crate::scene::Scene;
+
+use super::CheckError;
+
+pub(crate) use functions::{Function, Operations, Words};
+pub(crate) use rays::{HitRecord, INSIDE, OcclusionRecord, PathInput, PathRecord, RayInput, RayProbe};
+
+/// Inputs of one dispatch.
+const BATCH: usize = 1 << 18;
+/// Loop iterations that an invocation may spend: beyond all that a probe needs, it makes the shader count them.
+const COUNTED: u32 = 1 << 20;
+
+const INPUT: u32 = 8;
+const OUTPUT: u32 = 9;
+const PROBE: u32 = 240;
+
+/// A kernel of shaders/probe with the choice of its function.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Kernel {
+    pub name: &'static str,
+    pub spirv: &'static [u8],
+    pub function: u32,
+}
+
+/// A kernel ready to run over inputs `I`, each giving an `O`. Both are whole 16-byte words.
+pub(crate) struct Probe<I, O> {
+    timeline: Timeline,
+    pipeline: Pipeline,
+    set: BindingSet,
+    input: Buffer,
+    upload: Buffer,
+    output: Buffer,
+    readback: Buffer,
+    film: Buffer,
+    _tables: Vec<Buffer>,
+    push: Push,
+    workgroup: u32,
+    records: PhantomData<(I, O)>,
+}
+
+impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
+    /// Specialises the kernel for `scene`, whose tables it sees, and `settings`.
+    pub fn new(
+        context: &Context,
+        kernel: Kernel,
+        scene: &Scene,
+        tables: &Tables,
+        settings: &RenderSettings,
+        film_slots: usize,
+    ) -> Result<Self, CheckError> {
+        let device = &context.0;
+        let features = Features::of(scene, settings);
+        let table = sobol::table(features.sobol_levels);
+        let float4 = ash::vk::Format::R32G32B32A32_SFLOAT;
+        let uint4 = ash::vk::Format::R32G32B32A32_UINT;
+        let sources: [(&str, u32, ash::vk::Format, &[u8]); 4] = [
+            ("tree", binding::TREE, float4, bytemuck::cast_slice(&tables.records)),
+            ("shapes", binding::SHAPES, float4, bytemuck::cast_slice(&tables.shapes)),
+            ("sobol", binding::SOBOL, uint4, bytemuck::cast_slice(&table)),
+            ("lights", binding::LIGHTS, float4, bytemuck::cast_slice(&tables.lights.texels)),
+        ];
+        let storage = |name, bytes: usize| Buffer::new(device, name, bytes as u64, Usage::Storage);
+        let input = storage("probe input", BATCH * size_of::<I>())?;
+        let output = storage("probe output", BATCH * size_of::<O>())?;
+        let film = storage("film", film_slots.max(1) * size_of::<FilmSlot>())?;
+        let counters = storage("counters", size_of::<Counters>())?;
+        let mut buffers = Vec::new();
+        for (name, _, format, bytes) in &sources {
+            buffers.push(Buffer::new(device, name, bytes.len() as u64, Usage::Texel(*format))?);
+        }
+        let mut bindings: Vec<_> =
+            sources.iter().zip(&buffers).map(|(s, buffer)| Binding { number: s.1, buffer }).collect();
+        bindings.extend([
+            Binding { number: binding::FILM, buffer: &film },
+            Binding { number: binding::COUNTERS, buffer: &counters },
+            Binding { number: INPUT, buffer: &input },
+            Binding { number: OUTPUT, buffer: &output },
+        ]);
+        let set = BindingSet::new(device, &bindings, size_of::<Push>() as u32)?;
+        let workgroup = 64;
+        // Probes report the steps of their walks.
+        let counting = RenderSettings { count_steps: true, ..settings.clone() };
+        let mut specialization = tables.specialization(&features, &counting);
+        specialization
+            .uint(constant::WORKGROUP, workgroup)
+            .uint(constant::LOOP_BUDGET, COUNTED)
+            .uint(PROBE, kernel.function);
+        let words: Vec<u32> = kernel.spirv.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
+        let pipeline = Pipeline::new(device, kernel.name, &words, &specialization, &set)?;
+        let mut timeline = Timeline::new(device, 1)?;
+        let mut staging = Vec::new();
+        for (name, _, _, bytes) in &sources {
+            let mut buffer = Buffer::new(device, name, bytes.len() as u64, Usage::Upload)?;
+            write(&mut buffer, bytes)?;
+            staging.push(buffer);
+        }
+        let ticket = timeline.submit(|r| {
+            for (from, to) in staging.iter().zip(&buffers) {
+                r.copy(from, 0, to, 0, to.bytes);
+            }
+            r.clear(&film);
+            r.clear(&counters);
+            r.barrier(Access::Transfer, Access::Compute);
+        })?;
+        timeline.wait(&ticket)?;
+        buffers.push(counters);
+        let push = Push { width: 64, height: 64, seed: settings.seed, ..Push::zeroed() };
+        Ok(Self {
+            timeline,
+            pipeline,
+            set,
+            upload: Buffer::new(device, "probe upload", input.bytes, Usage::Upload)?,
+            readback: Buffer::new(device, "probe readback", output.bytes.max(film.bytes), Usage::Readback)?,
+            input,
+            output,
+            film,
+            _tables: buffers,
+            push,
+            workgroup,
+            records: PhantomData,
+        })
+    }
+
+    /// Runs the function over all inputs, in batches.
+    pub fn run(&mut self, inputs: &[I]) -> Result<Vec<O>, CheckError> {
+        let mut outputs = Vec::with_capacity(inputs.len());
+        for batch in inputs.chunks(BATCH) {
+            write(&mut self.upload, bytemuck::cast_slice(batch))?;
+            let push = Push { end_slot: batch.len() as u32, ..self.push };
+            let groups = (batch.len() as u32).div_ceil(self.workgroup);
+            let (bytes_in, bytes_out) = (size_of_val(batch), batch.len() * size_of::<O>());
+            let (pipeline, set) = (&self.pipeline, &self.set);
+            let (input, upload, output, readback) = (&self.input, &self.upload, &self.output, &self.readback);
+            let ticket = self.timeline.submit(|r| {
+                r.copy(upload, 0, input, 0, bytes_in as u64);
+                r.barrier(Access::Transfer, Access::Compute);
+                r.dispatch(pipeline, set, bytemuck::bytes_of(&push), [groups, 1, 1]);
+                r.barrier(Access::Compute, Access::Transfer);
+                r.copy(output, 0, readback, 0, bytes_out as u64);
+                r.barrier(Access::Transfer, Access::Host);
+            })?;
+            self.timeline.wait(&ticket)?;
+            let bytes = self.readback.mapped().ok_or(CheckError::Unmapped)?;
+            outputs.extend(bytes[..bytes_out].chunks_exact(size_of::<O>()).map(bytemuck::pod_read_unaligned::<O>));
+        }
+        Ok(outputs)
+    }
+
+    /// Runs `dispatches` times over `slots` of the film, `samples` new ones a slot each time, and reads the film.
+    pub fn accumulate(&mut self, slots: u32, samples: u32, dispatches: u32) -> Result<Vec<FilmSlot>, CheckError> {
+        let push = Push { end_slot: slots, max_new_samples: samples, ..self.push };
+        let groups = slots.div_ceil(self.workgroup);
+        // A few dispatches a submission: bounded, without a wait each.
+        const TOGETHER: u32 = 16;
+        let mut left = dispatches;
+        while left > 0 {
+            let now = left.min(TOGETHER);
+            let (pipeline, set) = (&self.pipeline, &self.set);
+            let ticket = self.timeline.submit(|r| {
+                for _ in 0..now {
+                    r.dispatch(pipeline, set, bytemuck::bytes_of(&push), [groups, 1, 1]);
+                    r.barrier(Access::Compute, Access::Compute);
+                }
+            })?;
+            self.timeline.wait(&ticket)?;
+            left -= now;
+        }
+        let (film, readback) = (&self.film, &self.readback);
+        let ticket = self.timeline.submit(|r| {
+            r.barrier(Access::Compute, Access::Transfer);
+            r.copy(film, 0, readback, 0, film.bytes);
+            r.barrier(Access::Transfer, Access::Host);
+        })?;
+        self.timeline.wait(&ticket)?;
+        let bytes = self.readback.mapped().ok_or(CheckError::Unmapped)?;
+        let bytes = &bytes[..slots as usize * size_of::<FilmSlot>()];
+        Ok(bytes.chunks_exact(size_of::<FilmSlot>()).map(bytemuck::pod_read_unaligned).collect())
+    }
+}
+
+fn write(buffer: &mut Buffer, bytes: &[u8]) -> Result<(), CheckError> {
+    let target = buffer.mapped_mut().ok_or(CheckError::Unmapped)?;
+    target[..bytes.len()].copy_from_slice(bytes);
+    Ok(())
+}
+
+/// Tables of a scene for a probe.
+pub(crate) fn tables_of(scene: &Scene, settings: &RenderSettings) -> (RenderSpace, Tables) {
+    let space = RenderSpace::of(scene);
+    let tables = Tables::of(scene, &space, settings);
+    (space, tables)
+}

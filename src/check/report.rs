@@ -1,0 +1,134 @@
+//! What a run of the suite found, as data.
+
+use serde::{Deserialize, Serialize};
+
+use super::Fact;
+
+/// Schema of the JSON form of [`Report`].
+pub const SCHEMA: &str = "photolith-check-1";
+
+/// What became of a case.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Measured, and within the threshold.
+    Pass,
+    /// Measured, and beyond the threshold.
+    Fail,
+    /// Beyond the threshold, as declared for this driver.
+    ExpectedFail,
+    /// Declared to fail on this driver, but it passes: the declaration is out of date.
+    UnexpectedPass,
+    /// Could not be measured.
+    Error,
+    /// A validation layer reported something meanwhile.
+    Validation,
+    /// Took longer than allowed.
+    Timeout,
+    /// The device was lost.
+    DeviceLost,
+    /// Not begun, because the device was lost or hangs.
+    NotRun,
+}
+
+impl Verdict {
+    /// Whether the suite may pass with it.
+    pub fn is_good(self) -> bool {
+        matches!(self, Self::Pass | Self::ExpectedFail)
+    }
+
+    /// One or two words.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::Fail => "FAIL",
+            Self::ExpectedFail => "expected",
+            Self::UnexpectedPass => "PASSES",
+            Self::Error => "ERROR",
+            Self::Validation => "VALIDATION",
+            Self::Timeout => "TIMEOUT",
+            Self::DeviceLost => "DEVICE LOST",
+            Self::NotRun => "not run",
+        }
+    }
+}
+
+/// A case on a device.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CaseReport {
+    /// [`Case::name`](super::Case::name).
+    pub name: String,
+    /// What was done.
+    pub what: String,
+    /// What it was compared with.
+    pub oracle: String,
+    /// What the number is.
+    pub quantity: String,
+    /// The largest that passes.
+    pub threshold: f64,
+    /// The number; `None` if there is none, or it is not finite.
+    pub measured: Option<f64>,
+    /// Sizes and circumstances.
+    pub detail: String,
+    /// Time it took.
+    pub seconds: f64,
+    /// What became of it.
+    pub verdict: Verdict,
+    /// Why, where it is not a plain pass.
+    pub message: Option<String>,
+}
+
+/// The suite on one device.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DeviceReport {
+    /// Name of the device.
+    pub device: String,
+    /// Driver and its version.
+    pub driver: String,
+    /// Discrete, integrated, virtual or CPU.
+    pub kind: String,
+    /// Vulkan version.
+    pub api_version: String,
+    /// The host's processor: CPU drivers give other bits on other ones.
+    pub host_cpu: String,
+    /// Full sizes, else the quick ones.
+    pub full: bool,
+    /// Validation layers were on.
+    pub validation: bool,
+    /// What the driver's arithmetic does.
+    pub facts: Vec<Fact>,
+    /// All cases that were selected.
+    pub cases: Vec<CaseReport>,
+    /// Seconds in all.
+    pub seconds: f64,
+}
+
+impl DeviceReport {
+    /// Whether every case is good.
+    pub fn passes(&self) -> bool {
+        self.cases.iter().all(|c| c.verdict.is_good())
+    }
+
+    /// Number of cases with a verdict.
+    pub fn count(&self, verdict: Verdict) -> usize {
+        self.cases.iter().filter(|c| c.verdict == verdict).count()
+    }
+}
+
+/// The suite on one or more devices.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// [`SCHEMA`].
+    pub schema: String,
+    /// Version of photolith.
+    pub version: String,
+    /// One for each device.
+    pub devices: Vec<DeviceReport>,
+}
+
+impl Report {
+    /// A report of this version.
+    pub fn new(devices: Vec<DeviceReport>) -> Self {
+        Self { schema: SCHEMA.to_owned(), version: env!("CARGO_PKG_VERSION").to_owned(), devices }
+    }
+}

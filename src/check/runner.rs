@@ -1,0 +1,187 @@
+//! Runs cases one after the other, each on a thread of its own that may be given up.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::mpsc;
+use std::time::{Duration, Instant};
+
+use crate::gpu::{Buffer, Context, GpuError, Timeline, Usage, Validation};
+use crate::render::Mutation;
+
+use super::expectations::Expectations;
+use super::report::{CaseReport, DeviceReport, Verdict};
+use super::{Case, CheckError, Lab, Measured, cases, facts};
+
+/// How to run the suite.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunOptions {
+    /// Full sizes.
+    pub full: bool,
+    /// Only cases whose name contains one of these; all if empty.
+    pub filter: Vec<String>,
+    /// How long a case may take.
+    pub timeout: Duration,
+    /// Break one thing, to see which cases notice.
+    pub mutation: Option<Mutation>,
+}
+
+impl Default for RunOptions {
+    fn default() -> Self {
+        Self { full: false, filter: Vec::new(), timeout: Duration::from_secs(120), mutation: None }
+    }
+}
+
+impl RunOptions {
+    /// The cases that are to run.
+    pub fn selected(&self) -> Vec<&'static Case> {
+        let wanted = |name: &str| self.filter.is_empty() || self.filter.iter().any(|f| name.contains(f.as_str()));
+        cases().filter(|c| wanted(c.name) && (self.full || !c.full_only)).collect()
+    }
+}
+
+/// Runs the selected cases on a device. `on_case` is told of each when it is over.
+///
+/// A lost device, or a case that does not end, ends the run: the cases after it are reported as not run.
+///
+/// # Errors
+/// The facts of the driver's arithmetic cannot be probed. What goes wrong in a case is in its report.
+pub fn run(
+    context: &Context,
+    options: &RunOptions,
+    expectations: &Expectations,
+    mut on_case: impl FnMut(&CaseReport),
+) -> Result<DeviceReport, CheckError> {
+    let start = Instant::now();
+    let lab = Lab { context: context.clone(), full: options.full, mutation: options.mutation };
+    let facts = facts(&lab)?;
+    let mut reports = Vec::new();
+    let mut usable = true;
+    for case in options.selected() {
+        let report =
+            if usable { run_case(case, &lab, options, expectations) } else { report_of(case, Verdict::NotRun) };
+        usable = usable && !matches!(report.verdict, Verdict::DeviceLost | Verdict::Timeout);
+        on_case(&report);
+        reports.push(report);
+    }
+    let info = context.info();
+    Ok(DeviceReport {
+        device: info.name.clone(),
+        driver: info.driver.clone(),
+        kind: info.kind.to_string(),
+        api_version: info.api_version.clone(),
+        host_cpu: host_cpu(),
+        full: options.full,
+        validation: context.validation() != Validation::Off,
+        facts,
+        cases: reports,
+        seconds: start.elapsed().as_secs_f64(),
+    })
+}
+
+fn report_of(case: &Case, verdict: Verdict) -> CaseReport {
+    CaseReport {
+        name: case.name.to_owned(),
+        what: case.what.to_owned(),
+        oracle: case.oracle.to_owned(),
+        quantity: case.quantity.to_owned(),
+        threshold: case.threshold,
+        measured: None,
+        detail: String::new(),
+        seconds: 0.0,
+        verdict,
+        message: None,
+    }
+}
+
+fn run_case(case: &'static Case, lab: &Lab, options: &RunOptions, expectations: &Expectations) -> CaseReport {
+    let start = Instant::now();
+    let messages = lab.context.messages();
+    let _ = messages.take();
+    let result = with_timeout(case, lab, options.timeout);
+    let mut report = report_of(case, Verdict::Error);
+    report.seconds = start.elapsed().as_secs_f64();
+    let heard = messages.take();
+    match result {
+        Ok(measured) => {
+            report.verdict = if case.passes(&measured) { Verdict::Pass } else { Verdict::Fail };
+            report.measured = Some(measured.value).filter(|v| v.is_finite());
+            report.detail = measured.detail;
+            if !measured.value.is_finite() {
+                report.message = Some(format!("measured {}: {}", measured.value, report.detail));
+            }
+        }
+        Err(error) => {
+            report.verdict = match error.gpu() {
+                Some(GpuError::DeviceLost(_)) => Verdict::DeviceLost,
+                Some(GpuError::Timeout { .. }) => Verdict::Timeout,
+                _ => Verdict::Error,
+            };
+            report.message = Some(error.to_string());
+        }
+    }
+    if let Some(declared) = expectations.of(&lab.context.info().driver, case.name) {
+        match report.verdict {
+            Verdict::Fail => (report.verdict, report.message) = (Verdict::ExpectedFail, Some(declared.reason.clone())),
+            Verdict::Pass => {
+                report.verdict = Verdict::UnexpectedPass;
+                report.message = Some(format!("passes, but is declared to fail: {}", declared.reason));
+            }
+            _ => {}
+        }
+    }
+    // Whatever was measured: a message is a failure, and no declaration excuses it.
+    if let (Some(first), true) = (heard.first(), !matches!(report.verdict, Verdict::DeviceLost | Verdict::Timeout)) {
+        report.verdict = Verdict::Validation;
+        report.message = Some(format!("{} validation message(s); the first: {first}", heard.len()));
+    }
+    report
+}
+
+/// Runs on another thread. A case that takes too long keeps its thread, which ends with the process.
+fn with_timeout(case: &'static Case, lab: &Lab, timeout: Duration) -> Result<Measured, CheckError> {
+    let (sender, receiver) = mpsc::channel();
+    let lab = lab.clone();
+    let body = move || {
+        // A lab is only read; what a panic leaves behind is dropped with it.
+        let result = catch_unwind(AssertUnwindSafe(|| case.measure(&lab)));
+        // Nobody listens any more after a timeout.
+        let _ = sender.send(result.unwrap_or_else(|panic| Err(CheckError::Panic(panic_text(panic.as_ref())))));
+    };
+    std::thread::Builder::new().name(case.name.to_owned()).spawn(body).map_err(CheckError::Thread)?;
+    receiver
+        .recv_timeout(timeout)
+        .unwrap_or_else(|_| Err(GpuError::Timeout { what: "a case", seconds: timeout.as_secs() }.into()))
+}
+
+fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().copied().or_else(|| panic.downcast_ref::<String>().map(String::as_str));
+    text.unwrap_or("without a message").to_owned()
+}
+
+fn host_cpu() -> String {
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = info.lines().find(|l| l.starts_with("model name")).and_then(|l| l.split_once(':'));
+    model.map_or_else(|| std::env::consts::ARCH.to_owned(), |(_, name)| name.trim().to_owned())
+}
+
+/// Breaks a rule of Vulkan on purpose: fills a buffer that is no destination of copies (core validation), and fills
+/// another twice without a barrier (synchronization validation). Returns the messages that this gave and removes
+/// them: none means that validation is deaf.
+///
+/// # Errors
+/// A Vulkan call fails.
+pub fn provoke_validation(context: &Context) -> Result<Vec<String>, GpuError> {
+    let device = &context.0;
+    let before = context.messages().take();
+    let source = Buffer::new(device, "deliberate violation", 1024, Usage::Upload)?;
+    let target = Buffer::new(device, "deliberate hazard", 1024, Usage::Storage)?;
+    let mut timeline = Timeline::new(device, 1)?;
+    let ticket = timeline.submit(|r| {
+        r.clear(&source);
+        r.clear(&target);
+        r.clear(&target);
+    })?;
+    timeline.wait(&ticket)?;
+    let heard = context.messages().take();
+    context.messages().put_back(before);
+    Ok(heard)
+}

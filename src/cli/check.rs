@@ -1,0 +1,195 @@
+//! `photolith check`: the accuracy suite on a Vulkan device, for people and for CI.
+
+use std::io::{IsTerminal, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use anyhow::{Context as _, anyhow, bail};
+use clap::Args;
+use photolith::check::{
+    DeviceReport, Expectations, Report, RunOptions, SCHEMA, Verdict, junit, markdown, provoke_validation,
+    run as run_suite,
+};
+use photolith::{Context, ContextOptions, Validation};
+
+use super::exit;
+use super::options::{DeviceOptions, ValidateArg};
+
+mod table;
+
+/// Measure the accuracy of this renderer on a Vulkan device, case by case against oracles
+///
+/// Exits with 0 when every case passes, 1 when one fails (or passes although it is declared to fail), 3 without a
+/// device, 4 on a validation message, 5 when the device is lost, 6 when a case takes too long.
+#[derive(Args)]
+pub struct CheckArgs {
+    #[command(flatten)]
+    device: DeviceOptions,
+
+    /// Run on every device that can be used
+    #[arg(long, conflicts_with = "device")]
+    all_devices: bool,
+
+    /// Full sizes: 10⁸ rays where the quick size takes less, 10⁹ samples, 10⁷ triangles
+    #[arg(long)]
+    full: bool,
+
+    /// Run only cases whose name contains TEXT (may be given more than once)
+    #[arg(long, value_name = "TEXT")]
+    filter: Vec<String>,
+
+    /// List the cases and run none
+    #[arg(long)]
+    list: bool,
+
+    /// Print one line of JSON (schema photolith-check-1) instead of the table
+    #[arg(long)]
+    json: bool,
+
+    /// Write a JUnit XML report
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
+
+    /// Write the measured table as Markdown
+    #[arg(long, value_name = "FILE")]
+    markdown: Option<PathBuf>,
+
+    /// JSON of an earlier run, say with another driver, to stand beside this one in the Markdown table (may be given
+    /// more than once)
+    #[arg(long, value_name = "FILE", requires = "markdown")]
+    with: Vec<PathBuf>,
+
+    /// Known failures of drivers (TOML: [[expected]] driver, case, reason)
+    #[arg(long, value_name = "FILE")]
+    expectations: Option<PathBuf>,
+
+    /// How long a case may take; default 120, or 1800 with --full
+    #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..))]
+    timeout: Option<u64>,
+}
+
+/// Runs the suite; the exit code says how it went.
+pub fn run(args: &CheckArgs) -> anyhow::Result<ExitCode> {
+    let options = RunOptions {
+        full: args.full,
+        filter: args.filter.clone(),
+        timeout: Duration::from_secs(args.timeout.unwrap_or(if args.full { 1800 } else { 120 })),
+        mutation: None,
+    };
+    if options.selected().is_empty() {
+        bail!("no case matches {}; `photolith check --list` names them", args.filter.join(", "));
+    }
+    if args.list {
+        return list(&options, args.json);
+    }
+    let expectations = match &args.expectations {
+        Some(path) => Expectations::load(path)?,
+        None => Expectations::default(),
+    };
+    let earlier = args.with.iter().map(read_report).collect::<anyhow::Result<Vec<_>>>()?;
+
+    let mut devices = Vec::new();
+    for wanted in wanted_devices(args)? {
+        devices.push(check_device(wanted, args, &options, &expectations)?);
+    }
+    let report = Report::new(devices);
+    if args.json {
+        println!("{}", serde_json::to_string(&report)?);
+    }
+    if let Some(path) = &args.junit {
+        write(path, &junit(&report))?;
+    }
+    if let Some(path) = &args.markdown {
+        let all: Vec<Report> = earlier.into_iter().chain([report.clone()]).collect();
+        write(path, &markdown(&all))?;
+    }
+    Ok(ExitCode::from(code(&report)))
+}
+
+/// Devices to open, by index or as the user named them.
+fn wanted_devices(args: &CheckArgs) -> anyhow::Result<Vec<Option<String>>> {
+    if !args.all_devices {
+        return Ok(vec![args.device.device.clone()]);
+    }
+    let (devices, choice) = Context::devices(None)?;
+    // None that can be used is an error, and it says why.
+    choice?;
+    let (usable, unusable): (Vec<_>, Vec<_>) = devices.into_iter().partition(|d| d.missing.is_empty());
+    for device in unusable {
+        log::warn!("device {} ({}) is left out: it lacks {}", device.index, device.name, device.missing.join(", "));
+    }
+    Ok(usable.into_iter().map(|d| Some(d.index.to_string())).collect())
+}
+
+fn check_device(
+    device: Option<String>,
+    args: &CheckArgs,
+    options: &RunOptions,
+    expectations: &Expectations,
+) -> anyhow::Result<DeviceReport> {
+    let validation = match args.device.validate {
+        None => Validation::Off,
+        Some(ValidateArg::Core) => Validation::Core,
+        Some(ValidateArg::Sync) => Validation::Synchronization,
+    };
+    let context = Context::new(&ContextOptions { device, validation })?;
+    if validation != Validation::Off && provoke_validation(&context)?.is_empty() {
+        // Silence would prove nothing.
+        return Err(anyhow!("the validation layer did not report a deliberate violation")).context(exit::Deaf);
+    }
+    let mut table = table::Table::new(args.json, std::io::stdout().is_terminal());
+    table.device(&context, options.selected().len());
+    let report = run_suite(&context, options, expectations, |case| table.case(case))?;
+    table.end(&report);
+    Ok(report)
+}
+
+fn list(options: &RunOptions, json: bool) -> anyhow::Result<ExitCode> {
+    let mut out = std::io::stdout().lock();
+    for case in options.selected() {
+        if json {
+            let line = serde_json::json!({
+                "name": case.name, "what": case.what, "oracle": case.oracle, "quantity": case.quantity,
+                "threshold": case.threshold, "full_only": case.full_only,
+            });
+            writeln!(out, "{line}")?;
+        } else {
+            writeln!(
+                out,
+                "{:<28} {}; {}: {} at most {:e}",
+                case.name, case.what, case.oracle, case.quantity, case.threshold
+            )?;
+        }
+    }
+    Ok(ExitCode::from(exit::OK))
+}
+
+fn read_report(path: &PathBuf) -> anyhow::Result<Report> {
+    let text = std::fs::read_to_string(path).with_context(|| format!("{}", path.display()))?;
+    let report: Report = serde_json::from_str(&text).with_context(|| format!("{}: not a report", path.display()))?;
+    if report.schema != SCHEMA {
+        bail!("{}: schema {}, expected {SCHEMA}", path.display(), report.schema);
+    }
+    Ok(report)
+}
+
+fn write(path: &PathBuf, text: &str) -> anyhow::Result<()> {
+    std::fs::write(path, text).with_context(|| format!("{}", path.display()))
+}
+
+/// The gravest finding decides.
+fn code(report: &Report) -> u8 {
+    let any = |verdict| report.devices.iter().any(|d| d.count(verdict) > 0);
+    if any(Verdict::DeviceLost) {
+        exit::DEVICE_LOST
+    } else if any(Verdict::Timeout) {
+        exit::TIMEOUT
+    } else if any(Verdict::Validation) {
+        exit::VALIDATION
+    } else if report.devices.iter().all(DeviceReport::passes) {
+        exit::OK
+    } else {
+        exit::WRONG_IMAGE
+    }
+}

@@ -1,0 +1,79 @@
+//! The suite's progress and result for people: on stdout, or on stderr where stdout carries JSON.
+
+use std::io::Write;
+
+use photolith::Context;
+use photolith::check::{CaseReport, DeviceReport, Verdict};
+
+/// Prints as cases end.
+pub struct Table {
+    out: Box<dyn Write>,
+    color: bool,
+}
+
+impl Table {
+    /// `json`: stdout is taken.
+    pub fn new(json: bool, terminal: bool) -> Self {
+        let out: Box<dyn Write> = if json { Box::new(std::io::stderr()) } else { Box::new(std::io::stdout()) };
+        let color = terminal && !json && std::env::var_os("NO_COLOR").is_none();
+        Self { out, color }
+    }
+
+    /// A device is about to be checked.
+    pub fn device(&mut self, context: &Context, cases: usize) {
+        let info = context.info();
+        self.line(&format!("{} [{}], {}: {cases} cases", info.name, info.driver, context.choice()));
+        self.line(&format!("{:<28} {:>10} {:>10}  {:<12} {:>6}  ", "case", "measured", "allowed", "verdict", "s"));
+    }
+
+    /// A case is over.
+    pub fn case(&mut self, case: &CaseReport) {
+        let measured = case.measured.map_or("-".to_owned(), short);
+        let word = format!("{:<12}", case.verdict.word());
+        let word = match (self.color, case.verdict) {
+            (true, Verdict::Pass) => format!("\x1b[32m{word}\x1b[0m"),
+            (true, Verdict::ExpectedFail | Verdict::NotRun) => format!("\x1b[33m{word}\x1b[0m"),
+            (true, _) => format!("\x1b[31m{word}\x1b[0m"),
+            (false, _) => word,
+        };
+        let remark = case.message.as_deref().unwrap_or(&case.detail);
+        self.line(&format!(
+            "{:<28} {measured:>10} {:>10}  {word} {:>6.1}  {remark}",
+            case.name,
+            short(case.threshold),
+            case.seconds
+        ));
+    }
+
+    /// All cases are over.
+    pub fn end(&mut self, report: &DeviceReport) {
+        self.line("");
+        for fact in &report.facts {
+            self.line(&format!("{:<48} {}", fact.name, fact.value));
+        }
+        self.line("");
+        let bad = report.cases.iter().filter(|c| !c.verdict.is_good()).count();
+        let expected = report.count(Verdict::ExpectedFail);
+        let declared = if expected > 0 { format!(", {expected} failed as declared") } else { String::new() };
+        self.line(&format!(
+            "{} of {} cases pass{declared}{} in {:.1} s",
+            report.count(Verdict::Pass),
+            report.cases.len(),
+            if bad > 0 { format!(", {bad} do not") } else { String::new() },
+            report.seconds
+        ));
+    }
+
+    fn line(&mut self, text: &str) {
+        // A closed pipe is no reason to stop measuring.
+        let _ = writeln!(self.out, "{}", text.trim_end());
+    }
+}
+
+fn short(x: f64) -> String {
+    match x {
+        0.0 => "0".to_owned(),
+        x if x.abs() >= 0.01 && x.abs() < 1e5 => format!("{}", (x * 1000.0).round() / 1000.0),
+        x => format!("{x:.1e}"),
+    }
+}

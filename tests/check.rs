@@ -1,0 +1,158 @@
+//! The accuracy suite tested: it passes on the device at hand, and it has teeth.
+//!
+//! Every run has validation layers on; a message makes the case that caused it fail.
+
+use std::sync::OnceLock;
+use std::time::Duration;
+
+use photolith::check::{
+    CheckError, DeviceReport, Expectations, ExpectationsError, Lab, Report, RunOptions, Verdict, cases, held_by, junit,
+    markdown, provoke_validation, run,
+};
+use photolith::render::Mutation;
+use photolith::{Context, ContextOptions, Validation};
+
+fn context() -> Context {
+    static SHARED: OnceLock<Context> = OnceLock::new();
+    let open = || Context::new(&ContextOptions { validation: Validation::Core, ..ContextOptions::default() }).unwrap();
+    SHARED.get_or_init(open).clone()
+}
+
+/// One at a time: the validation messages of a context are told apart by when they come.
+fn suite(options: &RunOptions, expectations: &Expectations) -> DeviceReport {
+    static TURN: std::sync::Mutex<()> = std::sync::Mutex::new(());
+    let _turn = TURN.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    run(&context(), options, expectations, |_| ()).unwrap()
+}
+
+fn only(names: &[&str]) -> RunOptions {
+    RunOptions { filter: names.iter().map(|n| (*n).to_owned()).collect(), ..RunOptions::default() }
+}
+
+#[test]
+fn the_quick_suite_passes_under_validation() {
+    let report = suite(&RunOptions::default(), &Expectations::default());
+    let bad: Vec<_> = report.cases.iter().filter(|c| c.verdict != Verdict::Pass).collect();
+    assert!(bad.is_empty(), "{bad:#?}");
+    assert!(report.validation && report.passes());
+    assert!(report.cases.len() >= 60, "{} cases", report.cases.len());
+}
+
+#[test]
+fn every_mutation_makes_its_cases_fail() {
+    let lab = Lab::new(&context());
+    let mut unnoticed = Vec::new();
+    for mutation in Mutation::ALL {
+        let names = held_by(mutation);
+        assert!(!names.is_empty(), "{mutation:?}");
+        for name in names {
+            let case = cases().find(|c| c.name == *name).unwrap_or_else(|| panic!("no case {name}"));
+            let mut broken = lab.clone();
+            broken.mutation = Some(mutation);
+            let measured = case.measure(&broken).unwrap();
+            if case.passes(&measured) {
+                unnoticed.push(format!("{name} does not notice {mutation:?}: {measured:?}"));
+            }
+        }
+    }
+    assert!(unnoticed.is_empty(), "{unnoticed:#?}");
+}
+
+#[test]
+fn names_are_unique_and_sizes_are_sane() {
+    let names: Vec<_> = cases().map(|c| c.name).collect();
+    for (i, name) in names.iter().enumerate() {
+        assert!(!names[..i].contains(name), "{name} twice");
+        assert!(name.split('/').count() == 2, "{name}");
+    }
+    assert!(cases().all(|c| c.threshold >= 0.0 && c.threshold.is_finite()));
+}
+
+#[test]
+fn declared_failures_are_expected_and_declared_passes_are_not() {
+    let options = RunOptions { mutation: Some(Mutation::PlainSum), ..only(&["film/long-sum", "energy/black"]) };
+    let declare = |driver: &str, case: &str| {
+        Expectations::parse(
+            &format!("[[expected]]\ndriver = \"{driver}\"\ncase = \"{case}\"\nreason = \"known\""),
+            "test",
+        )
+        .unwrap()
+    };
+    let driver = context().info().driver.clone();
+    let verdicts = |e: &Expectations| {
+        let report = suite(&options, e);
+        (report.cases.iter().map(|c| (c.name.clone(), c.verdict)).collect::<Vec<_>>(), report.passes())
+    };
+    let of = |list: &[(String, Verdict)], name: &str| list.iter().find(|v| v.0 == name).unwrap().1;
+
+    let (undeclared, passes) = verdicts(&Expectations::default());
+    assert_eq!((of(&undeclared, "film/long-sum"), passes), (Verdict::Fail, false));
+    let (declared, passes) = verdicts(&declare(&driver.to_uppercase(), "film/long-sum"));
+    assert_eq!((of(&declared, "film/long-sum"), passes), (Verdict::ExpectedFail, true));
+    let (other_driver, passes) = verdicts(&declare("another driver", "film/long-sum"));
+    assert_eq!((of(&other_driver, "film/long-sum"), passes), (Verdict::Fail, false));
+    let (stale, passes) = verdicts(&declare(&driver, "energy/black"));
+    assert_eq!((of(&stale, "energy/black"), passes), (Verdict::UnexpectedPass, false));
+}
+
+#[test]
+fn bad_expectation_files_are_refused() {
+    let parse = |text: &str| Expectations::parse(text, "file.toml").unwrap_err();
+    let unknown = parse("[[expected]]\ndriver = \"x\"\ncase = \"no/case\"\nreason = \"y\"");
+    assert!(matches!(&unknown, ExpectationsError::NoSuchCase { case, .. } if case == "no/case"));
+    assert!(unknown.to_string().contains("file.toml"));
+    assert!(matches!(parse("[[expected]]\ndriver = \"x\""), ExpectationsError::Syntax { .. }));
+    assert!(matches!(parse("[[expekted]]"), ExpectationsError::Syntax { .. }));
+    let empty = parse("[[expected]]\ndriver = \" \"\ncase = \"energy/black\"\nreason = \"y\"");
+    assert!(matches!(empty, ExpectationsError::Empty { field: "driver", .. }));
+    assert!(Expectations::parse("", "empty").is_ok());
+    assert!(matches!(Expectations::load("no-such-file.toml".as_ref()), Err(ExpectationsError::Read { .. })));
+}
+
+#[test]
+fn reports_are_well_formed() {
+    let report = suite(&only(&["energy/black", "sampling/log"]), &Expectations::default());
+    assert_eq!(report.cases.len(), 2);
+    let report = Report::new(vec![report]);
+    let json = serde_json::to_string(&report).unwrap();
+    let back: Report = serde_json::from_str(&json).unwrap();
+    assert_eq!(back.devices[0].cases.len(), 2);
+    assert_eq!(back.schema, "photolith-check-1");
+
+    let xml = junit(&report);
+    let open = xml.matches("<testcase ").count();
+    assert_eq!(open, 2);
+    assert_eq!(xml.matches("</testcase>").count(), open);
+    assert!(xml.contains("tests=\"2\" failures=\"0\" errors=\"0\" skipped=\"0\""), "{xml}");
+    assert!(xml.ends_with("</testsuites>\n"));
+
+    // Two drivers side by side.
+    let page = markdown(&[report.clone(), report]);
+    let row = page.lines().find(|l| l.starts_with("| `energy/black`")).unwrap();
+    let head = page.lines().find(|l| l.starts_with("| case | what")).unwrap();
+    assert_eq!(row.matches(" | ").count(), head.matches(" | ").count(), "{row}");
+    assert!(head.ends_with("| A | B |"), "{head}");
+}
+
+#[test]
+fn a_case_that_takes_too_long_is_given_up() {
+    let options = RunOptions { timeout: Duration::from_micros(1), ..only(&["energy/black", "sampling/log"]) };
+    // A context of its own: the case goes on in the background.
+    let context = Context::new(&ContextOptions::default()).unwrap();
+    let report = run(&context, &options, &Expectations::default(), |_| ()).unwrap();
+    let verdicts: Vec<_> = report.cases.iter().map(|c| c.verdict).collect();
+    assert_eq!(verdicts, [Verdict::Timeout, Verdict::NotRun]);
+}
+
+#[test]
+fn deliberate_violations_are_heard() {
+    for validation in [Validation::Core, Validation::Synchronization] {
+        let context = Context::new(&ContextOptions { validation, ..ContextOptions::default() }).unwrap();
+        let heard = provoke_validation(&context).unwrap();
+        assert!(!heard.is_empty(), "{validation:?}");
+        assert!(context.messages().all().is_empty(), "the provoked messages are taken away again");
+    }
+    let silent = Context::new(&ContextOptions::default()).unwrap();
+    assert!(provoke_validation(&silent).unwrap().is_empty());
+    let _: Result<(), CheckError> = Ok(());
+}
