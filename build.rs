@@ -41,11 +41,13 @@ struct Variant {
 /// The kernels of the path tracer are built for several numbers of constant spheres and facets, so that drivers need
 /// not optimise code for places that a scene leaves empty.
 fn variants(stem: &str) -> Vec<Variant> {
+    // Trees: 0 none, 1 a tree, 2 a tree of which every leaf may be tested.
     let (steps, trees): (&[u32], &[u32]) = match stem {
-        "path_trace" => (&[0, 1, 2], &[0, 1]),
+        "path_trace" => (&[0, 1, 2], &[0, 1, 2]),
         "path_queue" => (&[0, 1, 2], &[1]),
-        // Probes of rays: none or all.
-        "closest" | "occlusion" | "scatter" => (&[0, 2], &[1]),
+        // Probes of rays: room for none or all.
+        "closest" => (&[0, 2], &[1, 2]),
+        "occlusion" | "scatter" => (&[0, 2], &[1]),
         _ => return vec![Variant { suffix: String::new(), macros: Vec::new() }],
     };
     let mut all = Vec::new();
@@ -57,7 +59,8 @@ fn variants(stem: &str) -> Vec<Variant> {
                     macros: vec![
                         ("MAX_SPHERES", spheres.to_string()),
                         ("MAX_FACETS", facets.to_string()),
-                        ("WITH_TREE", tree.to_string()),
+                        ("WITH_TREE", tree.min(&1).to_string()),
+                        ("WITH_BRUTE_FORCE", u32::from(*tree == 2).to_string()),
                     ],
                 });
             }

@@ -16,7 +16,8 @@ fn small_budget(name: &str, scheduler: Scheduler) -> u32 {
     match (name, scheduler) {
         ("cat", Scheduler::Inline) => 1500,
         (_, Scheduler::Inline) => 400,
-        ("cat" | "cornell", Scheduler::Queue | Scheduler::Auto) => 8000,
+        ("cat", Scheduler::Queue | Scheduler::Auto) => 20_000,
+        ("cornell", Scheduler::Queue | Scheduler::Auto) => 9000,
         (_, Scheduler::Queue | Scheduler::Auto) => 30_000,
     }
 }
@@ -125,9 +126,16 @@ fn the_cut_is_what_was_asked_for() {
     };
     assert_eq!([1, 3, 7, 64].map(dispatches), [64, 22, 10, 1]);
     // Samples beyond the budget are done again, in dispatches of their own.
-    for (name, scheduler) in [("spheres", Scheduler::Inline), ("cat", Scheduler::Inline), ("cat", Scheduler::Queue)] {
+    for (name, scheduler) in [("spheres", Scheduler::Inline), ("cat", Scheduler::Inline), ("cornell", Scheduler::Queue)]
+    {
         let scene = shipped(name, (48, 40), SAMPLES);
-        let base = RenderSettings { scheduler, samples_per_dispatch: Some(SAMPLES), ..RenderSettings::of(&scene) };
+        let base = RenderSettings {
+            scheduler,
+            samples_per_dispatch: Some(SAMPLES),
+            // With everything compiled in, the box is in a tree, and the queue has work.
+            general: scheduler == Scheduler::Queue,
+            ..RenderSettings::of(&scene)
+        };
         let budget = Some(small_budget(name, scheduler));
         let unbounded = render_counted(&context, &scene, &base).1.dispatches;
         let bounded = render_counted(&context, &scene, &RenderSettings { loop_budget: budget, ..base }).1.dispatches;

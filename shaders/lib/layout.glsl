@@ -17,6 +17,9 @@
 #ifndef WITH_TREE
 #define WITH_TREE 1
 #endif
+#ifndef WITH_BRUTE_FORCE
+#define WITH_BRUTE_FORCE 1
+#endif
 
 // ---- specialization constants: features (ids 2..39). Code depends on them, data layout never does.
 layout(constant_id = 2) const uint FILTER = 0u;            // 0 box, 1 Gaussian
@@ -36,7 +39,11 @@ layout(constant_id = 13) const bool HAS_TREE = false;      // triangles, or more
 const bool HAS_TREE = false;
 #endif
 layout(constant_id = 14) const bool TREE_SPHERES = false;  // the tree has sphere leaves
+#if WITH_BRUTE_FORCE
 layout(constant_id = 15) const bool BRUTE_FORCE = false;   // test every leaf record instead of walking the tree
+#else
+const bool BRUTE_FORCE = false;
+#endif
 layout(constant_id = 16) const bool MOLLER_TRUMBORE = false;
 layout(constant_id = 17) const bool SMOOTH_NORMALS = false;
 layout(constant_id = 18) const uint LIGHT_COUNT = 0u;      // lights: points and emitters

@@ -10,15 +10,15 @@
 void closest(uint i) {
     vec4 o = input_floats(2u * i);
     vec4 d = input_floats(2u * i + 1u);
-    uint steps = 0u;
+    uint loops = 0u;
     float t;
-    int id = closest_hit(o.xyz, d.xyz, floatBitsToInt(d.w), t, steps);
+    int id = closest_hit(o.xyz, d.xyz, floatBitsToInt(d.w), t, loops);
     vec4 position = vec4(0.0);
     if (id >= 0) {
         Surface s = surface_at(id, o.xyz, d.xyz, t);
         position = vec4(s.position, s.offset);
     }
-    probe_out[2u * i] = uvec4(floatBitsToUint(t), uint(id), steps, 0u);
+    probe_out[2u * i] = uvec4(floatBitsToUint(t), uint(id), walked_steps, 0u);
     output_floats(2u * i + 1u, position);
 }
 

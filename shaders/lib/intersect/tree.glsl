@@ -127,6 +127,7 @@ Walk walk_begin(float t_max) {
 // Of equal distances the lower record wins, whatever the order of the walk.
 bool nearer(Walk w, int record, float t) { return t < w.t || TREE_ID + record < w.id; }
 
+#if WITH_BRUTE_FORCE
 // Tests the leaf at `w.current`, if there still is one, and goes on to the next.
 void brute_force_leaf(inout Walk w, TreeRay r, int leaving, bool any_hit) {
     if (w.current == FINISHED) return;
@@ -157,13 +158,16 @@ void brute_force_step(inout Walk w, TreeRay r, int leaving, bool any_hit) {
     FOUR_LEAVES
 #undef FOUR_LEAVES
 }
+#endif
 
 // One step. With `any_hit`, the first hit ends the walk.
 void walk_step(inout Walk w, TreeRay r, int leaving, bool any_hit) {
+#if WITH_BRUTE_FORCE
     if (BRUTE_FORCE) {
         brute_force_step(w, r, leaving, any_hit);
         return;
     }
+#endif
     int record = w.current & 0x7fffffff;
     bool leaf = w.current < 0;
     vec4 q0 = texelFetch(tree_texels, 4 * record);

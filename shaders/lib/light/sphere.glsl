@@ -20,8 +20,8 @@ LightSample sphere_sample(vec3 center, float radius, bool inward, vec3 radiance,
     vec3 to_center = center - from;
     float d2 = dot(to_center, to_center);
     float r2 = radius * radius;
-    // A bound on the error of a point on the sphere; the shadow ray ends that much before it.
-    float slack = 1e-6 * (radius + abs(center.x) + abs(center.y) + abs(center.z));
+    // A bound on the error of a point on the sphere and of its distance; the shadow ray ends that much before it.
+    float slack = 1e-6 * (radius + abs(center.x) + abs(center.y) + abs(center.z) + sqrt(d2));
     vec3 point;
     float pdf;
     bool visible;

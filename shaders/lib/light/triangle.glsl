@@ -19,9 +19,13 @@ LightSample triangle_sample(vec3 v0, vec3 v1, vec3 v2, bool parallelogram, float
     vec3 p1 = b.x * v1;
     vec3 p2 = b.y * v2;
     vec3 normal = normalize(cross(v1 - v0, v2 - v0));
-    // Off the triangle by the bound on the point's error, so that the shadow ray ends before it.
+    // Off the triangle by a bound on the error of the point, and of the distance at which a ray from so far away meets
+    // it: the shadow ray must end before the light. (The absolute error of n·d alone is γ(3), whatever the angle.)
     const float gamma7 = 4.2e-7;
-    vec3 point = p0 + p1 + p2 + normal * (gamma7 * dot(abs(p0) + abs(p1) + abs(p2), abs(normal)));
+    vec3 p = p0 + p1 + p2;
+    vec3 apart = abs(p - from);
+    float error = dot(abs(p0) + abs(p1) + abs(p2), abs(normal)) + (apart.x + apart.y + apart.z);
+    vec3 point = p + normal * (gamma7 * error);
     vec3 to = point - from;
     float r2 = dot(to, to);
     float inverse = 1.0 / sqrt(r2);

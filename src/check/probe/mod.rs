@@ -93,7 +93,9 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
         ]);
         let set = BindingSet::new(device, &bindings, size_of::<Push>() as u32)?;
         let workgroup = 64;
-        let mut specialization = tables.specialization(&features, settings);
+        // Probes report the steps of their walks.
+        let counting = RenderSettings { count_steps: true, ..settings.clone() };
+        let mut specialization = tables.specialization(&features, &counting);
         specialization
             .uint(constant::WORKGROUP, workgroup)
             .uint(constant::LOOP_BUDGET, COUNTED)

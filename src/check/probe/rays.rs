@@ -7,7 +7,7 @@ use crate::gpu::Context;
 use crate::oracle::Primitive;
 use crate::render::space::RenderSpace;
 use crate::render::tables::{Origin, Tables};
-use crate::render::{Features, RenderSettings};
+use crate::render::{Accel, Features, RenderSettings};
 use crate::scene::Scene;
 
 use super::{CheckError, Kernel, Probe, tables_of};
@@ -19,16 +19,23 @@ type Variants = [[&'static [u8]; 2]; 2];
 macro_rules! variants {
     ($stem:literal) => {
         [
-            [variants!($stem, "_s0_f0_t1"), variants!($stem, "_s0_f32_t1")],
-            [variants!($stem, "_s16_f0_t1"), variants!($stem, "_s16_f32_t1")],
+            [variants!($stem, "_s0_f0", 1), variants!($stem, "_s0_f32", 1)],
+            [variants!($stem, "_s16_f0", 1), variants!($stem, "_s16_f32", 1)],
         ]
     };
-    ($stem:literal, $room:literal) => {
-        include_bytes!(concat!(env!("OUT_DIR"), "/", $stem, $room, ".spv"))
+    ($stem:literal, brute_force) => {
+        [
+            [variants!($stem, "_s0_f0", 2), variants!($stem, "_s0_f32", 2)],
+            [variants!($stem, "_s16_f0", 2), variants!($stem, "_s16_f32", 2)],
+        ]
+    };
+    ($stem:literal, $room:literal, $tree:literal) => {
+        include_bytes!(concat!(env!("OUT_DIR"), "/", $stem, $room, "_t", $tree, ".spv"))
     };
 }
 
 static CLOSEST: Variants = variants!("closest");
+static CLOSEST_BRUTE_FORCE: Variants = variants!("closest", brute_force);
 static OCCLUSION: Variants = variants!("occlusion");
 static SCATTER: Variants = variants!("scatter");
 
@@ -60,7 +67,7 @@ impl RayInput {
 pub(crate) struct HitRecord {
     pub t: f32,
     pub id: i32,
-    /// Steps through the tree, the most of any lane of the subgroup.
+    /// Steps through the tree.
     pub steps: u32,
     pub unused: u32,
     pub position: [f32; 3],
@@ -206,7 +213,8 @@ impl<I: NoUninit, O: AnyBitPattern> RayProbe<I, O> {
 impl RayProbe<RayInput, HitRecord> {
     /// Closest hits.
     pub fn closest(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<Self, CheckError> {
-        Self::make(context, scene, settings, &CLOSEST)
+        let brute_force = settings.accel == Accel::None;
+        Self::make(context, scene, settings, if brute_force { &CLOSEST_BRUTE_FORCE } else { &CLOSEST })
     }
 }
 
