@@ -18,7 +18,7 @@ pub enum Mutation {
     ContractedEdges = 6,
     /// Rays start on the computed hit point, not offset by its error bound.
     NoOffset = 7,
-    /// The triangle that a ray leaves is tested like any other.
+    /// The sphere or triangle that a ray leaves is tested like any other.
     NoSkip = 8,
     /// The slab test is not widened by its error bound.
     NoSlabMargin = 9,

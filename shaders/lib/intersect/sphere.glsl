@@ -182,7 +182,10 @@ SPHERE_CONSTANTS(15, 184)
 #define FOR_EACH_SPHERE(BODY) SPHERES_0_TO_7(BODY) SPHERES_8_TO_15(BODY)
 #endif
 
-int leaving_code(int leaving, int id) { return leaving == id ? 1 : (leaving == (id | INSIDE) ? 2 : 0); }
+int leaving_code(int leaving, int id) {
+    if (MUTATION == MUTATE_SKIP) return 0;
+    return leaving == id ? 1 : (leaving == (id | INSIDE) ? 2 : 0);
+}
 
 // Nearest of the constant spheres; ties go to the lower index. `id` is the sphere's index.
 void closest_sphere(vec3 o, vec3 d, int leaving, inout float t, inout int id) {

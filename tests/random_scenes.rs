@@ -1,0 +1,141 @@
+//! Random scenes, on the device and by the oracle: the same geometry is seen, and the same light.
+
+mod common;
+
+use common::{context, render};
+use glam::DVec3;
+use photolith::oracle::{self, OracleSettings};
+use photolith::scene::*;
+use photolith::{Context, RenderSettings};
+use proptest::prelude::*;
+use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestRng, TestRunner};
+
+const SIDE: u32 = 16;
+/// Deviations beyond this many standard errors fail: with the fixed seed of the runner, chance has had its say.
+const ALLOWED: f64 = 5.0;
+
+fn point(half: f64) -> impl Strategy<Value = DVec3> {
+    [-half..half, -half..half, -half..half].prop_map(DVec3::from)
+}
+
+fn surface() -> impl Strategy<Value = Surface> {
+    let rgb = || [0.1..0.95, 0.1..0.95, 0.1..0.95];
+    prop_oneof![
+        3 => rgb().prop_map(|reflectance| Surface::Diffuse { reflectance }),
+        1 => rgb().prop_map(|reflectance| Surface::Mirror { reflectance }),
+        1 => (1.05..2.0).prop_map(|ior| Surface::Dielectric { ior }),
+        1 => rgb().prop_map(|radiance| Surface::Emitter { radiance }),
+    ]
+}
+
+/// Triangles of a box turned about an axis.
+fn block(center: DVec3, half: DVec3, turn: f64) -> (Vec<DVec3>, Vec<[u32; 3]>) {
+    let corner = |i: u32| {
+        let sign = |bit: u32| if i >> bit & 1 == 0 { -1.0 } else { 1.0 };
+        let p = half * DVec3::new(sign(0), sign(1), sign(2));
+        center + glam::DQuat::from_rotation_y(turn) * p
+    };
+    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+    ((0..8).map(corner).collect(), triangles)
+}
+
+fn scene() -> impl Strategy<Value = Scene> {
+    let spheres = prop::collection::vec((point(3.0), 0.2..1.2, surface()), 1..5);
+    let blocks = prop::collection::vec((point(3.0), 0.2..1.0, 0.0..3.0, surface()), 0..3);
+    let lights = prop::collection::vec((point(4.0), 5.0..80.0), 0..3);
+    let background = [0.0..0.5, 0.0..0.5, 0.0..0.5];
+    (spheres, blocks, lights, background, 1u32..6).prop_map(|(spheres, blocks, lights, background, max_depth)| {
+        let mut scene = Scene {
+            source: "random".into(),
+            camera: Camera {
+                position: DVec3::new(0.5, 1.0, 8.0),
+                target: DVec3::ZERO,
+                up: DVec3::Y,
+                horizontal_fov: 50.0,
+            },
+            film: Film { width: SIDE, height: SIDE, filter: PixelFilter::Gaussian, transfer: Transfer::Srgb },
+            integrator: Integrator { max_depth, samples: 1, russian_roulette: None, indirect: true },
+            background,
+            materials: vec![],
+            spheres: vec![],
+            meshes: vec![],
+            lights: lights.into_iter().map(|(position, power)| Light::Point { position, power: [power; 3] }).collect(),
+        };
+        let mut material = |surface| {
+            let name = scene.materials.len().to_string();
+            scene.materials.push(Material { name, surface });
+            scene.materials.len() as u32 - 1
+        };
+        for (center, radius, surface) in spheres {
+            let material = material(surface);
+            // The camera stays outside, and a light inside of a sphere is a case of its own.
+            scene.spheres.push(Sphere { center, radius, material, inward: false });
+        }
+        for (center, half, turn, surface) in blocks {
+            let material = material(surface);
+            let (positions, triangles) = block(center, half * DVec3::new(1.0, 0.7, 0.5), turn);
+            scene.meshes.push(Mesh {
+                name: "block".into(),
+                triangle_materials: vec![material; triangles.len()],
+                positions,
+                vertex_normals: vec![],
+                texcoords: vec![],
+                triangles,
+                normals: Normals::Flat,
+                degenerate_dropped: 0,
+            });
+        }
+        scene
+    })
+}
+
+/// The scene with every surface shining in a colour of its own: what is seen is which surface is nearest.
+fn painted(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    scene.lights.clear();
+    scene.integrator.max_depth = 1;
+    scene.background = [0.0; 3];
+    for (i, material) in scene.materials.iter_mut().enumerate() {
+        let shade = |k: usize| 0.25 + 0.75 * ((i * k + k) % 7) as f64 / 7.0;
+        material.surface = Surface::Emitter { radiance: [shade(1), shade(2), shade(3)] };
+    }
+    scene
+}
+
+/// Deviation of the image's mean from the oracle's in standard errors, the worst of the channels. The pixels of both
+/// are independent, so that their differences tell the error themselves.
+fn deviation(context: &Context, scene: &Scene, samples: u32, oracle_samples: u32) -> f64 {
+    let settings = RenderSettings { samples, ..RenderSettings::of(scene) };
+    let film = render(context, scene, &settings);
+    let exact = oracle::render(scene, &OracleSettings { samples: oracle_samples, seed: 5 });
+    let pixels = f64::from(SIDE * SIDE);
+    (0..3)
+        .map(|c| {
+            let difference = |(sum, exact): (&[f64; 3], &[f64; 3])| sum[c] / f64::from(samples) - exact[c];
+            let all: Vec<f64> = film.sums().iter().zip(&exact.mean).map(difference).collect();
+            let mean = all.iter().sum::<f64>() / pixels;
+            let variance = all.iter().map(|d| (d - mean) * (d - mean)).sum::<f64>() / (pixels * (pixels - 1.0));
+            if mean.abs() < 1e-6 { 0.0 } else { mean.abs() / variance.sqrt() }
+        })
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn random_scenes_agree_with_the_oracle() {
+    let context = context();
+    // The default runner draws a new seed each time; this one does not.
+    let rng = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+    let mut runner = TestRunner::new_with_rng(Config { cases: 8, max_shrink_iters: 24, ..Config::default() }, rng);
+    let outcome = runner.run(&scene(), |scene| {
+        scene.validate().map_err(|e| TestCaseError::reject(e.to_string()))?;
+        let geometry = deviation(&context, &painted(&scene), 64, 256);
+        prop_assert!(geometry < ALLOWED, "geometry is off by {geometry:.1} standard errors");
+        let light = deviation(&context, &scene, 256, 256);
+        prop_assert!(light < ALLOWED, "light is off by {light:.1} standard errors");
+        Ok(())
+    });
+    if let Err(error) = outcome {
+        panic!("{error}");
+    }
+}
