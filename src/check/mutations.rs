@@ -12,7 +12,7 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::TruncatedSampler => &["sampling/stratified"],
         Mutation::ContractedEdges => &["triangles/edges"],
         Mutation::NoOffset => &["triangles/spawn-flat"],
-        Mutation::NoSkip => &["spheres/self-hit", "spheres/cavity"],
+        Mutation::NoSkip => &["spheres/self-hit"],
         Mutation::NoSlabMargin => &["tree/brute-force"],
         Mutation::TextbookSphere => &["spheres/walls", "spheres/far-small"],
         Mutation::PlainSum => &["film/long-sum"],
