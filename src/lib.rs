@@ -45,6 +45,7 @@
 #![warn(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 pub mod accel;
+pub mod bench;
 pub mod check;
 pub mod gpu;
 pub mod image;

@@ -31,7 +31,7 @@ void closest(uint i) {
 bool arrives(ShadowRay ray, inout uint steps) {
     bool hidden;
     uint walked = 0u;
-    if (shadow_needs_tree(ray, hidden)) hidden = hidden_by_tree(ray, 0u, walked);
+    if (shadow_needs_tree(ray, hidden)) hidden = hidden_by_tree(ray, steps, walked);
     steps += walked;
     return !hidden;
 }

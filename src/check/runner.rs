@@ -4,7 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
-use crate::gpu::{Buffer, Context, GpuError, Timeline, Usage, Validation};
+use crate::gpu::{Context, GpuError, Validation, Violation};
 use crate::render::Mutation;
 
 use super::expectations::Expectations;
@@ -163,24 +163,15 @@ fn host_cpu() -> String {
     model.map_or_else(|| std::env::consts::ARCH.to_owned(), |(_, name)| name.trim().to_owned())
 }
 
-/// Breaks a rule of Vulkan on purpose: fills a buffer that is no destination of copies (core validation), and fills
-/// another twice without a barrier (synchronization validation). Returns the messages that this gave and removes
-/// them: none means that validation is deaf.
+/// Breaks rules of Vulkan on purpose. Returns the messages that this gave and removes them: none means that validation
+/// is deaf.
 ///
 /// # Errors
 /// A Vulkan call fails.
 pub fn provoke_validation(context: &Context) -> Result<Vec<String>, GpuError> {
-    let device = &context.0;
     let before = context.messages().take();
-    let source = Buffer::new(device, "deliberate violation", 1024, Usage::Upload)?;
-    let target = Buffer::new(device, "deliberate hazard", 1024, Usage::Storage)?;
-    let mut timeline = Timeline::new(device, 1)?;
-    let ticket = timeline.submit(|r| {
-        r.clear(&source);
-        r.clear(&target);
-        r.clear(&target);
-    })?;
-    timeline.wait(&ticket)?;
+    context.violate(Violation::Usage)?;
+    context.violate(Violation::Hazard)?;
     let heard = context.messages().take();
     context.messages().put_back(before);
     Ok(heard)

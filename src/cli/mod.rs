@@ -1,5 +1,6 @@
 //! Subcommands: parse, call the library, print. Data goes to stdout, everything else to stderr.
 
+mod bench;
 mod check;
 mod compare;
 mod devices;
@@ -38,6 +39,8 @@ enum Command {
     Info(info::InfoArgs),
     /// Compare an image with a reference: error metrics, bias, statistical test
     Compare(compare::CompareArgs),
+    /// Measure run time against error, or cost against size
+    Bench(bench::BenchArgs),
     /// Measure accuracy on a Vulkan device, case by case against oracles
     Check(check::CheckArgs),
 }
@@ -69,6 +72,7 @@ pub fn main() -> ExitCode {
         Command::Devices(args) => devices::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Compare(args) => compare::run(&args),
+        Command::Bench(args) => bench::run(&args),
         Command::Check(args) => check::run(&args),
     };
     match result {

@@ -42,6 +42,8 @@ pub struct Progress {
 pub struct RenderStatistics {
     /// Seconds from the start of [`Renderer::new`] until it could render: tree, uploads, compilation.
     pub setup_seconds: f64,
+    /// The part of `setup_seconds` that went into making and warming up the pipeline.
+    pub compile_seconds: f64,
     /// Seconds from the first dispatch to the film on the host.
     pub render_seconds: f64,
     /// Samples, over all pixels.
@@ -196,7 +198,9 @@ impl Renderer {
         let built_in = kernels::choose(&features, queued, settings.general);
         let stage = built_in.name;
         let spirv = kernel(settings, stage, built_in.spirv)?;
+        let compile_start = Instant::now();
         let pipeline = Pipeline::new(device, stage, &spirv, &specialization, &bands[0].set)?;
+        let pipeline_seconds = compile_start.elapsed().as_secs_f64();
 
         let mut timeline = Timeline::new(device, IN_FLIGHT)?;
         upload(device, &mut timeline, &mut uploads)?;
@@ -223,7 +227,9 @@ impl Renderer {
             device: Arc::clone(device),
             statistics: RenderStatistics::default(),
         };
+        let warm_up_start = Instant::now();
         renderer.warm_up()?;
+        renderer.statistics.compile_seconds = pipeline_seconds + warm_up_start.elapsed().as_secs_f64();
         renderer.statistics.setup_seconds = start.elapsed().as_secs_f64();
         Ok(renderer)
     }
@@ -243,6 +249,28 @@ impl Renderer {
         self.hidden_lights
     }
 
+    /// Renders with other random numbers from now on.
+    pub fn set_seed(&mut self, seed: u32) {
+        self.settings.seed = seed;
+        self.push.seed = seed;
+    }
+
+    /// Renders another number of samples per pixel from now on.
+    ///
+    /// # Errors
+    /// It is 0, or more than the pipeline's sampler table was made for.
+    pub fn set_samples(&mut self, samples: u32) -> Result<(), RenderError> {
+        if samples == 0 || sobol::levels(samples) > self.features.sobol_levels {
+            return Err(RenderError::Settings(format!(
+                "{samples} samples per pixel, expected at least 1 and not many more than the {} that the renderer \
+                 was made for",
+                self.settings.samples
+            )));
+        }
+        self.settings.samples = samples;
+        Ok(())
+    }
+
     /// What the last rendering did.
     pub fn statistics(&self) -> &RenderStatistics {
         &self.statistics
@@ -256,8 +284,8 @@ impl Renderer {
     /// The device fails, or the driver cuts loops short.
     pub fn render(&mut self, mut on_progress: impl FnMut(&Progress) -> ControlFlow<()>) -> Result<Film, RenderError> {
         let start = Instant::now();
-        let setup_seconds = self.statistics.setup_seconds;
-        self.statistics = RenderStatistics { setup_seconds, ..RenderStatistics::default() };
+        let RenderStatistics { setup_seconds, compile_seconds, .. } = self.statistics;
+        self.statistics = RenderStatistics { setup_seconds, compile_seconds, ..RenderStatistics::default() };
         self.clear_film()?;
         let pixels = u64::from(self.width) * u64::from(self.height);
         let total = pixels * u64::from(self.settings.samples);

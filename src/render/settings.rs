@@ -47,8 +47,8 @@ pub enum Scheduler {
     Queue,
 }
 
-/// Settings of a rendering. [`RenderSettings::of`] takes them from the scene.
-#[derive(Debug, Clone, PartialEq)]
+/// Settings of a rendering. [`RenderSettings::of`] takes them from the scene; the default has no samples.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct RenderSettings {
     /// Samples per pixel.
     pub samples: u32,
@@ -85,21 +85,6 @@ pub struct RenderSettings {
 impl RenderSettings {
     /// The scene's number of samples, seed 0, and defaults.
     pub fn of(scene: &Scene) -> Self {
-        Self {
-            samples: scene.integrator.samples,
-            seed: 0,
-            sampler: Sampler::default(),
-            triangle_test: TriangleTest::default(),
-            accel: Accel::default(),
-            scheduler: Scheduler::default(),
-            time_limit: None,
-            general: false,
-            samples_per_dispatch: None,
-            workgroup_size: None,
-            loop_budget: None,
-            count_steps: false,
-            spirv_folder: None,
-            mutation: None,
-        }
+        Self { samples: scene.integrator.samples, ..Self::default() }
     }
 }

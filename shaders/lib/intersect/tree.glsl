@@ -95,10 +95,8 @@ layout(constant_id = 54) const float TREE_BOX_3_HY = 0.0; layout(constant_id = 5
 #define TREE_BOX_LO(n) vec3(TREE_BOX_##n##_LX, TREE_BOX_##n##_LY, TREE_BOX_##n##_LZ)
 #define TREE_BOX_HI(n) vec3(TREE_BOX_##n##_HX, TREE_BOX_##n##_HY, TREE_BOX_##n##_HZ)
 
-// Whether the ray meets the boxes before t_max. A ray that is not finite does not: it would walk the whole tree, since
-// NaN is in every box.
+// Whether the ray meets the boxes before t_max.
 bool meets_boxes(vec3 o, vec3 d, float t_max) {
-    if (MUTATION != MUTATE_GUARD && !is_finite(dot(o, o) + dot(d, d))) return false;
     if (TREE_BOX_COUNT == 0u) return true;
     TreeRay r;
     r.origin = o;
@@ -112,7 +110,12 @@ bool meets_boxes(vec3 o, vec3 d, float t_max) {
 }
 
 // Whether a ray must be walked through the tree.
-bool meets_tree(vec3 o, vec3 d, float t_max) { return HAS_TREE && (BRUTE_FORCE || meets_boxes(o, d, t_max)); }
+bool meets_tree(vec3 o, vec3 d, float t_max) {
+    if (!HAS_TREE) return false;
+    // A ray that is not finite would walk the whole tree: NaN is in every box.
+    if (MUTATION != MUTATE_GUARD && !is_finite(dot(o, o) + dot(d, d))) return false;
+    return BRUTE_FORCE || meets_boxes(o, d, t_max);
+}
 
 int walk_stack[TREE_DEPTH];
 
@@ -120,6 +123,9 @@ Walk walk_begin(float t_max) {
     walk_stack[0] = FINISHED;
     return Walk(BRUTE_FORCE ? int(LEAF_BEGIN) : 0, 1, t_max, -1);
 }
+
+// Of equal distances the lower record wins, whatever the order of the walk.
+bool nearer(Walk w, int record, float t) { return t < w.t || TREE_ID + record < w.id; }
 
 #if WITH_BRUTE_FORCE
 // Tests the leaf at `w.current`, if there still is one, and goes on to the next.
@@ -131,7 +137,7 @@ void brute_force_leaf(inout Walk w, TreeRay r, int leaving, bool any_hit) {
     vec4 q2 = texelFetch(tree_texels, 4 * record + 2);
     vec4 q3 = texelFetch(tree_texels, 4 * record + 3);
     float t;
-    bool hit = leaf_test(r, record, q0, q1, q2, q3, w.t, leaving, t) && (t < w.t || TREE_ID + record < w.id);
+    bool hit = leaf_test(r, record, q0, q1, q2, q3, w.t, leaving, t) && nearer(w, record, t);
     w.t = hit ? t : w.t;
     w.id = hit ? TREE_ID + record : w.id;
     w.current += 1;
@@ -171,9 +177,7 @@ void walk_step(inout Walk w, TreeRay r, int leaving, bool any_hit) {
     bool stop = false;
     if (leaf) {
         float t;
-        bool hit = leaf_test(r, record, q0, q1, q2, q3, w.t, leaving, t);
-        // Equal distances: the lower record wins, whatever the order of the walk.
-        hit = hit && (t < w.t || TREE_ID + record < w.id);
+        bool hit = leaf_test(r, record, q0, q1, q2, q3, w.t, leaving, t) && nearer(w, record, t);
         w.t = hit ? t : w.t;
         w.id = hit ? TREE_ID + record : w.id;
         stop = hit && any_hit;

@@ -10,7 +10,7 @@ use super::tiles::{TILE_SIDE, tiles};
 pub const CONFIDENCE: f64 = 0.95;
 
 /// Weights of linear R, G and B in luminance (ITU-R BT.709).
-const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
+pub(crate) const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
 /// Fewer tiles than this, and smaller ones are taken.
 const LEAST_TILES: usize = 16;

@@ -6,13 +6,14 @@
 mod bias;
 pub mod flip;
 mod pointwise;
-mod student;
+pub(crate) mod student;
 mod tiles;
 mod welch;
 mod worst;
 
 use serde::Serialize;
 
+pub(crate) use bias::LUMINANCE;
 pub use bias::{Bias, CONFIDENCE, Estimate};
 pub use pointwise::{Pointwise, RELATIVE_OFFSET};
 pub use tiles::TILE_SIDE;

@@ -24,7 +24,7 @@ pub(super) fn two_sided_p(t: f64, dof: f64) -> f64 {
 }
 
 /// The t that |T| stays below with probability `confidence`.
-pub(super) fn two_sided_quantile(confidence: f64, dof: f64) -> f64 {
+pub(crate) fn two_sided_quantile(confidence: f64, dof: f64) -> f64 {
     let p = 0.5 + 0.5 * confidence;
     match StudentsT::new(0.0, 1.0, dof) {
         Ok(student) if dof < NORMAL_DOF => student.inverse_cdf(p),

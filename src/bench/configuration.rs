@@ -1,0 +1,184 @@
+//! What is set side by side: settings that change the time or the noise of an image, never its expectation.
+
+use std::str::FromStr;
+
+use crate::render::{Accel, RenderSettings, Sampler, Scheduler, TriangleTest};
+
+use super::error::BenchError;
+
+/// One way to render a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Configuration {
+    /// What differs from the others, for tables and plots.
+    pub label: String,
+    /// Settings; the number of samples and the seed are the benchmark's.
+    pub settings: RenderSettings,
+    /// First hit that may end a path at random (`Some(None)`: never) instead of the scene's.
+    pub roulette: Option<Option<u32>>,
+    /// Vulkan device instead of the default.
+    pub device: Option<String>,
+}
+
+impl Configuration {
+    /// The settings as they are.
+    pub fn plain(settings: &RenderSettings) -> Self {
+        Self { label: "default".to_owned(), settings: settings.clone(), roulette: None, device: None }
+    }
+}
+
+/// A setting and the values it takes, written `KEY=VALUE,VALUE…`.
+///
+/// Keys: `sampler` (sobol, independent), `accel` (bvh, none), `intersection` (watertight, moller-trumbore),
+/// `scheduler` (auto, inline, queue), `features` (specialised, general), `roulette` (off, or the first hit),
+/// `device` (index, name or UUID).
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Vary {
+    key: Key,
+    values: Vec<String>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Key {
+    Sampler,
+    Accel,
+    Intersection,
+    Scheduler,
+    Features,
+    Roulette,
+    Device,
+}
+
+const KEYS: [(&str, Key, &str); 7] = [
+    ("sampler", Key::Sampler, "sobol or independent"),
+    ("accel", Key::Accel, "bvh or none"),
+    ("intersection", Key::Intersection, "watertight or moller-trumbore"),
+    ("scheduler", Key::Scheduler, "auto, inline or queue"),
+    ("features", Key::Features, "specialised or general"),
+    ("roulette", Key::Roulette, "off or the first hit that may end a path, at least 1"),
+    ("device", Key::Device, "an index, a name or a UUID"),
+];
+
+impl Key {
+    fn name(self) -> &'static str {
+        KEYS.iter().find(|k| k.1 == self).map_or("", |k| k.0)
+    }
+
+    /// Sets `value`; false if it is none of this key's.
+    fn set(self, value: &str, c: &mut Configuration) -> bool {
+        let s = &mut c.settings;
+        match (self, value) {
+            (Self::Sampler, "sobol") => s.sampler = Sampler::Sobol,
+            (Self::Sampler, "independent") => s.sampler = Sampler::Independent,
+            (Self::Accel, "bvh") => s.accel = Accel::Bvh,
+            (Self::Accel, "none") => s.accel = Accel::None,
+            (Self::Intersection, "watertight") => s.triangle_test = TriangleTest::Watertight,
+            (Self::Intersection, "moller-trumbore") => s.triangle_test = TriangleTest::MollerTrumbore,
+            (Self::Scheduler, "auto") => s.scheduler = Scheduler::Auto,
+            (Self::Scheduler, "inline") => s.scheduler = Scheduler::Inline,
+            (Self::Scheduler, "queue") => s.scheduler = Scheduler::Queue,
+            (Self::Features, "specialised") => s.general = false,
+            (Self::Features, "general") => s.general = true,
+            (Self::Roulette, "off") => c.roulette = Some(None),
+            (Self::Roulette, first) => match first.parse() {
+                Ok(first) if first > 0 => c.roulette = Some(Some(first)),
+                _ => return false,
+            },
+            (Self::Device, device) if !device.is_empty() => c.device = Some(device.to_owned()),
+            _ => return false,
+        }
+        true
+    }
+}
+
+impl FromStr for Vary {
+    type Err = BenchError;
+
+    fn from_str(text: &str) -> Result<Self, BenchError> {
+        let error = |problem: String| BenchError::Vary { text: text.to_owned(), problem };
+        let names = || KEYS.map(|k| k.0).join(", ");
+        let (key, values) =
+            text.split_once('=').ok_or_else(|| error(format!("expected KEY=VALUE,VALUE with one of {}", names())))?;
+        let &(_, key, expected) = KEYS
+            .iter()
+            .find(|k| k.0 == key)
+            .ok_or_else(|| error(format!("unknown setting '{key}', expected one of {}", names())))?;
+        let values: Vec<_> = values.split(',').map(|v| v.trim().to_owned()).collect();
+        let mut scratch = Configuration::plain(&RenderSettings::default());
+        for value in &values {
+            if !key.set(value, &mut scratch) {
+                return Err(error(format!("the value '{value}', expected {expected}")));
+            }
+        }
+        Ok(Self { key, values })
+    }
+}
+
+/// Every combination of the values: the first setting varies slowest.
+pub fn combine(settings: &RenderSettings, varied: &[Vary]) -> Vec<Configuration> {
+    let mut all = vec![Configuration { label: String::new(), ..Configuration::plain(settings) }];
+    // A setting of one value says nothing that tells configurations apart, unless there is nothing else.
+    let several = varied.iter().any(|v| v.values.len() > 1);
+    for vary in varied {
+        all = all
+            .iter()
+            .flat_map(|base| {
+                vary.values.iter().map(|value| {
+                    let mut c = base.clone();
+                    // Values were checked when they were parsed.
+                    vary.key.set(value, &mut c);
+                    if vary.values.len() > 1 || !several {
+                        let comma = if c.label.is_empty() { "" } else { ", " };
+                        c.label = format!("{}{comma}{}={value}", c.label, vary.key.name());
+                    }
+                    c
+                })
+            })
+            .collect();
+    }
+    for c in &mut all {
+        if c.label.is_empty() {
+            c.label = "default".to_owned();
+        }
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_combinations_in_order() {
+        let varied: Vec<Vary> =
+            ["sampler=sobol,independent", "accel=bvh", "roulette=off,3"].map(|t| t.parse().unwrap()).to_vec();
+        let all = combine(&RenderSettings::default(), &varied);
+        let labels: Vec<_> = all.iter().map(|c| c.label.as_str()).collect();
+        assert_eq!(
+            labels,
+            [
+                "sampler=sobol, roulette=off",
+                "sampler=sobol, roulette=3",
+                "sampler=independent, roulette=off",
+                "sampler=independent, roulette=3"
+            ]
+        );
+        assert_eq!((all[3].settings.sampler, all[3].roulette), (Sampler::Independent, Some(Some(3))));
+        assert_eq!(all[0].roulette, Some(None));
+        assert_eq!(combine(&RenderSettings::default(), &[])[0].label, "default");
+        assert_eq!(combine(&RenderSettings::default(), &varied[1..2])[0].label, "accel=bvh");
+    }
+
+    #[test]
+    fn errors_say_what_was_expected() {
+        for (text, said) in [
+            ("sampler", "expected KEY=VALUE"),
+            ("colour=red", "unknown setting 'colour'"),
+            ("sampler=sobol,halton", "'halton', expected sobol or independent"),
+            ("roulette=0", "'0', expected off or the first hit"),
+            ("device=", "'', expected an index"),
+        ] {
+            let error = text.parse::<Vary>().unwrap_err().to_string();
+            assert!(error.contains(said), "{error}");
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! Run time against error: renders, measures, interleaved.
+
+use std::borrow::Cow;
+use std::ops::ControlFlow;
+
+use crate::image::metrics::{self, CompareOptions};
+use crate::image::{Image, ImageError};
+use crate::render::{Film, RenderError, RenderSettings, RenderStatistics, Renderer};
+use crate::scene::Scene;
+use crate::{Context, ContextOptions};
+
+use super::configuration::Configuration;
+use super::error::BenchError;
+use super::reference::Reference;
+
+/// Samples per pixel of the rendering that counts steps through the tree; it is not timed.
+const COUNTED_SAMPLES: u32 = 16;
+/// Where no noise is wanted of a reference, its variance is this share of the smallest mean squared error.
+const REFERENCE_SHARE: f64 = 0.25;
+
+/// What is measured.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Schedule {
+    /// Samples per pixel, increasing.
+    pub samples: Vec<u32>,
+    /// Independent renderings of each.
+    pub seeds: u32,
+    /// Pixels per degree, for FLIP.
+    pub flip_ppd: f64,
+}
+
+/// One timed rendering.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Measurement {
+    /// Which configuration.
+    pub configuration: usize,
+    /// Samples per pixel.
+    pub samples: u32,
+    /// Seed.
+    pub seed: u32,
+    /// Wall seconds from the first dispatch to the film on the host.
+    pub render_seconds: f64,
+    /// Device seconds by timestamps; 0 where the device has none.
+    pub device_seconds: f64,
+    /// Closest-hit and shadow rays.
+    pub rays: u64,
+    /// Mean squared error, the reference's own variance included.
+    pub mse: f64,
+    /// Relative mean squared error, the reference's own variance included.
+    pub rel_mse: f64,
+    /// Mean absolute percentage error.
+    pub mape: f64,
+    /// Mean FLIP.
+    pub flip: f64,
+    /// Mean luminance over that of the reference, minus 1 (absolute difference where the reference is black).
+    pub bias: f64,
+}
+
+/// A configuration, compiled, with what is known of it before it is timed.
+pub struct Contender<'a> {
+    /// Its description.
+    pub configuration: &'a Configuration,
+    /// Device and driver.
+    pub device: [String; 2],
+    /// Seconds to prepare: tree, uploads, pipeline.
+    pub setup: RenderStatistics,
+    /// Tree figures.
+    pub tree: Option<crate::accel::TreeStatistics>,
+    /// Steps through the tree per ray, shadow rays included; `None` without a tree.
+    pub steps_per_ray: Option<f64>,
+    renderer: Renderer,
+}
+
+impl<'a> Contender<'a> {
+    /// Opens, counts, compiles.
+    ///
+    /// # Errors
+    /// The device or the renderer cannot be made.
+    pub fn new(
+        configuration: &'a Configuration,
+        default_context: &Context,
+        scene: &Scene,
+        most_samples: u32,
+    ) -> Result<Self, BenchError> {
+        let fail = |source| BenchError::Render { what: format!("{} ({})", scene.source, configuration.label), source };
+        let context = match &configuration.device {
+            None => default_context.clone(),
+            Some(device) => {
+                let options = ContextOptions { device: Some(device.clone()), ..ContextOptions::default() };
+                Context::new(&options).map_err(|source| BenchError::Device { device: device.clone(), source })?
+            }
+        };
+        let scene = match configuration.roulette {
+            None => Cow::Borrowed(scene),
+            Some(first) => {
+                let mut scene = scene.clone();
+                scene.integrator.russian_roulette = first;
+                Cow::Owned(scene)
+            }
+        };
+        let settings = RenderSettings { samples: most_samples, ..configuration.settings.clone() };
+        let mut renderer = Renderer::new(&context, &scene, &settings).map_err(fail)?;
+        let tree = renderer.tree().copied();
+        let steps_per_ray = match tree {
+            None => None,
+            Some(_) => Some(steps_per_ray(&context, &scene, &settings).map_err(fail)?),
+        };
+        // One rendering that is not timed: first-use costs of the driver.
+        render(&mut renderer, 1, 0).map_err(fail)?;
+        Ok(Self {
+            configuration,
+            device: [context.info().name.clone(), context.info().driver.clone()],
+            setup: renderer.statistics().clone(),
+            tree,
+            steps_per_ray,
+            renderer,
+        })
+    }
+
+    fn image(&mut self, samples: u32, seed: u32) -> Result<Image, BenchError> {
+        let what = || format!("configuration {}", self.configuration.label);
+        let film =
+            render(&mut self.renderer, samples, seed).map_err(|source| BenchError::Render { what: what(), source })?;
+        Image::from_pixels(film.width(), film.height(), film.mean())
+            .map_err(|source| BenchError::Image { what: what(), source })
+    }
+}
+
+fn render(renderer: &mut Renderer, samples: u32, seed: u32) -> Result<Film, RenderError> {
+    renderer.set_samples(samples)?;
+    renderer.set_seed(seed);
+    renderer.render(|_| ControlFlow::Continue(()))
+}
+
+/// Counted in a pipeline of its own, since counting takes time.
+fn steps_per_ray(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<f64, RenderError> {
+    let settings =
+        RenderSettings { samples: settings.samples.min(COUNTED_SAMPLES), count_steps: true, ..settings.clone() };
+    let mut renderer = Renderer::new(context, scene, &settings)?;
+    renderer.render(|_| ControlFlow::Continue(()))?;
+    let s = renderer.statistics();
+    Ok(s.tree_steps as f64 / (s.rays + s.shadow_rays).max(1) as f64)
+}
+
+/// The noise that a reference should not exceed: half the smallest error that will be met, found from two renderings
+/// of each configuration.
+///
+/// # Errors
+/// A rendering fails.
+pub fn wanted_noise(contenders: &mut [Contender<'_>], most_samples: u32) -> Result<f64, BenchError> {
+    let mut smallest = f64::INFINITY;
+    for contender in contenders {
+        let a = contender.image(most_samples, 1)?;
+        let b = contender.image(most_samples, 2)?;
+        // Var(a − b) is twice the variance of each.
+        let mse = metrics::compare(&a, &b, &CompareOptions::default()).map_err(image_error)?.pointwise.mse / 2.0;
+        smallest = smallest.min(mse);
+    }
+    Ok((REFERENCE_SHARE * smallest).sqrt().max(f64::MIN_POSITIVE))
+}
+
+/// Times every configuration at every number of samples with every seed: configurations alternate innermost and seeds
+/// outermost, so that a drift of the machine's speed meets all configurations and all numbers of samples alike.
+///
+/// # Errors
+/// A rendering fails, or the reference has another size.
+pub fn measure(
+    contenders: &mut [Contender<'_>],
+    schedule: &Schedule,
+    reference: &Reference,
+    mut on_progress: impl FnMut(usize, usize),
+) -> Result<Vec<Measurement>, BenchError> {
+    if contenders.is_empty() || schedule.samples.is_empty() || schedule.seeds == 0 {
+        return Err(BenchError::Settings("nothing to measure: expected configurations, samples and seeds".to_owned()));
+    }
+    let total = contenders.len() * schedule.samples.len() * schedule.seeds as usize;
+    let options = CompareOptions { flip_ppd: schedule.flip_ppd, ..CompareOptions::default() };
+    let mut done = Vec::with_capacity(total);
+    for seed in 1..=schedule.seeds {
+        for &samples in &schedule.samples {
+            for (configuration, contender) in contenders.iter_mut().enumerate() {
+                on_progress(done.len(), total);
+                let image = contender.image(samples, seed)?;
+                let found = metrics::compare(&image, &reference.image, &options).map_err(image_error)?;
+                let s = contender.renderer.statistics();
+                let luminance = found.bias.luminance;
+                done.push(Measurement {
+                    configuration,
+                    samples,
+                    seed,
+                    render_seconds: s.render_seconds,
+                    device_seconds: s.stages.iter().map(|t| t.seconds).sum(),
+                    rays: s.rays + s.shadow_rays,
+                    mse: found.pointwise.mse,
+                    rel_mse: found.pointwise.rel_mse,
+                    mape: found.pointwise.mape,
+                    flip: found.flip,
+                    bias: luminance.relative.unwrap_or(luminance.mean),
+                });
+            }
+        }
+    }
+    on_progress(total, total);
+    Ok(done)
+}
+
+fn image_error(source: ImageError) -> BenchError {
+    BenchError::Image { what: "comparison with the reference".to_owned(), source }
+}

@@ -1,0 +1,82 @@
+//! Errors of benchmarks.
+
+use std::path::PathBuf;
+
+use crate::gpu::GpuError;
+use crate::image::ImageError;
+use crate::render::RenderError;
+
+/// What can stop a benchmark.
+#[derive(Debug, thiserror::Error)]
+pub enum BenchError {
+    /// A rendering failed.
+    #[error("{what}")]
+    Render {
+        /// The configuration or the scene.
+        what: String,
+        /// Why.
+        #[source]
+        source: RenderError,
+    },
+    /// A device could not be opened.
+    #[error("device '{device}'")]
+    Device {
+        /// As it was asked for.
+        device: String,
+        /// Why.
+        #[source]
+        source: GpuError,
+    },
+    /// An image could not be read, written or compared.
+    #[error("{what}")]
+    Image {
+        /// The image.
+        what: String,
+        /// Why.
+        #[source]
+        source: ImageError,
+    },
+    /// `KEY=VALUE,VALUE…` that is not understood.
+    #[error("'{text}' cannot be varied: {problem}")]
+    Vary {
+        /// What was given.
+        text: String,
+        /// What was found and what was expected.
+        problem: String,
+    },
+    /// A reference without a statement of its noise.
+    #[error(
+        "{}: the reference carries no estimate of its noise (an EXR layer 'variance'), so that errors cannot be told \
+         from it; state it with --reference-noise, or let the program make a reference",
+        path.display()
+    )]
+    UnknownNoise {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The reference does not become as exact as is wanted.
+    #[error(
+        "{scene}: the reference has a noise of {reached:.3e} after {samples} samples per pixel, wanted {wanted:.3e}"
+    )]
+    ReferenceNoise {
+        /// The scene.
+        scene: String,
+        /// Root of the mean variance, radiance.
+        reached: f64,
+        /// The same, as wanted.
+        wanted: f64,
+        /// Samples per pixel that were spent.
+        samples: u64,
+    },
+    /// Nothing to measure: no samples, seeds or configurations, or an image without a finite pixel.
+    #[error("{0}")]
+    Settings(String),
+    /// A plot could not be drawn or written.
+    #[error("{}: {problem}", path.display())]
+    Plot {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        problem: String,
+    },
+}

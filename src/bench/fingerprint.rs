@@ -1,0 +1,118 @@
+//! A number that tells scenes apart by what their images show.
+
+use std::hash::Hasher;
+
+use glam::DVec3;
+
+use crate::scene::{Light, PixelFilter, Scene, Surface};
+
+/// FNV-1a, 64 bits (Fowler, Noll and Vo): the same on every machine and in every version.
+struct Fnv(u64);
+
+impl Hasher for Fnv {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
+        }
+    }
+}
+
+impl Fnv {
+    fn numbers(&mut self, values: &[f64]) {
+        for v in values {
+            self.write(&v.to_bits().to_le_bytes());
+        }
+    }
+
+    fn points(&mut self, points: &[DVec3]) {
+        self.count(points.len());
+        points.iter().for_each(|p| self.numbers(&p.to_array()));
+    }
+
+    fn count(&mut self, n: usize) {
+        self.write(&(n as u64).to_le_bytes());
+    }
+}
+
+/// Hash of everything that the expectation of a scene's image depends on. Names, files, the number of samples,
+/// roulette and the transfer curve are left out.
+pub fn fingerprint(scene: &Scene) -> u64 {
+    let mut h = Fnv(0xcbf2_9ce4_8422_2325);
+    let c = &scene.camera;
+    h.points(&[c.position, c.target, c.up]);
+    h.numbers(&[c.horizontal_fov]);
+    h.write(&scene.film.width.to_le_bytes());
+    h.write(&scene.film.height.to_le_bytes());
+    h.write(&[u8::from(scene.film.filter == PixelFilter::Gaussian), u8::from(scene.integrator.indirect)]);
+    h.write(&scene.integrator.max_depth.to_le_bytes());
+    h.numbers(&scene.background);
+    h.count(scene.materials.len());
+    for material in &scene.materials {
+        let (kind, values) = match material.surface {
+            Surface::Diffuse { reflectance } => (0, reflectance),
+            Surface::Mirror { reflectance } => (1, reflectance),
+            Surface::Dielectric { ior } => (2, [ior; 3]),
+            Surface::Emitter { radiance } => (3, radiance),
+        };
+        h.write(&[kind]);
+        h.numbers(&values);
+    }
+    h.count(scene.spheres.len());
+    for s in &scene.spheres {
+        h.points(&[s.center]);
+        h.numbers(&[s.radius]);
+        h.write(&s.material.to_le_bytes());
+        h.write(&[u8::from(s.inward)]);
+    }
+    h.count(scene.meshes.len());
+    for mesh in &scene.meshes {
+        h.points(&mesh.positions);
+        h.points(&mesh.vertex_normals);
+        for (triangle, material) in mesh.triangles.iter().zip(&mesh.triangle_materials) {
+            triangle.iter().chain([material]).for_each(|i| h.write(&i.to_le_bytes()));
+        }
+        h.count(mesh.triangles.len());
+    }
+    h.count(scene.lights.len());
+    for Light::Point { position, power } in &scene.lights {
+        h.points(&[*position]);
+        h.numbers(power);
+    }
+    h.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bench::generate;
+
+    #[test]
+    fn what_an_image_shows_counts_and_nothing_else() {
+        let scene = generate::terrain(200);
+        let same = |change: fn(&mut Scene)| {
+            let mut other = scene.clone();
+            change(&mut other);
+            fingerprint(&other) == fingerprint(&scene)
+        };
+        assert!(same(|s| s.source.push('x')));
+        assert!(same(|s| s.integrator.samples += 1));
+        assert!(same(|s| s.integrator.russian_roulette = Some(3)));
+        assert!(!same(|s| s.integrator.max_depth += 1));
+        assert!(!same(|s| s.meshes[0].positions[5].y += 1e-9));
+        assert!(!same(|s| s.meshes[0].triangles[5].swap(0, 1)));
+        assert!(!same(|s| s.film.width += 1));
+        assert!(!same(|s| s.materials[0].surface = Surface::Dielectric { ior: 1.5 }));
+        assert!(!same(|s| s.lights.clear()));
+    }
+
+    #[test]
+    fn fnv_of_the_published_vector() {
+        let mut h = Fnv(0xcbf2_9ce4_8422_2325);
+        h.write(b"foobar");
+        assert_eq!(h.finish(), 0x8594_4171_f739_67e8);
+    }
+}

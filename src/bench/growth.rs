@@ -1,0 +1,222 @@
+//! Cost against the size of a scene.
+
+use std::ops::ControlFlow;
+
+use serde::Serialize;
+
+use crate::Context;
+use crate::render::{RenderError, RenderSettings, Renderer};
+use crate::scene::Scene;
+
+use super::generate;
+use super::statistics::{PowerLaw, median};
+
+/// Timed renderings of each scene.
+const REPEATS: u32 = 3;
+
+/// What grows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Growth {
+    /// Triangles of a landscape that fills the view.
+    Triangles,
+    /// Spheres that fill the view.
+    Spheres,
+    /// Point lights of equal total power.
+    Lights,
+    /// Pixels of the image.
+    Pixels,
+    /// Surface hits of a path in a closed room.
+    Depth,
+}
+
+impl Growth {
+    /// Sizes from the smallest to `max` (`None`: a default that takes less than a minute on two cores).
+    pub fn sizes(self, max: Option<u64>) -> Vec<u64> {
+        let (least, most, factor) = match self {
+            Self::Triangles => (1_000, 1_000_000, 10f64.sqrt()),
+            Self::Spheres => (10, 100_000, 10.0),
+            Self::Lights => (1, 10_000, 10.0),
+            Self::Pixels => (64 * 64, 1024 * 1024, 4.0),
+            Self::Depth => (1, 64, 2.0),
+        };
+        let most = max.unwrap_or(most);
+        (0..)
+            .map(|i| (least as f64 * f64::powi(factor, i)).round() as u64)
+            .take_while(|&n| n <= most.max(least))
+            .collect()
+    }
+
+    /// The scene of a size.
+    pub fn scene(self, size: u64) -> Scene {
+        match self {
+            Self::Triangles => generate::terrain(size),
+            Self::Spheres => generate::spheres(size),
+            Self::Lights => generate::lights(size),
+            Self::Pixels => generate::pixels(size),
+            Self::Depth => generate::depth(size),
+        }
+    }
+
+    fn size_of(self, scene: &Scene) -> u64 {
+        match self {
+            Self::Triangles => scene.triangle_count() as u64,
+            Self::Spheres => scene.spheres.len() as u64,
+            Self::Lights => scene.lights.len() as u64,
+            Self::Pixels => u64::from(scene.film.width) * u64::from(scene.film.height),
+            Self::Depth => u64::from(scene.integrator.max_depth),
+        }
+    }
+
+    /// In the plural, for tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Triangles => "triangles",
+            Self::Spheres => "spheres",
+            Self::Lights => "lights",
+            Self::Pixels => "pixels",
+            Self::Depth => "depth",
+        }
+    }
+}
+
+/// One size.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GrowthRow {
+    /// How many there are of what grows.
+    pub size: u64,
+    /// Seconds to prepare: tree, uploads, pipeline.
+    pub setup_s: f64,
+    /// Seconds to build the tree.
+    pub build_s: Option<f64>,
+    /// Primitives a second in building, millions.
+    pub mprimitives_per_s: Option<f64>,
+    /// Bytes of the tree, for each of its primitives.
+    pub bytes_per_primitive: Option<f64>,
+    /// Depth of the tree.
+    pub tree_depth: Option<u32>,
+    /// Steps through the tree per ray.
+    pub steps_per_ray: Option<f64>,
+    /// Rays per sample.
+    pub rays_per_sample: f64,
+    /// Median wall seconds of a rendering.
+    pub render_s: f64,
+    /// Nanoseconds per sample.
+    pub ns_per_sample: f64,
+    /// Samples a second, millions.
+    pub msamples_per_s: f64,
+    /// Rays a second, millions.
+    pub mrays_per_s: f64,
+    /// Most device memory in use, bytes.
+    pub device_bytes: u64,
+}
+
+/// Exponents of cost ∝ size^exponent.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GrowthReport {
+    /// What grew.
+    pub grows: Growth,
+    /// Samples per pixel.
+    pub samples: u32,
+    /// One for each size that could be rendered.
+    pub rows: Vec<GrowthRow>,
+    /// Time per sample against size.
+    pub time_exponent: Option<PowerLaw>,
+    /// Time to build the tree against size.
+    pub build_exponent: Option<PowerLaw>,
+    /// Steps per ray against size.
+    pub steps_exponent: Option<PowerLaw>,
+    /// Where and why the series ended early, such as a limit of the driver.
+    pub ended: Option<String>,
+}
+
+/// Renders scene after scene. A failure ends the series and is kept in [`GrowthReport::ended`], with the error beside.
+pub fn measure(
+    context: &Context,
+    grows: Growth,
+    sizes: &[u64],
+    settings: &RenderSettings,
+    mut on_progress: impl FnMut(u64),
+) -> (GrowthReport, Option<RenderError>) {
+    let mut rows = Vec::new();
+    let mut failure = None;
+    let mut ended = None;
+    for &size in sizes {
+        on_progress(size);
+        let scene = grows.scene(size);
+        match row(context, grows, &scene, settings) {
+            Ok(row) => rows.push(row),
+            Err(error) => {
+                ended = Some(format!("{} {}: {error}", grows.size_of(&scene), grows.name()));
+                failure = Some(error);
+                break;
+            }
+        }
+    }
+    let fit = |value: fn(&GrowthRow) -> Option<f64>| {
+        let points: Vec<_> = rows.iter().filter_map(|r| Some((r.size as f64, value(r)?))).collect();
+        PowerLaw::fit(&points)
+    };
+    let report = GrowthReport {
+        grows,
+        samples: settings.samples,
+        time_exponent: fit(|r| Some(r.ns_per_sample)),
+        build_exponent: fit(|r| r.build_s),
+        steps_exponent: fit(|r| r.steps_per_ray),
+        rows,
+        ended,
+    };
+    (report, failure)
+}
+
+fn row(context: &Context, grows: Growth, scene: &Scene, settings: &RenderSettings) -> Result<GrowthRow, RenderError> {
+    let steps_per_ray = {
+        // Counting takes time, so it has a pipeline of its own, and one sample is enough.
+        let counting = RenderSettings { count_steps: true, samples: 1, ..settings.clone() };
+        let mut renderer = Renderer::new(context, scene, &counting)?;
+        renderer.render(|_| ControlFlow::Continue(()))?;
+        let s = renderer.statistics();
+        renderer.tree().map(|_| s.tree_steps as f64 / (s.rays + s.shadow_rays).max(1) as f64)
+    };
+    let mut renderer = Renderer::new(context, scene, settings)?;
+    let mut seconds = Vec::new();
+    for seed in 0..REPEATS {
+        renderer.set_seed(seed);
+        renderer.render(|_| ControlFlow::Continue(()))?;
+        seconds.push(renderer.statistics().render_seconds);
+    }
+    let render_s = median(&seconds);
+    let s = renderer.statistics();
+    let rays = (s.rays + s.shadow_rays) as f64;
+    let samples = s.samples as f64;
+    let tree = renderer.tree();
+    Ok(GrowthRow {
+        size: grows.size_of(scene),
+        setup_s: s.setup_seconds,
+        build_s: tree.map(|t| t.build_seconds),
+        mprimitives_per_s: tree.map(|t| t.leaves as f64 / t.build_seconds / 1e6),
+        bytes_per_primitive: tree.map(|t| t.bytes as f64 / t.leaves as f64),
+        tree_depth: tree.map(|t| t.depth),
+        steps_per_ray,
+        rays_per_sample: rays / samples,
+        render_s,
+        ns_per_sample: render_s / samples * 1e9,
+        msamples_per_s: samples / render_s / 1e6,
+        mrays_per_s: rays / render_s / 1e6,
+        device_bytes: context.memory().0,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_reach_the_largest() {
+        assert_eq!(Growth::Triangles.sizes(Some(10_000)), [1000, 3162, 10_000]);
+        assert_eq!(Growth::Triangles.sizes(Some(10_000_000)).last(), Some(&10_000_000));
+        assert_eq!(Growth::Triangles.sizes(Some(1)), [1000]);
+        assert_eq!(Growth::Depth.sizes(None), [1, 2, 4, 8, 16, 32, 64]);
+        assert_eq!(Growth::Pixels.sizes(None).len(), 5);
+    }
+}

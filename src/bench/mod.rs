@@ -1,0 +1,28 @@
+//! Measures run time against error, and cost against size.
+//!
+//! - [`convergence`]: seeds × sample counts × configurations, interleaved, against a [`Reference`] whose own noise is
+//!   known, subtracted, and never undercut.
+//! - [`growth`]: scenes made here ([`generate`]), larger from row to row.
+//!
+//! Results are plain data ([`report`]) that becomes a table, CSV, Markdown or JSON, and a [`plot`].
+
+mod configuration;
+pub mod convergence;
+mod error;
+mod fingerprint;
+mod format;
+pub mod generate;
+pub mod growth;
+mod machine;
+pub mod plot;
+mod reference;
+pub mod report;
+pub mod statistics;
+mod summary;
+
+pub use configuration::{Configuration, Vary, combine};
+pub use error::BenchError;
+pub use fingerprint::fingerprint;
+pub use machine::Machine;
+pub use reference::{Origin, Reference};
+pub use summary::{ConfigurationSummary, Row, TimeToTarget};

@@ -1,0 +1,284 @@
+//! The image that errors are measured against, and how noisy it is itself.
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use crate::image::metrics::RELATIVE_OFFSET;
+use crate::image::{self, Image, Metadata, Variance};
+use crate::oracle::{self, OracleSettings};
+use crate::render::{RenderSettings, Renderer, Sampler};
+use crate::scene::Scene;
+use crate::{Context, bench::fingerprint};
+
+use super::error::BenchError;
+
+/// Independent batches behind the noise estimate of a reference that is made here.
+const BATCHES: u32 = 16;
+/// Samples per pixel of the batches that show how many a reference needs.
+const PILOT_SAMPLES: u32 = 64;
+/// Attempts to reach the wanted noise: the pilot may have missed rare bright paths.
+const ATTEMPTS: u32 = 4;
+/// Seeds of references lie far from those of measurements.
+const SEED: u32 = 0x5eed_0000;
+
+/// Where a reference came from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Origin {
+    /// An image that the caller gave.
+    Given,
+    /// Made by the renderer with independent random numbers, in another seed space.
+    Renderer,
+    /// Made by the double-precision oracle on the CPU.
+    Oracle,
+}
+
+/// A reference image with its noise.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reference {
+    /// The image.
+    pub image: Image,
+    /// Where it came from.
+    pub origin: Origin,
+    /// The file it is in, if it is in one.
+    pub file: Option<PathBuf>,
+    /// Samples per pixel, where known.
+    pub samples: Option<u64>,
+    /// Its share of a mean squared error: mean variance over pixels and channels.
+    pub noise_mse: f64,
+    /// Its share of a relative mean squared error.
+    pub noise_rel_mse: f64,
+    /// Standard error of its mean luminance (channels counted as fully correlated, which is the worst case).
+    pub mean_error: f64,
+}
+
+impl Reference {
+    /// From an image; `noise` (root mean variance, radiance) for one that does not carry its variance.
+    ///
+    /// # Errors
+    /// [`BenchError::UnknownNoise`] if it carries none and none is stated.
+    pub fn given(path: &Path, noise: Option<f64>) -> Result<Self, BenchError> {
+        let (image, metadata) = image::read(path)
+            .map_err(|source| BenchError::Image { what: format!("reference {}", path.display()), source })?;
+        let samples = metadata.get("Samples").and_then(|s| s.parse().ok());
+        let file = Some(path.to_owned());
+        match (noise, image.variance().is_some()) {
+            (Some(noise), _) => {
+                let pixels = image.pixels().len();
+                let of_mean = vec![[(noise * noise) as f32; 3]; pixels];
+                Ok(Self::new(image, &of_mean, Origin::Given, file, samples))
+            }
+            (None, true) => Ok(Self::with_variance(image, Origin::Given, file, samples)),
+            (None, false) => Err(BenchError::UnknownNoise { path: path.to_owned() }),
+        }
+    }
+
+    /// From the cache folder if a good enough one is there, else made and, if there is a folder, kept.
+    ///
+    /// `noise` is the largest allowed root mean variance, radiance; `on_progress` is told the samples per pixel that
+    /// are to be rendered.
+    ///
+    /// # Errors
+    /// A rendering fails, the noise is not reached, or the cache cannot be written.
+    pub fn obtain(
+        context: &Context,
+        scene: &Scene,
+        origin: Origin,
+        noise: f64,
+        cache: Option<&Path>,
+        mut on_progress: impl FnMut(u64),
+    ) -> Result<Self, BenchError> {
+        let name = match origin {
+            Origin::Oracle => "oracle",
+            Origin::Given | Origin::Renderer => "renderer",
+        };
+        let file = cache.map(|folder| folder.join(format!("{:016x}-{name}.exr", fingerprint(scene))));
+        if let Some(path) = file.as_deref().filter(|p| p.exists()) {
+            match Self::given(path, None) {
+                Ok(found) if found.noise_mse.sqrt() <= noise => return Ok(Self { origin, ..found }),
+                Ok(_) => {}
+                // A damaged file is replaced.
+                Err(error) => log::warn!("{error}; it is made anew"),
+            }
+        }
+        let (image, samples) = match origin {
+            Origin::Oracle => by_oracle(scene, noise, &mut on_progress)?,
+            Origin::Given | Origin::Renderer => by_renderer(context, scene, noise, &mut on_progress)?,
+        };
+        if let (Some(folder), Some(path)) = (cache, &file) {
+            let what = || format!("reference {}", path.display());
+            std::fs::create_dir_all(folder).map_err(|source| BenchError::Image {
+                what: what(),
+                source: image::ImageError::Write { path: folder.to_owned(), source },
+            })?;
+            let mut metadata = Metadata::new();
+            metadata.push("Software", concat!("photolith ", env!("CARGO_PKG_VERSION")));
+            metadata.push("Scene", &scene.source);
+            metadata.push("Samples", samples);
+            image::write(path, &image, &metadata, scene.film.transfer)
+                .map_err(|source| BenchError::Image { what: what(), source })?;
+        }
+        Ok(Self::with_variance(image, origin, file, Some(samples)))
+    }
+
+    fn with_variance(image: Image, origin: Origin, file: Option<PathBuf>, samples: Option<u64>) -> Self {
+        let of_mean = image.variance().map(|v| v.of_mean.clone()).unwrap_or_default();
+        Self::new(image, &of_mean, origin, file, samples)
+    }
+
+    fn new(image: Image, of_mean: &[[f32; 3]], origin: Origin, file: Option<PathBuf>, samples: Option<u64>) -> Self {
+        let (mut noise, mut relative, mut luminance) = (0.0, 0.0, 0.0);
+        for (pixel, variance) in image.pixels().iter().zip(of_mean) {
+            let mut deviation = 0.0;
+            for c in 0..3 {
+                let (r, v) = (f64::from(pixel[c]), f64::from(variance[c]));
+                noise += v;
+                relative += v / (r * r + RELATIVE_OFFSET);
+                deviation += image::metrics::LUMINANCE[c] * v.sqrt();
+            }
+            luminance += deviation * deviation;
+        }
+        let pixels = image.pixels().len() as f64;
+        Self {
+            origin,
+            file,
+            samples,
+            noise_mse: noise / (3.0 * pixels),
+            noise_rel_mse: relative / (3.0 * pixels),
+            mean_error: luminance.sqrt() / pixels,
+            image,
+        }
+    }
+}
+
+/// Means of equally large independent batches, accumulated (Welford's update).
+struct Batches {
+    count: u32,
+    mean: Vec<[f64; 3]>,
+    squares: Vec<[f64; 3]>,
+}
+
+impl Batches {
+    fn new(pixels: usize) -> Self {
+        Self { count: 0, mean: vec![[0.0; 3]; pixels], squares: vec![[0.0; 3]; pixels] }
+    }
+
+    fn add(&mut self, batch: impl Iterator<Item = [f64; 3]>) {
+        self.count += 1;
+        let n = f64::from(self.count);
+        for ((mean, squares), x) in self.mean.iter_mut().zip(&mut self.squares).zip(batch) {
+            for c in 0..3 {
+                let delta = x[c] - mean[c];
+                mean[c] += delta / n;
+                squares[c] += delta * (x[c] - mean[c]);
+            }
+        }
+    }
+
+    /// Root of the mean variance of the mean.
+    fn noise(&self) -> f64 {
+        let values = self.squares.as_flattened();
+        (values.iter().sum::<f64>() / values.len() as f64 / self.denominator()).sqrt()
+    }
+
+    fn denominator(&self) -> f64 {
+        f64::from(self.count) * f64::from(self.count - 1)
+    }
+
+    fn image(&self, width: u32, height: u32) -> Result<Image, image::ImageError> {
+        let single = |values: &[[f64; 3]], scale: f64| values.iter().map(|v| v.map(|x| (x * scale) as f32)).collect();
+        Image::from_pixels(width, height, single(&self.mean, 1.0))?
+            .with_variance(Variance { of_mean: single(&self.squares, 1.0 / self.denominator()), batches: self.count })
+    }
+}
+
+/// Renders batches until their mean is as exact as `noise`. `batch` renders one of so many samples with a seed.
+fn by_batches(
+    scene: &Scene,
+    noise: f64,
+    on_progress: &mut impl FnMut(u64),
+    mut batch: impl FnMut(u32, u32) -> Result<Vec<[f64; 3]>, BenchError>,
+) -> Result<(Image, u64), BenchError> {
+    let (width, height) = (scene.film.width, scene.film.height);
+    let pixels = width as usize * height as usize;
+    let mut samples = PILOT_SAMPLES;
+    let mut seed = SEED;
+    let mut reached = f64::INFINITY;
+    for _ in 0..ATTEMPTS {
+        let mut batches = Batches::new(pixels);
+        on_progress(u64::from(samples) * u64::from(BATCHES));
+        for _ in 0..BATCHES {
+            batches.add(batch(samples, seed)?.into_iter());
+            seed += 1;
+        }
+        reached = batches.noise();
+        if reached <= noise {
+            let image = batches
+                .image(width, height)
+                .map_err(|source| BenchError::Image { what: format!("reference of {}", scene.source), source })?;
+            return Ok((image, u64::from(samples) * u64::from(BATCHES)));
+        }
+        // A tenth more than the estimate asks for.
+        let factor = 1.1 * (reached / noise).powi(2);
+        samples = (f64::from(samples) * factor).ceil().min(f64::from(1u32 << 30)) as u32;
+    }
+    Err(BenchError::ReferenceNoise {
+        scene: scene.source.clone(),
+        reached,
+        wanted: noise,
+        samples: u64::from(samples) * u64::from(BATCHES),
+    })
+}
+
+fn by_renderer(
+    context: &Context,
+    scene: &Scene,
+    noise: f64,
+    on_progress: &mut impl FnMut(u64),
+) -> Result<(Image, u64), BenchError> {
+    let fail = |source| BenchError::Render { what: format!("reference of {}", scene.source), source };
+    let settings =
+        RenderSettings { samples: PILOT_SAMPLES, sampler: Sampler::Independent, ..RenderSettings::of(scene) };
+    let mut renderer = Renderer::new(context, scene, &settings).map_err(fail)?;
+    by_batches(scene, noise, on_progress, |samples, seed| {
+        // Independent numbers have no table, and so no bound on the samples.
+        renderer.set_samples(samples).map_err(fail)?;
+        renderer.set_seed(seed);
+        let film = renderer.render(|_| ControlFlow::Continue(())).map_err(fail)?;
+        Ok(film.sums().iter().zip(film.counts()).map(|(s, &n)| s.map(|s| s / f64::from(n))).collect())
+    })
+}
+
+fn by_oracle(scene: &Scene, noise: f64, on_progress: &mut impl FnMut(u64)) -> Result<(Image, u64), BenchError> {
+    by_batches(scene, noise, on_progress, |samples, seed| {
+        Ok(oracle::render(scene, &OracleSettings { samples, seed: u64::from(seed) }).mean)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn batches_give_mean_and_variance_of_the_mean() {
+        let mut batches = Batches::new(1);
+        for x in [1.0, 2.0, 6.0] {
+            batches.add([[x, 0.0, 2.0 * x]].into_iter());
+        }
+        let image = batches.image(1, 1).unwrap();
+        assert_eq!(image.pixels()[0], [3.0, 0.0, 6.0]);
+        // Sample variance 7, over 3.
+        let variance = image.variance().unwrap();
+        assert!((variance.of_mean[0][0] - 7.0 / 3.0).abs() < 1e-6 && variance.batches == 3);
+        assert!((batches.noise() - ((7.0 / 3.0 + 0.0 + 28.0 / 3.0) / 3.0f64).sqrt()).abs() < 1e-12);
+        let reference = Reference::with_variance(image, Origin::Renderer, None, None);
+        assert!((reference.noise_mse.sqrt() - batches.noise()).abs() < 1e-6);
+        // One pixel: the mean's error is the pixel's.
+        let deviation = 0.2126 * (7.0f64 / 3.0).sqrt() + 0.0722 * (28.0f64 / 3.0).sqrt();
+        assert!((reference.mean_error - deviation).abs() < 1e-6);
+        let relative = (7.0 / 3.0 / 9.01 + 28.0 / 3.0 / 36.01) / 3.0;
+        assert!((reference.noise_rel_mse - relative).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,337 @@
+//! `photolith bench`: run time against error, and cost against size.
+
+mod document;
+mod samples;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::{Context as _, anyhow, bail};
+use clap::{Args, ValueEnum};
+use indicatif::{ProgressBar, ProgressStyle};
+use photolith::bench::convergence::{self, Contender, Schedule};
+use photolith::bench::growth::{self, Growth};
+use photolith::bench::report::{self, ReferenceReport, Report, SceneReport};
+use photolith::bench::{self, ConfigurationSummary, Machine, Origin, Reference, Vary};
+use photolith::image::metrics::flip;
+use photolith::scene::Scene;
+use photolith::{Context, RenderSettings};
+
+use super::exit;
+use super::options::{AccelArg, DeviceOptions, IntersectionArg, SamplerArg, SceneOptions, SchedulerArg, Size};
+use samples::SampleCounts;
+
+/// Measure run time against error, or cost against size
+///
+/// Renders each scene with several seeds at doubling numbers of samples and compares with a reference, whose own
+/// variance is subtracted; errors below its noise are withheld, and the exit code is then 2. Times are medians over
+/// the seeds; configurations (--vary) alternate, so that a drift of the machine's speed meets all alike.
+#[derive(Args)]
+pub struct BenchArgs {
+    /// Scene files (.toml) or meshes (.obj)
+    #[arg(value_name = "SCENE", required_unless_present = "growth")]
+    scenes: Vec<PathBuf>,
+
+    /// Samples per pixel: N (1 to N, doubling), A..B (A to B, doubling), or a list; with --growth one number
+    /// [default: 1..64, with --growth 4]
+    #[arg(long, value_name = "LIST")]
+    samples: Option<SampleCounts>,
+
+    /// Independent renderings of each
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    seeds: u32,
+
+    /// Image size instead of the scene's
+    #[arg(long, value_name = "WxH")]
+    size: Option<Size>,
+
+    /// Surface hits of a path instead of the scene's
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65535))]
+    max_depth: Option<u32>,
+
+    /// Set a setting, or several values of it side by side; may be repeated. Keys: sampler, accel, intersection,
+    /// scheduler, features (specialised, general), roulette (off, N), device
+    #[arg(long, value_name = "KEY=VALUE,...")]
+    vary: Vec<Vary>,
+
+    /// Also print the time to this root mean square error [default: the smallest that all configurations reach]
+    #[arg(long, value_name = "RMSE", value_parser = positive)]
+    target: Option<f64>,
+
+    /// Pixels per degree of visual angle, for FLIP
+    #[arg(long, value_name = "X", default_value_t = flip::DEFAULT_PPD, value_parser = positive)]
+    ppd: f64,
+
+    #[command(flatten)]
+    reference: ReferenceOptions,
+
+    /// Measure cost against the size of generated scenes instead
+    #[arg(long, value_enum, conflicts_with_all = ["scenes", "vary", "target", "seeds"])]
+    growth: Option<GrowthArg>,
+
+    /// The largest size [default: by what grows]
+    #[arg(long, value_name = "N", requires = "growth")]
+    max: Option<u64>,
+
+    #[command(flatten)]
+    device: DeviceOptions,
+
+    /// Print one line of JSON (schema photolith-bench-1) on stdout instead of tables
+    #[arg(long)]
+    json: bool,
+
+    /// Write all rows as CSV
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+
+    /// Draw the results
+    #[arg(long, value_name = "FILE.svg")]
+    plot: Option<PathBuf>,
+
+    /// Write the tables into a Markdown document, in place of its section (--section)
+    #[arg(long, value_name = "FILE")]
+    markdown: Option<PathBuf>,
+
+    /// Name of the section: it stands between <!-- begin NAME --> and <!-- end NAME -->, or is added at the end
+    #[arg(long, value_name = "NAME", default_value = "bench", requires = "markdown")]
+    section: String,
+}
+
+/// What errors are measured against.
+#[derive(Args)]
+#[command(next_help_heading = "Reference")]
+struct ReferenceOptions {
+    /// An image that counts as right (one scene only) [default: made with independent random numbers and kept]
+    #[arg(long, value_name = "FILE")]
+    reference: Option<PathBuf>,
+
+    /// Largest noise (root mean variance) of a reference that is made, or the noise of one that is given and does not
+    /// say [default: half the smallest error that will be met]
+    #[arg(long, value_name = "RADIANCE", value_parser = positive)]
+    reference_noise: Option<f64>,
+
+    /// Make the reference with the double-precision oracle on the CPU (slow: no tree)
+    #[arg(long, conflicts_with = "reference")]
+    oracle: bool,
+
+    /// Where references are kept [default: photolith/references in the user's cache folder]
+    #[arg(long, value_name = "DIR")]
+    cache: Option<PathBuf>,
+}
+
+/// What grows.
+#[derive(Clone, Copy, ValueEnum)]
+enum GrowthArg {
+    /// Triangles of a landscape, 1e3 to 1e6
+    Triangles,
+    /// Spheres, 10 to 1e5
+    Spheres,
+    /// Point lights, 1 to 1e4
+    Lights,
+    /// Pixels, 64² to 1024²
+    Pixels,
+    /// Surface hits of a path, 1 to 64
+    Depth,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|v: &f64| *v > 0.0 && v.is_finite()).ok_or_else(|| "expected a number above 0".to_owned())
+}
+
+/// Measures and prints.
+pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
+    // Before minutes of measuring, not after.
+    if let Some(path) = &args.plot {
+        bench::plot::check_path(path)?;
+    }
+    if args.reference.reference.is_some() && args.scenes.len() > 1 {
+        bail!("--reference is for one scene, found {}", args.scenes.len());
+    }
+    let context = args.device.open()?;
+    let mut report =
+        Report { schema: report::SCHEMA, machine: Machine::of(&context), scenes: Vec::new(), growth: None };
+    let mut failure = None;
+    if let Some(grows) = args.growth {
+        let (found, error) = measure_growth(args, grows, &context)?;
+        report.growth = Some(found);
+        failure = error;
+    }
+    for path in &args.scenes {
+        report.scenes.push(measure_scene(args, path, &context)?);
+    }
+    write(args, &report)?;
+    if let Some(error) = failure {
+        return Err(anyhow::Error::new(error).context("the series ended early"));
+    }
+    let messages = context.messages().all();
+    if !messages.is_empty() {
+        eprintln!("photolith: {} validation message(s); the first: {}", messages.len(), messages[0]);
+        return Ok(ExitCode::from(exit::VALIDATION));
+    }
+    for scene in &report.scenes {
+        let withheld = scene.withheld();
+        if let Some((label, samples)) = withheld.first() {
+            bail!(
+                "{}: {} error(s) withheld, because they are below the noise of the reference ({:.3e}), the first of \
+                 {label} at {samples} samples; lower --reference-noise, or give a better --reference",
+                scene.scene,
+                withheld.len(),
+                scene.reference.noise_rmse
+            );
+        }
+    }
+    Ok(ExitCode::from(exit::OK))
+}
+
+fn measure_growth(
+    args: &BenchArgs,
+    grows: GrowthArg,
+    context: &Context,
+) -> anyhow::Result<(growth::GrowthReport, Option<photolith::RenderError>)> {
+    let grows = match grows {
+        GrowthArg::Triangles => Growth::Triangles,
+        GrowthArg::Spheres => Growth::Spheres,
+        GrowthArg::Lights => Growth::Lights,
+        GrowthArg::Pixels => Growth::Pixels,
+        GrowthArg::Depth => Growth::Depth,
+    };
+    let samples = match &args.samples {
+        None => 4,
+        Some(counts) => counts.single().ok_or_else(|| anyhow!("--growth takes one number of --samples"))?,
+    };
+    let sizes = grows.sizes(args.max);
+    let bar = Progress::new(sizes.len());
+    let settings = RenderSettings { samples, ..RenderSettings::default() };
+    let result = growth::measure(context, grows, &sizes, &settings, |size| bar.step(&size.to_string()));
+    bar.finish();
+    Ok(result)
+}
+
+fn measure_scene(args: &BenchArgs, path: &Path, context: &Context) -> anyhow::Result<SceneReport> {
+    let options = SceneOptions {
+        size: args.size,
+        samples: None,
+        max_depth: args.max_depth,
+        seed: 0,
+        sampler: SamplerArg::Sobol,
+        intersection: IntersectionArg::Watertight,
+        accel: AccelArg::Bvh,
+        scheduler: SchedulerArg::Auto,
+        general: false,
+    };
+    let (scene, settings) = options.load(path)?;
+    let configurations = bench::combine(&settings, &args.vary);
+    let samples = args.samples.clone().unwrap_or_default().doubling();
+    let most = samples.last().copied().unwrap_or(1);
+    let bar = Progress::new(configurations.len() * samples.len() * args.seeds as usize);
+    bar.say("compiling");
+    let mut contenders =
+        configurations.iter().map(|c| Contender::new(c, context, &scene, most)).collect::<Result<Vec<_>, _>>()?;
+    let reference = obtain_reference(&args.reference, context, &scene, &mut contenders, most, &bar)?;
+    let schedule = Schedule { samples, seeds: args.seeds, flip_ppd: args.ppd };
+    let measurements = convergence::measure(&mut contenders, &schedule, &reference, |done, _| {
+        bar.set(done, &scene.source);
+    })?;
+    bar.finish();
+    let mut summaries: Vec<_> =
+        contenders.iter().enumerate().map(|(i, c)| ConfigurationSummary::of(i, c, &measurements, &reference)).collect();
+    let reached = summaries.iter().filter_map(ConfigurationSummary::smallest_rmse).max_by(f64::total_cmp);
+    let target = args.target.or(reached);
+    if let Some(target) = target {
+        summaries.iter_mut().for_each(|s| s.reach(target));
+    }
+    Ok(SceneReport {
+        scene: scene.source.clone(),
+        width: scene.film.width,
+        height: scene.film.height,
+        max_depth: scene.integrator.max_depth,
+        seeds: args.seeds,
+        reference: ReferenceReport::of(&reference),
+        target_rmse: target,
+        configurations: summaries,
+    })
+}
+
+fn obtain_reference(
+    options: &ReferenceOptions,
+    context: &Context,
+    scene: &Scene,
+    contenders: &mut [Contender<'_>],
+    most_samples: u32,
+    bar: &Progress,
+) -> anyhow::Result<Reference> {
+    if let Some(path) = &options.reference {
+        return Ok(Reference::given(path, options.reference_noise)?);
+    }
+    let noise = match options.reference_noise {
+        Some(noise) => noise,
+        None => {
+            bar.say("finding the noise that the reference may have");
+            convergence::wanted_noise(contenders, most_samples)?
+        }
+    };
+    let origin = if options.oracle { Origin::Oracle } else { Origin::Renderer };
+    let cache = options.cache.clone().or_else(user_cache);
+    Ok(Reference::obtain(context, scene, origin, noise, cache.as_deref(), |samples| {
+        bar.say(&format!("making the reference, {samples} samples per pixel"));
+    })?)
+}
+
+/// The XDG base directory specification's cache folder, or its counterpart elsewhere; `None` where there is none.
+fn user_cache() -> Option<PathBuf> {
+    let variable = |name| std::env::var_os(name).map(PathBuf::from).filter(|p| p.is_absolute());
+    let base = variable("XDG_CACHE_HOME")
+        .or_else(|| variable("LOCALAPPDATA"))
+        .or_else(|| variable("HOME").map(|home| home.join(".cache")))?;
+    Some(base.join("photolith").join("references"))
+}
+
+fn write(args: &BenchArgs, report: &Report) -> anyhow::Result<()> {
+    if args.json {
+        println!("{}", serde_json::to_string(report)?);
+    } else {
+        print!("{}", report.text(false));
+    }
+    if let Some(path) = &args.csv {
+        std::fs::write(path, report.csv()).with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    if let Some(path) = &args.plot {
+        report.figure().write(path)?;
+    }
+    if let Some(path) = &args.markdown {
+        document::write_section(path, &args.section, &report.text(true), args.plot.as_deref())?;
+    }
+    Ok(())
+}
+
+/// A bar on a terminal; nothing elsewhere.
+struct Progress(ProgressBar);
+
+impl Progress {
+    fn new(total: usize) -> Self {
+        let bar = ProgressBar::new(total as u64);
+        if let Ok(style) = ProgressStyle::with_template("[{bar:30}] {pos} of {len}, {elapsed}: {wide_msg}") {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        Self(bar)
+    }
+
+    fn say(&self, message: &str) {
+        self.0.set_message(message.to_owned());
+        self.0.tick();
+    }
+
+    fn set(&self, done: usize, message: &str) {
+        self.0.set_position(done as u64);
+        self.say(message);
+    }
+
+    fn step(&self, message: &str) {
+        self.say(message);
+        self.0.inc(1);
+    }
+
+    fn finish(&self) {
+        self.0.finish_and_clear();
+    }
+}

@@ -1,0 +1,235 @@
+//! `photolith bench` from outside: slopes, fields, and what it refuses.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use photolith::bench::growth::{Growth, measure};
+use photolith::{Context, ContextOptions, RenderError, RenderSettings, Validation};
+use serde_json::Value;
+
+/// A floor, a ball and a lamp under a sky: noise from every dimension, no rare bright paths.
+const SCENE: &str = r#"
+version = 1
+[camera]
+position = [0, 2, 6]
+target = [0, 0.5, 0]
+horizontal_fov = 40
+[film]
+width = 24
+height = 16
+filter = "box"
+[integrator]
+max_depth = 2
+samples = 16
+[background]
+radiance = [0.5, 0.7, 1.0]
+[[material]]
+name = "grey"
+type = "diffuse"
+reflectance = [0.6, 0.5, 0.4]
+[[sphere]]
+center = [0, -100, 0]
+radius = 100
+material = "grey"
+[[sphere]]
+center = [0, 1, 0]
+radius = 1
+material = "grey"
+[[light]]
+type = "point"
+position = [3, 5, 2]
+power = [300, 300, 300]
+"#;
+
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("scene.toml"), SCENE).unwrap();
+    folder
+}
+
+fn bench(folder: &Path, arguments: &str) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_photolith"))
+        .args(["bench", "--validate", "--cache", "cache"])
+        .args(arguments.split_ascii_whitespace())
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+fn json(output: &Output) -> Value {
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let text = String::from_utf8(output.stdout.clone()).unwrap();
+    assert_eq!(text.lines().count(), 1);
+    serde_json::from_str(&text).unwrap()
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value} is not a number"))
+}
+
+#[test]
+fn independent_numbers_converge_with_one_half_and_sobol_faster() {
+    let folder = folder();
+    let line = "scene.toml --samples 1..64 --vary sampler=independent,sobol --json --csv a.csv --plot a.svg \
+                --markdown a.md --section small";
+    let found = json(&bench(folder.path(), line));
+    assert_eq!(found["schema"], "photolith-bench-1");
+    for field in ["device", "driver", "version", "date"] {
+        assert!(!found[field].as_str().unwrap().is_empty(), "{field}");
+    }
+    let scene = &found["scenes"][0];
+    assert_eq!((&scene["width"], &scene["height"], &scene["seeds"]), (&24.into(), &16.into(), &8.into()));
+    let noise = number(&scene["reference"]["noise_rmse"]);
+    assert_eq!(scene["reference"]["origin"], "renderer");
+    assert!(number(&scene["reference"]["samples"]) > 0.0);
+
+    let [independent, sobol] = [0, 1].map(|i| &scene["configurations"][i]);
+    assert_eq!((&independent["label"], &sobol["label"]), (&"sampler=independent".into(), &"sampler=sobol".into()));
+    let slope = |c: &Value| (number(&c["slope"]["exponent"]), number(&c["slope"]["half_width"]));
+    let (flat, steep) = (slope(independent), slope(sobol));
+    assert!((flat.0 + 0.5).abs() < 0.15 && flat.1 < 0.15, "{flat:?}");
+    assert!(steep.0 < flat.0 - 0.1, "{steep:?} is not steeper than {flat:?}");
+
+    for c in [independent, sobol] {
+        assert!(number(&c["setup_s"]) >= number(&c["compile_s"]));
+        // Spheres in constants: no tree.
+        assert!(c["steps_per_ray"].is_null() && c["tree_build_s"].is_null());
+        let rows = c["rows"].as_array().unwrap();
+        assert_eq!(rows.len(), 7);
+        for (i, row) in rows.iter().enumerate() {
+            let get = |field: &str| number(&row[field]);
+            assert_eq!(get("samples"), f64::from(1 << i));
+            assert!(get("device_s") <= get("render_s"), "{row}");
+            assert!(get("rmse") >= noise && get("rmse_half_width") < 0.5 * get("rmse"), "{row}");
+            assert!((get("rmse").powi(2) / get("mse") - 1.0).abs() < 1e-9);
+            assert!((get("efficiency") * get("mse") * get("render_s") - 1.0).abs() < 1e-9);
+            let pixels = 24.0 * 16.0;
+            assert!((get("msamples_per_s") * get("render_s") * 1e6 / pixels / get("samples") - 1.0).abs() < 1e-9);
+            assert!(get("rays_per_sample") > 1.0 && get("rays_per_sample") < 5.0, "{row}");
+            assert!(get("rel_mse") > 0.0 && get("mape") > 0.0 && get("flip") > 0.0);
+            // Four half-widths of 95%: unbiased, and a bias of a percent would show at 64 samples.
+            assert!(get("bias").abs() < 4.0 * get("bias_half_width"), "{row}");
+        }
+        assert!(number(&rows[6]["bias_half_width"]) < 0.005);
+    }
+    // The target is what the worse of the two reaches with all its samples; Sobol needs fewer.
+    let samples = |c: &Value| number(&c["time_to_target"]["samples"]);
+    assert!((samples(independent) - 64.0).abs() < 1e-6 && samples(sobol) < 40.0);
+
+    let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
+    assert_eq!(read("a.csv").lines().count(), 1 + 2 * 7);
+    assert!(read("a.svg").contains("wall time (s)") && read("a.svg").contains("sampler=sobol"));
+    let markdown = read("a.md");
+    assert!(markdown.starts_with("<!-- begin small -->") && markdown.contains("![small](a.svg)"), "{markdown}");
+
+    // The reference is there now: used again, and not made anew for a scene that shows the same.
+    let kept = || std::fs::read_dir(folder.path().join("cache")).unwrap().map(|f| f.unwrap()).collect::<Vec<_>>();
+    assert_eq!(kept().len(), 1);
+    let changed = || kept()[0].metadata().unwrap().modified().unwrap();
+    let before = changed();
+    std::fs::write(folder.path().join("scene.toml"), SCENE.replace("samples = 16", "samples = 17")).unwrap();
+    bench(folder.path(), &format!("scene.toml --samples 2 --seeds 2 --reference-noise {}", 1.001 * noise));
+    assert_eq!(changed(), before);
+    std::fs::write(folder.path().join("scene.toml"), SCENE.replace("radius = 1\n", "radius = 0.9\n")).unwrap();
+    bench(folder.path(), "scene.toml --samples 2 --seeds 2");
+    assert_eq!(kept().len(), 2);
+}
+
+#[test]
+fn nothing_is_reported_below_the_noise_floor() {
+    let folder = folder();
+    let output = bench(folder.path(), "scene.toml --samples 1,1024 --seeds 2 --reference-noise 0.02 --json");
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let rows = &found["scenes"][0]["configurations"][0]["rows"];
+    assert!(number(&rows[0]["rmse"]) > 0.02);
+    assert_eq!(rows[1]["below_noise_floor"], true);
+    for field in ["mse", "rmse", "rel_mse", "mape", "flip", "efficiency"] {
+        assert!(rows[1][field].is_null(), "{field}");
+    }
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains("below the noise of the reference") && said.contains("1024 samples"), "{said}");
+}
+
+#[test]
+fn the_oracle_and_a_given_reference() {
+    let folder = folder();
+    let line = "scene.toml --size 12x8 --samples 4,16,64 --seeds 8 --json";
+    let by_oracle = json(&bench(folder.path(), &format!("{line} --oracle --reference-noise 0.004")));
+    assert_eq!(by_oracle["scenes"][0]["reference"]["origin"], "oracle");
+    let row = &by_oracle["scenes"][0]["configurations"][0]["rows"][2];
+    assert!(number(&row["bias"]).abs() < 3.0 * number(&row["bias_half_width"]), "{row}");
+
+    let kept = std::fs::read_dir(folder.path().join("cache")).unwrap().next().unwrap().unwrap().path();
+    let given = json(&bench(folder.path(), &format!("{line} --reference {}", kept.display())));
+    assert_eq!(given["scenes"][0]["reference"]["origin"], "given");
+    // The same seeds and reference: the same errors to the last bit.
+    let errors = |found: &Value| found["scenes"][0]["configurations"][0]["rows"][0]["mse"].clone();
+    assert_eq!(errors(&given), errors(&by_oracle));
+}
+
+#[test]
+fn bad_input_is_code_2_and_says_why() {
+    let folder = folder();
+    let render = |name: &str| {
+        let scene = folder.path().join("scene.toml");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_photolith"));
+        command.arg("render").arg(scene).args(["--samples", "1", "-o", name]);
+        assert!(command.current_dir(folder.path()).status().unwrap().success());
+    };
+    render("bare.pfm");
+    for (arguments, said) in [
+        ("", "SCENE"),
+        ("gone.toml", "gone.toml"),
+        ("scene.toml --samples 0", "expected N, A..B or A,B,C"),
+        ("scene.toml --vary colour=red", "unknown setting 'colour'"),
+        ("scene.toml --vary sampler=halton", "expected sobol or independent"),
+        ("scene.toml --plot a.pdf", "a plot is written as .svg"),
+        ("scene.toml --reference bare.pfm", "carries no estimate of its noise"),
+        ("scene.toml --reference bare.pfm --reference-noise 0.1 --size 8x8", "24x16"),
+        ("scene.toml scene.toml --reference bare.pfm", "for one scene, found 2"),
+        ("--growth triangles --samples 1,2", "one number of --samples"),
+    ] {
+        let output = bench(folder.path(), arguments);
+        let stderr = String::from_utf8(output.stderr.clone()).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments}: {output:?}");
+        assert!(stderr.contains(said), "{arguments}: {stderr}");
+    }
+    let output = bench(folder.path(), "scene.toml --vary device=none-such --samples 1");
+    assert_eq!(output.status.code(), Some(3), "{output:?}");
+}
+
+#[test]
+fn growth_of_triangles() {
+    let folder = folder();
+    let found =
+        json(&bench(folder.path(), "--growth triangles --max 10000 --samples 1 --json --plot g.svg --csv g.csv"));
+    let growth = &found["growth"];
+    let rows = growth["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 3);
+    assert!(number(&rows[2]["size"]) >= 10_000.0);
+    for row in rows {
+        // A binary tree with one triangle a leaf: 2n − 1 records of 64 bytes.
+        assert!((number(&row["bytes_per_primitive"]) - 128.0).abs() < 0.2, "{row}");
+        assert!(number(&row["mprimitives_per_s"]) > 0.0 && number(&row["steps_per_ray"]) > 5.0);
+    }
+    // Steps grow like the logarithm of the size.
+    let (few, many) = (number(&rows[0]["steps_per_ray"]), number(&rows[2]["steps_per_ray"]));
+    assert!(many > few && many < 3.0 * few, "{few} {many}");
+    assert!(growth["ended"].is_null() && growth["time_exponent"]["exponent"].is_number());
+    assert_eq!(std::fs::read_to_string(folder.path().join("g.csv")).unwrap().lines().count(), 4);
+    assert!(std::fs::read_to_string(folder.path().join("g.svg")).unwrap().contains("tree build (s)"));
+}
+
+#[test]
+fn a_series_that_cannot_go_on_says_where_and_why() {
+    let context = Context::new(&ContextOptions { validation: Validation::Core, ..ContextOptions::default() }).unwrap();
+    // Two iterations are enough for no path: what a limit of the driver would do.
+    let settings = RenderSettings { samples: 1, loop_budget: Some(2), ..RenderSettings::default() };
+    let (report, error) = measure(&context, Growth::Triangles, &[100, 200], &settings, |_| ());
+    assert!(matches!(error, Some(RenderError::Stuck { budget: 2 })), "{error:?}");
+    assert!(report.rows.is_empty() && report.time_exponent.is_none());
+    let ended = report.ended.unwrap();
+    assert!(ended.starts_with("128 triangles: ") && ended.contains("loop budget of 2"), "{ended}");
+    assert_eq!(context.messages().all(), Vec::<String>::new());
+}
