@@ -41,15 +41,17 @@ struct Variant {
 /// The kernels of the path tracer are built for several numbers of constant spheres and facets, so that drivers need
 /// not optimise code for places that a scene leaves empty.
 fn variants(stem: &str) -> Vec<Variant> {
-    // 0: no tree, 1: a tree, 2: a tree of which every leaf may be tested.
-    let trees: &[u32] = match stem {
-        "path_trace" => &[0, 1, 2],
-        "path_queue" => &[1],
+    // Trees: 0 none, 1 a tree, 2 a tree of which every leaf may be tested.
+    let (steps, trees): (&[u32], &[u32]) = match stem {
+        "path_trace" => (&[0, 1, 2], &[0, 1, 2]),
+        "path_queue" => (&[0, 1, 2], &[1]),
+        // Probes of rays: none or all.
+        "closest" | "occlusion" | "scatter" => (&[0, 2], &[2]),
         _ => return vec![Variant { suffix: String::new(), macros: Vec::new() }],
     };
     let mut all = Vec::new();
-    for spheres in [0, 8, 16] {
-        for facets in [0, 16, 32] {
+    for spheres in steps.iter().map(|s| 8 * s) {
+        for facets in steps.iter().map(|s| 16 * s) {
             for tree in trees {
                 all.push(Variant {
                     suffix: format!("_s{spheres}_f{facets}_t{tree}"),

@@ -137,7 +137,7 @@ fn shadow_ends(lab: &Lab) -> Result<Measured, CheckError> {
     };
     let (positions, triangles) = grid(center, x, y, 4);
     let (mut wrong, mut traced) = (0usize, 0usize);
-    for height in [1e-3, 0.5, -1e-3, -0.5] {
+    for height in [1e-3, -1e-3] {
         let mut scene = empty();
         scene.mesh(&positions, &triangles, diffuse(0.5));
         scene.light(center + 0.125 * x + 0.0625 * y + height * normal, 1.0);

@@ -1,18 +1,36 @@
-//! Rays through a scene, in render space, with the records of shaders/probe/rays.comp.
+//! Rays through a scene, in render space, with the records of shaders/probe/{closest,occlusion,scatter}.comp.
 
 use bytemuck::{AnyBitPattern, NoUninit, Pod, Zeroable};
 use glam::{DVec3, Vec3};
 
 use crate::gpu::Context;
 use crate::oracle::Primitive;
-use crate::render::RenderSettings;
 use crate::render::space::RenderSpace;
 use crate::render::tables::{Origin, Tables};
+use crate::render::{Features, RenderSettings};
 use crate::scene::Scene;
 
 use super::{CheckError, Kernel, Probe, tables_of};
 
-const RAYS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/rays.spv"));
+/// A kernel without and with room for constant spheres, each without and with room for facets (build.rs): drivers
+/// take seconds for what a scene leaves empty.
+type Variants = [[&'static [u8]; 2]; 2];
+
+macro_rules! variants {
+    ($stem:literal) => {
+        [
+            [variants!($stem, "_s0_f0_t2"), variants!($stem, "_s0_f32_t2")],
+            [variants!($stem, "_s16_f0_t2"), variants!($stem, "_s16_f32_t2")],
+        ]
+    };
+    ($stem:literal, $room:literal) => {
+        include_bytes!(concat!(env!("OUT_DIR"), "/", $stem, $room, ".spv"))
+    };
+}
+
+static CLOSEST: Variants = variants!("closest");
+static OCCLUSION: Variants = variants!("occlusion");
+static SCATTER: Variants = variants!("scatter");
 
 /// Set in `leaving` for a ray that runs inside the sphere it starts on (shaders/lib/intersect/sphere.glsl).
 pub(crate) const INSIDE: i32 = 0x4000_0000;
@@ -133,9 +151,16 @@ pub(crate) struct RayProbe<I, O> {
 }
 
 impl<I: NoUninit, O: AnyBitPattern> RayProbe<I, O> {
-    fn make(context: &Context, scene: &Scene, settings: &RenderSettings, function: u32) -> Result<Self, CheckError> {
+    fn make(
+        context: &Context,
+        scene: &Scene,
+        settings: &RenderSettings,
+        variants: &Variants,
+    ) -> Result<Self, CheckError> {
         let (space, tables) = tables_of(scene, settings);
-        let kernel = Kernel { name: "probe rays", spirv: RAYS, function };
+        let features = Features::of(scene, settings);
+        let spirv = variants[usize::from(features.constant_spheres > 0)][usize::from(features.facets > 0)];
+        let kernel = Kernel { name: "probe rays", spirv, function: 0 };
         let probe = Probe::new(context, kernel, scene, &tables, settings, 0)?;
         let triangles = scene.meshes.iter().map(|m| m.triangles.len()).collect();
         Ok(Self { probe, tables, space, triangles })
@@ -181,20 +206,20 @@ impl<I: NoUninit, O: AnyBitPattern> RayProbe<I, O> {
 impl RayProbe<RayInput, HitRecord> {
     /// Closest hits.
     pub fn closest(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<Self, CheckError> {
-        Self::make(context, scene, settings, 0)
+        Self::make(context, scene, settings, &CLOSEST)
     }
 }
 
 impl RayProbe<RayInput, OcclusionRecord> {
     /// Occlusion.
     pub fn occluded(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<Self, CheckError> {
-        Self::make(context, scene, settings, 1)
+        Self::make(context, scene, settings, &OCCLUSION)
     }
 }
 
 impl RayProbe<PathInput, PathRecord> {
     /// One hit of a path each.
     pub fn scatter(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<Self, CheckError> {
-        Self::make(context, scene, settings, 2)
+        Self::make(context, scene, settings, &SCATTER)
     }
 }

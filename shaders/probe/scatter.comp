@@ -1,48 +1,13 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
-// Rays through the scene, by the functions of the path tracer: closest hit, occlusion, one scattering event.
+// One hit of a path with its direct light, and its next ray, by the functions of the path tracer.
 // Records: check/probe/rays.rs.
 
 #include "io.glsl"
 #include "../lib/path.glsl"
 #include "../lib/trace.glsl"
-
-const uint PROBE_CLOSEST = 0u;
-const uint PROBE_OCCLUDED = 1u;
-const uint PROBE_SCATTER = 2u;
-
-void closest(uint i) {
-    vec4 o = input_floats(2u * i);
-    vec4 d = input_floats(2u * i + 1u);
-    uint steps = 0u;
-    float t;
-    int id = closest_hit(o.xyz, d.xyz, floatBitsToInt(d.w), t, steps);
-    steps = walked_steps;
-    vec4 position = vec4(0.0);
-    if (id >= 0) {
-        Surface s = surface_at(id, o.xyz, d.xyz, t);
-        position = vec4(s.position, s.offset);
-    }
-    probe_out[2u * i] = uvec4(floatBitsToUint(t), uint(id), steps, 0u);
-    output_floats(2u * i + 1u, position);
-}
-
-bool arrives(ShadowRay ray, inout uint steps) {
-    bool hidden;
-    uint walked = 0u;
-    if (shadow_needs_tree(ray, hidden)) hidden = hidden_by_tree(ray, steps, walked);
-    steps += walked;
-    return !hidden;
-}
-
-void occlusion(uint i) {
-    vec4 o = input_floats(2u * i);
-    vec4 d = input_floats(2u * i + 1u);
-    uint steps = 0u;
-    bool clear = arrives(ShadowRay(o.xyz, d.xyz, o.w, floatBitsToInt(d.w), vec3(0.0), true), steps);
-    probe_out[i] = uvec4(clear ? 0u : 1u, steps, 0u, 0u);
-}
+#include "shadow.glsl"
 
 void scatter(uint i) {
     vec4 o = input_floats(5u * i);
@@ -75,8 +40,5 @@ void scatter(uint i) {
 
 void main() {
     uint i = gl_GlobalInvocationID.x;
-    if (i >= end_slot) return;
-    if (PROBE == PROBE_CLOSEST) closest(i);
-    if (PROBE == PROBE_OCCLUDED) occlusion(i);
-    if (PROBE == PROBE_SCATTER) scatter(i);
+    if (i < end_slot) scatter(i);
 }

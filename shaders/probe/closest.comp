@@ -1,0 +1,28 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_KHR_shader_subgroup_arithmetic : require
+// Closest hits of rays, by the functions of the path tracer. Records: check/probe/rays.rs.
+
+#include "io.glsl"
+#include "../lib/path.glsl"
+#include "../lib/trace.glsl"
+
+void closest(uint i) {
+    vec4 o = input_floats(2u * i);
+    vec4 d = input_floats(2u * i + 1u);
+    uint steps = 0u;
+    float t;
+    int id = closest_hit(o.xyz, d.xyz, floatBitsToInt(d.w), t, steps);
+    vec4 position = vec4(0.0);
+    if (id >= 0) {
+        Surface s = surface_at(id, o.xyz, d.xyz, t);
+        position = vec4(s.position, s.offset);
+    }
+    probe_out[2u * i] = uvec4(floatBitsToUint(t), uint(id), steps, 0u);
+    output_floats(2u * i + 1u, position);
+}
+
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i < end_slot) closest(i);
+}

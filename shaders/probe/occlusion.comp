@@ -1,0 +1,22 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_KHR_shader_subgroup_arithmetic : require
+// Whether anything lies on rays, by the functions of the path tracer. Records: check/probe/rays.rs.
+
+#include "io.glsl"
+#include "../lib/path.glsl"
+#include "../lib/trace.glsl"
+#include "shadow.glsl"
+
+void occlusion(uint i) {
+    vec4 o = input_floats(2u * i);
+    vec4 d = input_floats(2u * i + 1u);
+    uint steps = 0u;
+    bool clear = arrives(ShadowRay(o.xyz, d.xyz, o.w, floatBitsToInt(d.w), vec3(0.0), true), steps);
+    probe_out[i] = uvec4(clear ? 0u : 1u, steps, 0u, 0u);
+}
+
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i < end_slot) occlusion(i);
+}
