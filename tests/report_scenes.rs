@@ -116,6 +116,73 @@ fn a_coarse_cat_agrees_with_the_oracle() {
     agrees(&context(), &scene, 32);
 }
 
+/// A closed lamp of triangles, once flat (held in constants) and once smooth (in the tree), a lamp that is a sphere,
+/// and two points: one light is chosen at each hit, and each shadow ray must end before the lamp that it aims at.
+const LAMPS: &str = r#"
+    version = 1
+    [camera]
+    position = [0, 0, 6]
+    target = [0, 0, 0]
+    horizontal_fov = 50
+    [film]
+    width = 48
+    height = 48
+    [integrator]
+    max_depth = 4
+    samples = 128
+    [background]
+    radiance = [0.1, 0.2, 0.3]
+    [[material]]
+    name = "grey"
+    type = "diffuse"
+    reflectance = [0.7, 0.6, 0.5]
+    [[material]]
+    name = "lamp"
+    type = "emitter"
+    radiance = [4, 5, 6]
+    [[sphere]]
+    center = [0, -101.5, 0]
+    radius = 100
+    material = "grey"
+    [[sphere]]
+    center = [-1.8, 1, -1]
+    radius = 0.6
+    material = "lamp"
+    [[mesh]]
+    file = "lamp.obj"
+    material = "lamp"
+    translate = [-0.5, 0.2, 0]
+    [[mesh]]
+    file = "lamp.obj"
+    material = "lamp"
+    normals = "smooth"
+    rotate = [90, 20, 0]
+    translate = [1.2, 0.3, 0.5]
+    [[mesh]]
+    file = "lamp.obj"
+    material = "grey"
+    scale = 1.5
+    rotate = [20, 30, 40]
+    translate = [0.5, -1.2, 1]
+    [[light]]
+    type = "point"
+    position = [3, 3, 3]
+    power = [60, 50, 40]
+    [[light]]
+    type = "point"
+    position = [-3, 2, 3]
+    power = [20, 30, 40]
+"#;
+
+#[test]
+fn lamps_of_every_shape_agree_with_the_oracle() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let tetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    std::fs::write(folder.path().join("lamp.obj"), tetrahedron).expect("a mesh");
+    let scene = Scene::from_toml_str(LAMPS, "lamps", Some(folder.path())).expect("a scene").scene;
+    agrees(&context(), &scene, 1024);
+}
+
 /// The tests above see an error where there is one.
 #[test]
 fn errors_are_seen() {

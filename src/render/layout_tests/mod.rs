@@ -75,7 +75,7 @@ fn kernels() -> Vec<(String, Interface)> {
             kernels.push((name, interface(&binary)));
         }
     }
-    assert_eq!(kernels.len(), 27);
+    assert_eq!(kernels.len(), 36);
     kernels
 }
 
