@@ -86,7 +86,8 @@ pub(crate) struct Memory {
 /// Device, queue, allocator.
 pub(crate) struct Device {
     pub raw: ash::Device,
-    pub queue: vk::Queue,
+    /// Submissions of several threads take turns, as Vulkan demands ("externally synchronized").
+    queue: Mutex<vk::Queue>,
     pub queue_family: u32,
     pub info: DeviceInfo,
     pub choice: String,
@@ -150,7 +151,7 @@ impl Device {
         let ticks = families[queue_family as usize].timestamp_valid_bits > 0;
         Ok(Self {
             raw,
-            queue,
+            queue: Mutex::new(queue),
             queue_family,
             info,
             choice,
@@ -165,6 +166,16 @@ impl Device {
 
     pub fn memory(&self) -> MutexGuard<'_, Memory> {
         self.memory.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+
+    /// Submits to the queue.
+    ///
+    /// # Safety
+    /// As for `vkQueueSubmit`: everything that `submit` names is alive until its work is done.
+    pub unsafe fn submit(&self, submit: &[vk::SubmitInfo<'_>]) -> Result<(), GpuError> {
+        let queue = self.queue.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        // SAFETY: the caller's; the lock is the synchronization of the queue.
+        check("vkQueueSubmit", unsafe { self.raw.queue_submit(*queue, submit, vk::Fence::null()) })
     }
 
     /// Gives a Vulkan object a name for validation messages and debuggers.

@@ -118,7 +118,7 @@ impl Timeline {
         // SAFETY: recording is over; everything recorded outlives the submission, as owners wait before they drop.
         unsafe {
             check("vkEndCommandBuffer", raw.end_command_buffer(slot.commands))?;
-            check("vkQueueSubmit", raw.queue_submit(self.device.queue, &submit, vk::Fence::null()))?;
+            self.device.submit(&submit)?;
         }
         Ok(Ticket { slot: index, value: self.submitted })
     }
