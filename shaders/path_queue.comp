@@ -246,7 +246,7 @@ void main() {
             uint slot_in_tile = held ? h.slot % TILE : 0u;
             bool real = pixel_of_slot(tile + slot_in_tile, pixel);
             uint key = pixel_key(pixel);
-            uint done = floatBitsToUint(film[2u * (tile + slot_in_tile - band_first)].w);
+            uint done = floatBitsToUint(film[FILM_ROWS * (tile + slot_in_tile - band_first)].w);
             h.path.index = held ? done + h.slot / TILE : 0u;
             Arrival arrival;
             ShadowRay shadow;
@@ -282,7 +282,7 @@ void main() {
             begins = begins && number < paths;
             if (begins) {
                 bool inside = pixel_of_slot(tile + number % TILE, pixel);
-                done = floatBitsToUint(film[2u * (tile + number % TILE - band_first)].w);
+                done = floatBitsToUint(film[FILM_ROWS * (tile + number % TILE - band_first)].w);
                 uint index = done + number / TILE;
                 begins = inside && tile + number % TILE < end_slot && index < target_samples;
                 key = pixel_key(pixel);

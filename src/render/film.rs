@@ -49,7 +49,7 @@ impl Film {
         for (i, slot) in slots.iter().enumerate() {
             if let Some(pixel) = pixel_of_slot(first + i as u32, self.width, self.height) {
                 self.counts[pixel] = slot.count;
-                self.sums[pixel] = std::array::from_fn(|c| f64::from(slot.sum[c]) + f64::from(slot.compensation[c]));
+                self.sums[pixel] = std::array::from_fn(|c| slot.total(c));
             }
         }
     }

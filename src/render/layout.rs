@@ -109,6 +109,8 @@ pub(crate) struct FilmSlot {
     pub count: u32,
     pub compensation: [f32; 3],
     pub unused: f32,
+    pub residue: [f32; 3],
+    pub unused2: f32,
 }
 
 /// What shaders/path_queue.comp is written for.
@@ -119,4 +121,11 @@ pub(crate) mod queue {
     pub const PATHS: u32 = 1024;
     /// Bytes of a workgroup's region: 512 parked rays of 5 vec4, 512 shadow rays, two slots for each path.
     pub const REGION_BYTES: u64 = 16 * (512 * 5 + 512 * 3 + 2 * PATHS as u64);
+}
+
+impl FilmSlot {
+    /// Sum of the samples of a channel: its three parts, the smallest first.
+    pub fn total(&self, channel: usize) -> f64 {
+        [self.residue, self.compensation, self.sum].iter().map(|part| f64::from(part[channel])).sum()
+    }
 }

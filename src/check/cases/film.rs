@@ -46,11 +46,11 @@ fn long_sum(lab: &Lab) -> Result<Measured, CheckError> {
                 // As the shader rounds it: 1e-3·x in single precision.
                 second += f64::from(1e-3f32 * (x as f32 * 2f32.powi(-24)));
             }
-            let of = |c: usize| f64::from(sums.sum[c]) + f64::from(sums.compensation[c]);
+            let of = |c: usize| sums.total(c);
             errors.push(relative(of(0), first as f64 / 2f64.powi(24)));
             errors.push(relative(of(1), second));
         }
-        let constant = f64::from(sums.sum[2]) + f64::from(sums.compensation[2]);
+        let constant = sums.total(2);
         errors.push(relative(constant, f64::from(0.1f32) * f64::from(total)));
     }
     Ok(Measured::new(worst(errors), format!("{total} samples a pixel, {slots} pixels")))
