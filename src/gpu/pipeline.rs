@@ -164,11 +164,13 @@ impl Pipeline {
     pub fn new(
         device: &Arc<Device>,
         name: &str,
-        spirv: &[u32],
+        spirv: &[u8],
         specialization: &Specialization,
         bindings: &BindingSet,
     ) -> Result<Self, GpuError> {
-        let info = vk::ShaderModuleCreateInfo::default().code(spirv);
+        // Whatever the alignment of the bytes.
+        let words: Vec<u32> = spirv.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
+        let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: the SPIR-V was made by glslang in the build script.
         let module = check("vkCreateShaderModule", unsafe { device.raw.create_shader_module(&info, None) })?;
         device.name(module, name);

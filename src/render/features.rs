@@ -70,7 +70,6 @@ impl Features {
         };
         let space = RenderSpace::of(scene);
         let (constant, rest) = spheres::partition(scene, &space);
-        let lights = scene.lights.iter().filter(|l| !scene.spheres.iter().any(|s| spheres::hides(s, scene, l)));
         let (facets, in_constants) = facets::select(scene, &space, settings.triangle_test);
         let triangles = in_constants.iter().any(|constant| !constant);
         Self {
@@ -91,7 +90,7 @@ impl Features {
             brute_force: settings.accel == Accel::None && (triangles || !rest.is_empty()),
             moller_trumbore: settings.triangle_test == TriangleTest::MollerTrumbore,
             smooth_normals: settings.general || scene.meshes.iter().any(|m| !m.vertex_normals.is_empty()),
-            lights: lights.count() as u32,
+            lights: spheres::visible_lights(scene).count() as u32,
             sobol_levels: if settings.general { sobol::MAX_LEVELS } else { sobol::levels(settings.samples) },
         }
     }

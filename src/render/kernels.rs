@@ -1,6 +1,10 @@
 //! The SPIR-V of the path tracer's kernels, each built for several numbers of constant spheres and facets (build.rs).
 
+use std::borrow::Cow;
+
+use super::error::RenderError;
 use super::features::Features;
+use super::settings::RenderSettings;
 
 /// A kernel: its name, and its SPIR-V.
 pub(crate) struct Kernel {
@@ -42,4 +46,16 @@ pub(crate) fn choose(features: &Features, queued: bool, general: bool) -> Kernel
     };
     let room = |needed: u32, step: u32| if general { 2 } else { needed.div_ceil(step) as usize };
     Kernel { name, spirv: all[room(features.constant_spheres, 8)][room(features.facets, 16)] }
+}
+
+/// The SPIR-V of a kernel: the caller's, if there is one in the folder of the settings, else the built-in one.
+pub(crate) fn spirv(kernel: &Kernel, settings: &RenderSettings) -> Result<Cow<'static, [u8]>, RenderError> {
+    let path = settings.spirv_folder.as_ref().map(|f| f.join(kernel.name).with_extension("spv"));
+    let Some(path) = path.filter(|p| p.exists()) else { return Ok(Cow::Borrowed(kernel.spirv)) };
+    let bytes = std::fs::read(&path).map_err(|e| RenderError::Settings(format!("{}: {e}", path.display())))?;
+    // The magic number of the SPIR-V specification, section 2.3.
+    if bytes.len() < 20 || bytes.len() % 4 != 0 || bytes[..4] != 0x0723_0203u32.to_le_bytes() {
+        return Err(RenderError::Settings(format!("{}: not a SPIR-V module", path.display())));
+    }
+    Ok(Cow::Owned(bytes))
 }

@@ -17,14 +17,17 @@ mod settings;
 pub(crate) mod sobol;
 pub(crate) mod space;
 mod spheres;
+mod statistics;
 pub(crate) mod tables;
+mod upload;
 
 pub use error::RenderError;
 pub use features::Features;
 pub use film::Film;
 pub use mutation::Mutation;
-pub use renderer::{Progress, RenderStatistics, Renderer};
+pub use renderer::Renderer;
 pub use settings::{Accel, RenderSettings, Sampler, Scheduler, TriangleTest};
+pub use statistics::{Progress, RenderStatistics};
 
 /// Builds the tree of a scene and measures it; `None` if the scene needs none under these settings.
 pub fn tree_statistics(scene: &crate::scene::Scene, settings: &RenderSettings) -> Option<crate::accel::TreeStatistics> {

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use bytemuck::Zeroable;
 
 use crate::accel::TreeStatistics;
-use crate::gpu::{Access, Binding, BindingSet, Buffer, Context, Device, Pipeline, StageTime, Ticket, Timeline, Usage};
+use crate::gpu::{Access, Binding, BindingSet, Buffer, Context, Device, Pipeline, Ticket, Timeline, Usage};
 use crate::scene::Scene;
 
 use super::driver::DriverFacts;
@@ -21,50 +21,12 @@ use super::plan::{Plan, Work};
 use super::settings::{RenderSettings, Scheduler};
 use super::sobol;
 use super::space::RenderSpace;
+use super::statistics::{Progress, RenderStatistics};
 use super::tables::Tables;
+use super::upload::upload;
 
 /// Submissions in flight.
 const IN_FLIGHT: usize = 2;
-
-/// How far a rendering is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Progress {
-    /// Samples done, over all pixels.
-    pub done: u64,
-    /// Samples to do, over all pixels.
-    pub total: u64,
-    /// Time since the first dispatch.
-    pub elapsed: Duration,
-}
-
-/// What a rendering did.
-#[derive(Debug, Clone, Default)]
-pub struct RenderStatistics {
-    /// Seconds from the start of [`Renderer::new`] until it could render: tree, uploads, compilation.
-    pub setup_seconds: f64,
-    /// The part of `setup_seconds` that went into making and warming up the pipeline.
-    pub compile_seconds: f64,
-    /// Seconds from the first dispatch to the film on the host.
-    pub render_seconds: f64,
-    /// Samples, over all pixels.
-    pub samples: u64,
-    /// Fewest samples of any pixel.
-    pub samples_per_pixel: u32,
-    /// Closest-hit rays.
-    pub rays: u64,
-    /// Shadow rays.
-    pub shadow_rays: u64,
-    /// Steps through the tree (with [`RenderSettings::count_steps`]).
-    pub tree_steps: u64,
-    /// Samples that were NaN or infinite and count as black.
-    pub bad_samples: u64,
-    /// Dispatches.
-    pub dispatches: u64,
-    /// Device time of each stage, summed.
-    pub stages: Vec<StageTime>,
-    /// The rendering was stopped before all samples were done.
-    pub stopped: bool,
-}
 
 /// Renders one scene with one set of settings.
 pub struct Renderer {
@@ -197,14 +159,14 @@ impl Renderer {
         specialization.uint(constant::REGIONS, regions).uint(constant::REFILL_BELOW, workgroup - workgroup / 4);
         let built_in = kernels::choose(&features, queued, settings.general);
         let stage = built_in.name;
-        let spirv = kernel(settings, stage, built_in.spirv)?;
+        let spirv = kernels::spirv(&built_in, settings)?;
         let compile_start = Instant::now();
         let pipeline = Pipeline::new(device, stage, &spirv, &specialization, &bands[0].set)?;
         let pipeline_seconds = compile_start.elapsed().as_secs_f64();
 
         let mut timeline = Timeline::new(device, IN_FLIGHT)?;
         upload(device, &mut timeline, &mut uploads)?;
-        let push = push_constants(scene, &space, settings);
+        let push = push_constants(scene, settings);
         let mut renderer = Self {
             settings: settings.clone(),
             features,
@@ -292,7 +254,6 @@ impl Renderer {
         let bands: Vec<_> = self.bands.iter().map(|b| (b.first, b.slots)).collect();
         let mut plan = Plan::new(&bands, self.settings.samples, self.settings.samples_per_dispatch, self.most_samples);
         let mut in_flight: VecDeque<(Ticket, Work, Instant, usize)> = VecDeque::new();
-        let mut done = 0u64;
         let mut done_before_repeat = None;
         let mut stop = false;
         let mut last_finished = start;
@@ -310,17 +271,12 @@ impl Renderer {
             // The device works on one submission at a time: this one began when its predecessor ended.
             let seconds = now.duration_since(submitted.max(last_finished)).as_secs_f64();
             last_finished = now;
-            self.add_stages(&stages);
             let counters = self.read_counters(readback)?;
             if counters.truncated > 0 {
                 return Err(RenderError::Truncated { count: counters.truncated });
             }
-            done += u64::from(counters.samples);
-            self.statistics.samples = done;
-            self.statistics.rays += u64::from(counters.rays);
-            self.statistics.shadow_rays += u64::from(counters.shadow_rays);
-            self.statistics.tree_steps += u64::from(counters.steps);
-            self.statistics.bad_samples += u64::from(counters.bad);
+            self.statistics.add(&counters, &stages);
+            let done = self.statistics.samples;
             plan.measured(&work, seconds);
             if in_flight.is_empty() && plan.is_over() && done < total && !stop {
                 // Samples that ran out of loop budget are done again, as long as that gets any further.
@@ -341,7 +297,7 @@ impl Renderer {
             }
         }
         let film = self.read_film()?;
-        self.statistics.stopped = done < total;
+        self.statistics.stopped = self.statistics.samples < total;
         self.statistics.samples_per_pixel = film.counts().iter().copied().min().unwrap_or(0);
         self.statistics.render_seconds = start.elapsed().as_secs_f64();
         Ok(film)
@@ -418,71 +374,13 @@ impl Renderer {
         }
         Ok(film)
     }
-
-    fn add_stages(&mut self, stages: &[StageTime]) {
-        for stage in stages {
-            match self.statistics.stages.iter_mut().find(|s| s.stage == stage.stage) {
-                Some(sum) => sum.seconds += stage.seconds,
-                None => self.statistics.stages.push(*stage),
-            }
-        }
-    }
 }
 
 fn mapped(buffer: &Buffer) -> Result<&[u8], RenderError> {
     buffer.mapped().ok_or_else(|| RenderError::Settings("the driver does not map read-back memory".to_owned()))
 }
 
-/// A kernel's SPIR-V: the caller's, if there is one in the folder of the settings, else the built-in one.
-fn kernel(settings: &RenderSettings, name: &str, built_in: &[u8]) -> Result<Vec<u32>, RenderError> {
-    let Some(path) = settings.spirv_folder.as_ref().map(|f| f.join(name).with_extension("spv")) else {
-        return Ok(words(built_in));
-    };
-    if !path.exists() {
-        return Ok(words(built_in));
-    }
-    let bytes = std::fs::read(&path).map_err(|e| RenderError::Settings(format!("{}: {e}", path.display())))?;
-    // The magic number of the SPIR-V specification, section 2.3.
-    if bytes.len() < 20 || bytes.len() % 4 != 0 || bytes[..4] != 0x0723_0203u32.to_le_bytes() {
-        return Err(RenderError::Settings(format!("{}: not a SPIR-V module", path.display())));
-    }
-    Ok(words(&bytes))
-}
-
-/// SPIR-V as words, whatever the alignment of the bytes.
-fn words(spirv: &[u8]) -> Vec<u32> {
-    spirv.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect()
-}
-
-/// Copies tables to their buffers: directly where the host sees the device's memory, else through staging buffers.
-fn upload(device: &Arc<Device>, timeline: &mut Timeline, uploads: &mut [(Buffer, &[u8])]) -> Result<(), RenderError> {
-    let mut staged = Vec::new();
-    for (index, (buffer, bytes)) in uploads.iter_mut().enumerate() {
-        if let Some(target) = buffer.mapped_mut() {
-            target[..bytes.len()].copy_from_slice(bytes);
-        } else if !bytes.is_empty() {
-            let mut staging = Buffer::new(device, "staging", bytes.len() as u64, Usage::Upload)?;
-            let target = staging
-                .mapped_mut()
-                .ok_or_else(|| RenderError::Settings("the driver does not map upload memory".to_owned()))?;
-            target[..bytes.len()].copy_from_slice(bytes);
-            staged.push((index, staging));
-        }
-    }
-    if !staged.is_empty() {
-        let ticket = timeline.submit(|r| {
-            for (index, staging) in &staged {
-                let (buffer, bytes) = &uploads[*index];
-                r.copy(staging, 0, buffer, 0, bytes.len() as u64);
-            }
-            r.barrier(Access::Transfer, Access::Compute);
-        })?;
-        timeline.wait(&ticket)?;
-    }
-    Ok(())
-}
-
-fn push_constants(scene: &Scene, _space: &RenderSpace, settings: &RenderSettings) -> Push {
+fn push_constants(scene: &Scene, settings: &RenderSettings) -> Push {
     let camera = &scene.camera;
     let forward = (camera.target - camera.position).normalize();
     let right = forward.cross(camera.up.normalize()).normalize();

@@ -83,8 +83,13 @@ pub(crate) fn classify(sphere: &Sphere, scene: &Scene, space: &RenderSpace) -> C
     }
 }
 
+/// The point lights that paths can see.
+pub(crate) fn visible_lights(scene: &Scene) -> impl Iterator<Item = &Light> {
+    scene.lights.iter().filter(|l| !scene.spheres.iter().any(|s| hides(s, scene, l)))
+}
+
 /// Whether an opaque sphere separates a point light from everything that a path can reach. Such a light adds nothing.
-pub(crate) fn hides(sphere: &Sphere, scene: &Scene, light: &Light) -> bool {
+fn hides(sphere: &Sphere, scene: &Scene, light: &Light) -> bool {
     let Light::Point { position, .. } = light;
     let opaque = !matches!(scene.materials[sphere.material as usize].surface, Surface::Dielectric { .. });
     let camera_distance = scene.camera.position.distance(sphere.center);

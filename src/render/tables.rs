@@ -57,8 +57,7 @@ impl Tables {
         let constant_spheres: Vec<_> =
             constant.iter().map(|&i| spheres::classify(&scene.spheres[i], scene, space)).collect();
 
-        let visible: Vec<_> =
-            scene.lights.iter().filter(|l| !scene.spheres.iter().any(|s| spheres::hides(s, scene, l))).collect();
+        let visible: Vec<_> = spheres::visible_lights(scene).collect();
         let mut lights: Vec<Light> = visible.iter().map(|l| point_light(l, space)).filter(shines).collect();
         let points = lights.len();
         let mut add_light = |shape: LightShape, material: u32| match scene.materials[material as usize].surface {

@@ -56,20 +56,26 @@ float light_importance(int node, vec3 p, vec3 n) {
     return receive > 0.0 && emit > 0.0 ? q0.w * receive * emit / upper(d2, radius2) : 0.0;
 }
 
+// Probabilities of a node and of its neighbour, which are siblings; both 0 if neither can contribute.
+vec2 sibling_shares(int first, vec3 p, vec3 n) {
+    float w0 = light_importance(first, p, n);
+    float w1 = light_importance(first + 1, p, n);
+    float sum = w0 + w1;
+    float share = w0 / sum;
+    return sum > 0.0 ? vec2(share, 1.0 - share) : vec2(0.0);
+}
+
 // The light of a number u in [0, 1), and the probability of choosing it; −1 if no light can contribute.
 int light_choose(vec3 p, vec3 n, float u, out float probability) {
     probability = 1.0;
     int node = 0;
     int next = floatBitsToInt(texelFetch(light_texels, 1).w);
     while (next >= 0) {
-        float w0 = light_importance(next, p, n);
-        float w1 = light_importance(next + 1, p, n);
-        float sum = w0 + w1;
-        float p0 = sum > 0.0 ? w0 / sum : 0.0;
-        bool first = u < p0;
-        float share = first ? p0 : 1.0 - p0;
-        u = lower((first ? u : u - p0) / share, 0.99999994);
-        probability *= sum > 0.0 ? share : 0.0;
+        vec2 shares = sibling_shares(next, p, n);
+        bool first = u < shares.x;
+        float share = first ? shares.x : shares.y;
+        u = lower((first ? u : u - shares.x) / share, 0.99999994);
+        probability *= share;
         node = next + (first ? 0 : 1);
         next = floatBitsToInt(texelFetch(light_texels, 3 * node + 1).w);
     }
@@ -82,13 +88,10 @@ float light_probability(vec3 p, vec3 n, int light) {
     float probability = 1.0;
     int next = floatBitsToInt(texelFetch(light_texels, 1).w);
     while (next >= 0) {
-        float w0 = light_importance(next, p, n);
-        float w1 = light_importance(next + 1, p, n);
-        float sum = w0 + w1;
-        float p0 = sum > 0.0 ? w0 / sum : 0.0;
+        vec2 shares = sibling_shares(next, p, n);
         bool first = (path & 1u) == 0u;
         path >>= 1;
-        probability *= first ? p0 : 1.0 - p0;
+        probability *= first ? shares.x : shares.y;
         next = floatBitsToInt(texelFetch(light_texels, 3 * (next + (first ? 0 : 1)) + 1).w);
     }
     return probability;

@@ -100,8 +100,7 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
             .uint(constant::WORKGROUP, workgroup)
             .uint(constant::LOOP_BUDGET, COUNTED)
             .uint(PROBE, kernel.function);
-        let words: Vec<u32> = kernel.spirv.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
-        let pipeline = Pipeline::new(device, kernel.name, &words, &specialization, &set)?;
+        let pipeline = Pipeline::new(device, kernel.name, kernel.spirv, &specialization, &set)?;
         let mut timeline = Timeline::new(device, 1)?;
         let mut staging = Vec::new();
         for (name, _, _, bytes) in &sources {

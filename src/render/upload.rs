@@ -1,0 +1,39 @@
+//! Tables on their way to the device.
+
+use std::sync::Arc;
+
+use crate::gpu::{Access, Buffer, Device, Timeline, Usage};
+
+use super::error::RenderError;
+
+/// Copies tables to their buffers: directly where the host sees the device's memory, else through staging buffers.
+pub(super) fn upload(
+    device: &Arc<Device>,
+    timeline: &mut Timeline,
+    uploads: &mut [(Buffer, &[u8])],
+) -> Result<(), RenderError> {
+    let mut staged = Vec::new();
+    for (index, (buffer, bytes)) in uploads.iter_mut().enumerate() {
+        if let Some(target) = buffer.mapped_mut() {
+            target[..bytes.len()].copy_from_slice(bytes);
+        } else if !bytes.is_empty() {
+            let mut staging = Buffer::new(device, "staging", bytes.len() as u64, Usage::Upload)?;
+            let target = staging
+                .mapped_mut()
+                .ok_or_else(|| RenderError::Settings("the driver does not map upload memory".to_owned()))?;
+            target[..bytes.len()].copy_from_slice(bytes);
+            staged.push((index, staging));
+        }
+    }
+    if !staged.is_empty() {
+        let ticket = timeline.submit(|r| {
+            for (index, staging) in &staged {
+                let (buffer, bytes) = &uploads[*index];
+                r.copy(staging, 0, buffer, 0, bytes.len() as u64);
+            }
+            r.barrier(Access::Transfer, Access::Compute);
+        })?;
+        timeline.wait(&ticket)?;
+    }
+    Ok(())
+}
