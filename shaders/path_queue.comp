@@ -4,15 +4,19 @@
 #extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_vote : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
-// Path tracing with a queue for each subgroup. Most rays of most scenes never come near the mesh, and those that do
-// walk the tree for very different numbers of steps: traced where they arise, they leave most lanes idle. Here a ray
-// that meets the tree's boxes is parked, and its lane goes on with another path. When the queue is full or nothing
-// else is left to do, all lanes trace parked rays together, each fetching the next one when it is done; then paths
-// go on from their results.
+// Path tracing for scenes with a tree, on devices whose subgroup is a SIMD register of a CPU. Most rays of most scenes
+// never come near the mesh, and those that do walk the tree for very different numbers of steps: traced where they
+// arise, they leave most lanes idle. Here each lane has a pocket: a path whose next ray, or whose shadow ray, meets the
+// tree's boxes is put into it, and the lane goes on with another path. When few lanes can go on, all lanes walk the
+// tree with what their pockets hold; then paths go on from the results.
 //
-// A workgroup is one subgroup. It owns a tile of 64 pixels and begins their samples in order. Each path sums its light
-// in slots of its own, and the film is summed in the order of the samples: the image does not depend on how work is
-// cut or scheduled, and no stage needs the host.
+// Pockets are arrays that are only indexed by constants: such an access is a blend of registers, where one by a
+// variable index, or to a buffer, is a scalar access for each lane and component. For the same reason the lanes are
+// counted (a ballot is a loop over them) only once in a few steps.
+//
+// A workgroup is one subgroup. It owns a tile of 64 pixels, whose samples its lanes draw in runs. The light of each
+// path goes to a slot of its own, and the film is summed in the order of the samples: the image does not depend on how
+// work is cut or scheduled, and no stage needs the host.
 
 #include "lib/path.glsl"
 #include "lib/film.glsl"
@@ -21,158 +25,58 @@ layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
 
 #include "lib/pixel_order.glsl"
 #include "lib/trace.glsl"
+#include "lib/pocket.glsl"
 
 const uint TILE = 64u;                  // pixels of a workgroup
-const uint SLOT_BITS = 10u;
 const uint PATHS = 1u << SLOT_BITS;     // paths of a workgroup in one dispatch
-const uint TRACED = 0x80000000u;        // in an entry whose ray has its hit already
-const uint RAYS = 512u;                 // parked rays
-const uint SHADOWS = 512u;              // parked shadow rays
-const uint RAY_SIZE = 5u;               // vec4s of an entry
-const uint SHADOW_SIZE = 3u;
-const uint NOTHING = 0xffffffffu;
-
-// A region: a ring of rays, shadow rays, and for each path the light found at once (w: the round it ended in) and the
-// light whose shadow rays went through the tree.
-const uint REGION_SIZE = RAYS * RAY_SIZE + SHADOWS * SHADOW_SIZE + PATHS * 2u;
-uint region;
-uint ray_entry(uint i) { return region + (i % RAYS) * RAY_SIZE; }
-uint shadow_entry(uint i) { return region + RAYS * RAY_SIZE + i * SHADOW_SIZE; }
-uint path_slot(uint i) { return region + RAYS * RAY_SIZE + SHADOWS * SHADOW_SIZE + i * 2u; }
+const uint RUN = 8u;                    // samples of a pixel that a lane draws at once
+const uint STEPS = 2u;                  // through the tree, before lanes that are done fetch their next ray
+const uint CHECK_PATHS = 4u;            // steps of the paths from one count of the lanes to the next
+const uint CHECK_WALKS = 4u;            // fetches from one count to the next
 
 // What the subgroup shares; the same in all lanes.
 uint loops = 0u;
-uint ray_head = 0u;         // rays from here to ray_traced have been traced and wait to be resumed
-uint ray_traced = 0u;       // rays from here to ray_tail are parked
-uint ray_tail = 0u;
-uint shadow_count = 0u;
+uint region;                // first of PATHS slots: the light of a path, and 1 once it has ended
+uint next_run = 0u;
+
 uint rays = 0u;             // of this lane
 uint shadow_rays = 0u;
 uint steps = 0u;
 uint tree_rays = 0u;
 
-uint rank(bool wanted) { return subgroupBallotExclusiveBitCount(subgroupBallot(wanted)); }
 uint lanes(bool wanted) { return subgroupBallotBitCount(subgroupBallot(wanted)); }
 bool out_of_budget() { return LOOP_BUDGET > 0u && loops >= LOOP_BUDGET; }
 
-// A path in a lane's hands.
-struct Held {
-    Path path;
-    vec3 radiance;
-    uint slot;      // NOTHING: no path
-    float t;        // its ray's hit, once known
-    int id;
+// The samples that a lane will begin next, all of one pixel.
+struct Run {
+    uint left;
+    uint slot;
+    uint pixel;
+    uint key;
+    uint index;
 };
 
-void park(bool wanted, Held h, bool traced) {
-    uint e = ray_entry(ray_tail + rank(wanted));
-    if (wanted) {
-        queue[e] = vec4(h.path.origin, h.t);
-        queue[e + 1u] = vec4(h.path.direction, intBitsToFloat(h.id));
-        queue[e + 2u] = vec4(h.path.throughput, intBitsToFloat(h.path.leaving));
-        // A traced ray is marked, and only passes through the next trace.
-        uint bits = h.slot | (h.path.hits << SLOT_BITS) | (traced ? TRACED : 0u);
-        queue[e + 3u] = vec4(h.radiance, uintBitsToFloat(bits));
-        if (EMITTER_COUNT > 0u) queue[e + 4u] = vec4(h.path.normal, h.path.pdf);
-    }
-    ray_tail += lanes(wanted);
-}
-
-void resume(bool wanted, uint i, inout Held h) {
-    if (!wanted) return;
-    uint e = ray_entry(i);
-    vec4 v0 = queue[e];
-    vec4 v1 = queue[e + 1u];
-    vec4 v2 = queue[e + 2u];
-    vec4 v3 = queue[e + 3u];
-    vec4 v4 = EMITTER_COUNT > 0u ? queue[e + 4u] : vec4(0.0);
-    uint bits = floatBitsToUint(v3.w);
-    h.slot = bits & (PATHS - 1u);
-    h.path = Path(v0.xyz, v1.xyz, floatBitsToInt(v2.w), v2.xyz, (bits & ~TRACED) >> SLOT_BITS, 0u, v4.xyz, v4.w);
-    h.radiance = v3.xyz;
-    h.t = v0.w;
-    h.id = floatBitsToInt(v1.w);
-}
-
-void park_shadow(bool wanted, ShadowRay ray, uint slot) {
-    uint e = shadow_entry(shadow_count + rank(wanted));
-    if (wanted) {
-        queue[e] = vec4(ray.origin, ray.distance);
-        queue[e + 1u] = vec4(ray.direction, intBitsToFloat(ray.leaving));
-        queue[e + 2u] = vec4(ray.radiance, uintBitsToFloat(slot));
-    }
-    shadow_count += lanes(wanted);
-}
-
-// Traces all parked rays: closest hits first, then shadow rays, of which the hidden ones turn black.
-void trace_parked() {
-    uint ray_count = ray_tail - ray_traced;
-    uint total = ray_count + shadow_count;
-    uint next = gl_SubgroupSize;
-    uint mine = gl_SubgroupInvocationID;
-    bool busy = false;
-    bool shadow = false;
-    uint entry = 0u;
-    int leaving = -1;
-    TreeRay ray = tree_ray(vec3(0.0), vec3(0.0, 0.0, 1.0));
-    Walk walk = Walk(FINISHED, 1, 0.0, -1);
-    bool fetch = true;
-    while (!out_of_budget()) {
-        if (fetch && mine < total) {
-            shadow = mine >= ray_count;
-            entry = shadow ? shadow_entry(mine - ray_count) : ray_entry(ray_traced + mine);
-            vec4 v0 = queue[entry];
-            vec4 v1 = queue[entry + 1u];
-            vec4 v2 = queue[entry + 2u];
-            ray = tree_ray(v0.xyz, v1.xyz);
-            walk = walk_begin(v0.w);
-            leaving = floatBitsToInt(shadow ? v1.w : v2.w);
-            bool traced = !shadow && (floatBitsToUint(queue[entry + 3u].w) & TRACED) != 0u;
-            if (traced) walk.current = FINISHED;
-            tree_rays += traced ? 0u : 1u;
-            busy = true;
-        }
-        if (!subgroupAny(busy)) break;
-        // Once no more rays wait, the last ones are walked to their ends.
-        uint enough = next < total ? REFILL_BELOW : 1u;
-        do {
-            if (walk.current != FINISHED) {
-                walk_step(walk, ray, leaving, shadow);
-                if (PATH_STATS) steps += 1u;
-            }
-            loops += 1u;
-        } while (lanes(walk.current != FINISHED) >= enough && !out_of_budget());
-        fetch = busy && walk.current == FINISHED;
-        if (fetch && walk.id >= 0) {
-            // A closest hit: its distance and id. A hidden shadow ray: no light.
-            uint e = shadow ? entry + 2u : entry;
-            queue[e] = shadow ? vec4(0.0, 0.0, 0.0, queue[e].w) : vec4(ray.origin, walk.t);
-            if (!shadow) queue[entry + 1u].w = intBitsToFloat(walk.id);
-        }
-        busy = busy && !fetch;
-        uint taken = rank(fetch);
-        mine = fetch ? next + taken : mine;
-        next += lanes(fetch);
-        loops += 1u;
-    }
-}
-
-// Adds the light of the shadow rays to their paths, one lane after the other: two rays may belong to one path, and
-// the order of a path's sum must not depend on which lanes they sit in.
-void collect_shadows() {
-    for (uint first = 0u; first < shadow_count; first += gl_SubgroupSize) {
-        uint i = first + gl_SubgroupInvocationID;
-        vec4 v = i < shadow_count ? queue[shadow_entry(i) + 2u] : vec4(0.0);
-        uint slot = floatBitsToUint(v.w);
-        bool lit = i < shadow_count && v.x + v.y + v.z != 0.0;
-        uint count = min(gl_SubgroupSize, shadow_count - first);
-        for (uint lane = 0u; lane < count; ++lane) {
-            if (lane == gl_SubgroupInvocationID && lit) queue[path_slot(slot) + 1u].xyz += v.xyz;
-            subgroupMemoryBarrierBuffer();
-            loops += 1u;
-        }
-        loops += 1u;
-    }
+// Runs for the lanes that have none, as long as there are any.
+void draw_runs(uvec2 tile_corner, uint tile, uint samples, inout Run run) {
+    bool wanted = run.left == 0u;
+    uint runs = TILE * ((samples + RUN - 1u) / RUN);
+    if (next_run >= runs) return;
+    uvec4 ballot = subgroupBallot(wanted);
+    uint number = next_run + subgroupBallotExclusiveBitCount(ballot);
+    next_run += subgroupBallotBitCount(ballot);
+    if (!wanted || number >= runs) return;
+    uint p = number % TILE;
+    uint first = number / TILE * RUN;
+    uvec2 at = tile_corner + uvec2(p & 7u, p >> 3);
+    uint done = floatBitsToUint(film[FILM_ROWS * (tile + p - band_first)].w);
+    run.slot = p + first * TILE;
+    run.pixel = at.y * width + at.x;
+    run.key = pixel_key(run.pixel);
+    run.index = done + first;
+    // A pixel that is ahead of the others just ends sooner.
+    uint end = min(target_samples, done + samples);
+    bool real = at.x < width && at.y < height && tile + p < end_slot;
+    run.left = real && run.index < end ? min(RUN, end - run.index) : 0u;
 }
 
 // One of the regions that no other workgroup holds. There are more of them than workgroups can run at one time.
@@ -204,6 +108,94 @@ void release_region(uint r) {
     if (REGIONS > 0u && subgroupElect()) atomicAnd(pool[r / 32u], ~(1u << (r % 32u)));
 }
 
+// Whether a lane has a path to go on with, or may begin one.
+bool able(Held h, Pocket pocket, Run run) {
+    return h.slot != NOTHING || pocket_traced(pocket) != 0u || (run.left > 0u && pocket_room(pocket));
+}
+
+// Goes on with paths for as long as most lanes can.
+void advance(uvec2 tile_corner, uint tile, uint samples, inout Held h, inout Pocket pocket, inout Run run,
+             bool walking) {
+    uint until_check = 1u;
+    while (!out_of_budget()) {
+        if (--until_check == 0u) {
+            until_check = CHECK_PATHS;
+            draw_runs(tile_corner, tile, samples, run);
+            uint count = lanes(able(h, pocket, run));
+            if (count < ENOUGH_PATHS && (count == 0u || subgroupAny(walking || pocket_waiting(pocket) != 0u))) break;
+        }
+        loops += 1u + LIGHT_LOOPS;
+
+        // Shade the hits that lanes hold.
+        bool held = h.slot != NOTHING;
+        bool shades = held && !h.dying;
+        uint p = held ? h.slot % TILE : 0u;
+        uint pixel = (tile_corner.y + (p >> 3)) * width + tile_corner.x + (p & 7u);
+        uint key = pixel_key(pixel);
+        Arrival arrival;
+        ShadowRay shadow;
+        vec3 radiance = h.radiance;
+        bool alive = path_arrive(h.path, shades ? h.id : -1, h.t, key, radiance, arrival, shadow) && shades;
+        h.radiance = shades ? radiance : h.radiance;
+        rays += shades ? 1u : 0u;
+        bool later = false;
+        if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
+            bool wanted = shades && shadow.wanted;
+            shadow_rays += wanted ? 1u : 0u;
+            bool hidden;
+            later = shadow_needs_tree(shadow, hidden) && wanted;
+            if (wanted && !hidden && !later) h.radiance += shadow.radiance;
+        }
+        if (held && !alive && !later) queue[region + h.slot] = vec4(h.radiance, 1.0);
+
+        // Next rays of living paths and first rays of new ones.
+        bool begins = !alive && !later && run.left > 0u && pocket_room(pocket);
+        h.slot = begins ? run.slot : (alive || later ? h.slot : NOTHING);
+        h.radiance = begins ? vec3(0.0) : h.radiance;
+        h.dying = !alive && later;
+        path_depart(h.path, arrival, alive, begins ? run.pixel : pixel, begins ? run.key : key,
+                    begins ? run.index : h.path.index);
+        run.left -= begins ? 1u : 0u;
+        run.slot += begins ? TILE : 0u;
+        run.index += begins ? 1u : 0u;
+        float t = INFINITY;
+        int id = -1;
+        closest_constant(h.path.origin, h.path.direction, h.path.leaving, t, id);
+        h.t = t;
+        h.id = id;
+        bool waits = (alive || begins) && meets_tree(h.path.origin, h.path.direction, t);
+        // The same for a living path, which leaves a diffuse surface as its shadow ray does.
+        h.path.origin = later ? shadow.origin : h.path.origin;
+        h.path.leaving = later ? shadow.leaving : h.path.leaving;
+        pocket_put(pocket, h, shadow, waits, later);
+        h.slot = waits || later ? NOTHING : h.slot;
+        pocket_take(pocket, h);
+    }
+}
+
+// Walks the tree for as long as most lanes have a ray to walk with, and then a while longer if that is all there is
+// to do.
+void walk_pockets(inout Pocket pocket, inout PocketWalk w, Run run, Held h) {
+    uint until_check = CHECK_WALKS;
+    while (!out_of_budget()) {
+        pocket_fetch(pocket, w);
+        tree_rays += w.fetched ? 1u : 0u;
+        if (--until_check == 0u) {
+            until_check = CHECK_WALKS;
+            uint count = lanes(w.entry != 0u);
+            if (count == 0u || (count < ENOUGH_WALKS && lanes(able(h, pocket, run)) >= ENOUGH_PATHS)) break;
+        }
+        for (uint i = 0u; i < STEPS; ++i) {
+            if (w.walk.current != FINISHED) {
+                walk_step(w.walk, w.ray, w.leaving, w.shadow);
+                if (PATH_STATS) steps += 1u;
+            }
+        }
+        loops += STEPS + 1u;
+        pocket_finish(pocket, w);
+    }
+}
+
 void main() {
     uint tile = first_slot + gl_WorkGroupID.x * TILE;
     if (tile >= end_slot || max_new_samples == 0u) return;
@@ -213,119 +205,21 @@ void main() {
         return;
     }
     uint r = acquire_region();
-    region = r * REGION_SIZE;
-
-    // All pixels of a tile may do as many samples as its slots hold; a pixel that is ahead of the others just ends
-    // sooner.
+    region = r * PATHS;
     uint samples = min(max_new_samples, PATHS / TILE);
-    uint paths = TILE * samples;
-    uint next_path = 0u;
-    for (uint i = gl_SubgroupInvocationID; i < paths; i += gl_SubgroupSize) {
-        queue[path_slot(i)] = vec4(0.0);
-        queue[path_slot(i) + 1u] = vec4(0.0);
-    }
-    loops += paths / gl_SubgroupSize;
-    subgroupMemoryBarrierBuffer();
+    for (uint i = gl_SubgroupInvocationID; i < TILE * samples; i += gl_SubgroupSize) queue[region + i] = vec4(0.0);
+    loops += TILE * samples / gl_SubgroupSize;
+    uint tiles_x = (width + 7u) / 8u;
+    uvec2 tile_corner = 8u * uvec2((tile / 64u) % tiles_x, (tile / 64u) / tiles_x);
 
-    // Half of a budget is for beginning paths, the rest for ending them; and what is parked must fit into it.
-    uint rays_at_once = LOOP_BUDGET == 0u ? RAYS : clamp(LOOP_BUDGET / 32u, 2u * gl_SubgroupSize, RAYS);
-    float round = 1.0;
-    bool complete = true;
-    while (true) {
-        // ---- advance paths until the queues are full or nothing is left to do without them
-        Held h;
-        h.slot = NOTHING;
-        h.t = 0.0;
-        h.id = -1;
-        h.radiance = vec3(0.0);
-        h.path = Path(vec3(0.0), vec3(0.0, 0.0, 1.0), -1, vec3(0.0), 0u, 0u, vec3(0.0), 0.0);
-        while (!out_of_budget()) {
-            // Shade the hits that lanes hold.
-            bool held = h.slot != NOTHING;
-            uint pixel = 0u;
-            uint slot_in_tile = held ? h.slot % TILE : 0u;
-            bool real = pixel_of_slot(tile + slot_in_tile, pixel);
-            uint key = pixel_key(pixel);
-            uint done = floatBitsToUint(film[FILM_ROWS * (tile + slot_in_tile - band_first)].w);
-            h.path.index = held ? done + h.slot / TILE : 0u;
-            Arrival arrival;
-            ShadowRay shadow;
-            vec3 radiance = h.radiance;
-            bool alive = path_arrive(h.path, held ? h.id : -1, h.t, key, radiance, arrival, shadow) && held;
-            h.radiance = held ? radiance : vec3(0.0);
-            rays += held ? 1u : 0u;
-            if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
-                bool wanted = held && shadow.wanted;
-                shadow_rays += wanted ? 1u : 0u;
-                bool hidden;
-                bool later = shadow_needs_tree(shadow, hidden) && wanted;
-                if (wanted && !hidden && !later) h.radiance += shadow.radiance;
-                park_shadow(later, shadow, h.slot);
-            }
-            if (held && !alive) {
-                queue[path_slot(h.slot)] = vec4(h.radiance, round);
-                h.slot = NOTHING;
-            }
-
-            // Lanes without a path resume a traced ray, else begin a new path.
-            // Every path in hand or waiting may have to be parked once more: there must be room for all of them.
-            uint left = ray_traced - ray_head;
-            bool room = ray_tail - ray_head + gl_SubgroupSize <= rays_at_once;
-            bool may_begin = room && (LOOP_BUDGET == 0u || loops < LOOP_BUDGET / 2u);
-            uint order = rank(!alive);
-            bool resumes = !alive && order < left;
-            uint resume_index = ray_head + order;
-            ray_head += min(left, lanes(!alive));
-            bool begins = !alive && !resumes && may_begin;
-            uint number = next_path + rank(begins);
-            next_path = min(paths, next_path + lanes(begins));
-            begins = begins && number < paths;
-            if (begins) {
-                bool inside = pixel_of_slot(tile + number % TILE, pixel);
-                done = floatBitsToUint(film[FILM_ROWS * (tile + number % TILE - band_first)].w);
-                uint index = done + number / TILE;
-                begins = inside && tile + number % TILE < end_slot && index < target_samples;
-                key = pixel_key(pixel);
-                h.path.index = index;
-                h.slot = begins ? number : NOTHING;
-                h.radiance = vec3(0.0);
-            }
-
-            // Next rays of living paths and first rays of new ones.
-            path_depart(h.path, arrival, alive, pixel, key, h.path.index);
-            bool fresh = alive || begins;
-            float t = INFINITY;
-            int id = -1;
-            closest_constant(h.path.origin, h.path.direction, h.path.leaving, t, id);
-            h.t = t;
-            h.id = id;
-            bool waits = fresh && meets_tree(h.path.origin, h.path.direction, t);
-            resume(resumes, resume_index, h);
-            h.slot = alive || begins || resumes ? h.slot : NOTHING;
-            // No room for the shadow rays of one more step: put down what is in hand.
-            bool full = shadow_count + gl_SubgroupSize > SHADOWS;
-            bool parks = waits || (full && h.slot != NOTHING);
-            park(parks, h, !waits);
-            h.slot = parks ? NOTHING : h.slot;
-            loops += 1u + LIGHT_LOOPS;
-            bool more = ray_head < ray_traced || (may_begin && next_path < paths);
-            if (full || (subgroupAll(h.slot == NOTHING) && !more)) break;
-        }
-        subgroupMemoryBarrierBuffer();
-        if (ray_tail - ray_head + shadow_count == 0u) break;
-
-        // ---- trace what was parked, then go on with it
-        trace_parked();
-        subgroupMemoryBarrierBuffer();
-        if (out_of_budget()) {
-            complete = false;
-            break;
-        }
-        collect_shadows();
-        shadow_count = 0u;
-        ray_traced = ray_tail;
-        round += 1.0;
-        subgroupMemoryBarrierBuffer();
+    Held h = held_nothing();
+    Pocket pocket = pocket_empty();
+    PocketWalk w = pocket_walk_idle();
+    Run run = Run(0u, 0u, 0u, 0u, 0u);
+    while (!out_of_budget()) {
+        advance(tile_corner, tile, samples, h, pocket, run, w.entry != 0u);
+        if (!subgroupAny(w.entry != 0u || pocket_waiting(pocket) != 0u)) break;
+        walk_pockets(pocket, w, run, h);
     }
     subgroupMemoryBarrierBuffer();
 
@@ -338,11 +232,9 @@ void main() {
             FilmPixel film_pixel = film_load(tile + p);
             uint first = film_pixel.count;
             for (uint s = 0u; s < samples; ++s) {
-                vec4 direct = queue[path_slot(s * TILE + p)];
-                bool ended = direct.w > 0.0 && (complete || direct.w < round);
-                if (!ended || film_pixel.count >= target_samples) break;
-                vec3 radiance = direct.xyz + queue[path_slot(s * TILE + p) + 1u].xyz;
-                bad += film_add(film_pixel, radiance) ? 0u : 1u;
+                vec4 light = queue[region + s * TILE + p];
+                if (light.w == 0.0 || film_pixel.count >= target_samples) break;
+                bad += film_add(film_pixel, light.xyz) ? 0u : 1u;
             }
             film_store(tile + p, film_pixel);
             committed += film_pixel.count - first;

@@ -23,10 +23,7 @@ void main() {
 
     uint key = pixel_key(pixel);
     Path path = path_begin(pixel, key, first);
-    // Light whose shadow ray went through the tree is summed apart: path_queue.comp learns of it later, and both
-    // schedulers must round alike.
     vec3 radiance = vec3(0.0);
-    vec3 through_tree = vec3(0.0);
     uint bad = 0u;
     uint rays = 0u;
     uint shadow_rays = 0u;
@@ -47,21 +44,16 @@ void main() {
             uint steps = 0u;
             if (walks) hidden = hidden_by_tree(shadow, loops, steps);
             count_loops(steps, loops);
-            // Without the tree, light is still summed as if there were one.
-            if (BRUTE_FORCE) walks = walks && meets_boxes(shadow.origin, shadow.direction, shadow.distance);
-            through_tree += walks && !hidden ? shadow.radiance : vec3(0.0);
 #endif
-            radiance += walks || hidden ? vec3(0.0) : shadow.radiance;
+            radiance += hidden ? vec3(0.0) : shadow.radiance;
         }
         loops += 1u + LIGHT_LOOPS;
         // Out of budget: a walk may have ended too early, so that the sample in hand does not count. What the film
         // holds is complete; the next dispatch begins with that sample again.
         within_budget = LOOP_BUDGET == 0u || loops < LOOP_BUDGET;
         if (!alive && within_budget) {
-            if (HAS_TREE) radiance += through_tree;
             bad += film_add(film_pixel, radiance) ? 0u : 1u;
             radiance = vec3(0.0);
-            through_tree = vec3(0.0);
         }
         path_depart(path, arrival, alive, pixel, key, path.index + (alive ? 0u : 1u));
     }

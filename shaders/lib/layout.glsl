@@ -55,7 +55,8 @@ layout(constant_id = 23) const uint LEAF_END = 0u;
 layout(constant_id = 24) const uint MUTATION = 0u;         // tests only: breaks one thing, see render/mutation.rs
 layout(constant_id = 25) const uint EMITTER_COUNT = 0u;    // emitters among them
 layout(constant_id = 27) const uint REGIONS = 64u;         // queue regions that workgroups share
-layout(constant_id = 28) const uint REFILL_BELOW = 6u;     // lanes: with fewer at work, a subgroup fetches more rays
+layout(constant_id = 28) const uint ENOUGH_PATHS = 5u;     // lanes: with fewer of them, a subgroup stops advancing paths,
+layout(constant_id = 56) const uint ENOUGH_WALKS = 5u;     // or walking the tree, and does the other
 layout(constant_id = 31) const uint FACET_COUNT = 0u;      // flat polygons held in constants, see intersect/facet.glsl
 layout(constant_id = 30) const uint LIGHT_LOOPS = 0u;      // loop iterations that choosing lights takes at a hit
 layout(constant_id = 26) const bool PATH_STATS = false;    // count rays and traversal steps

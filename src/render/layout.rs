@@ -31,7 +31,8 @@ pub(crate) mod constant {
     pub const EMITTER_COUNT: u32 = 25;
     pub const PATH_STATS: u32 = 26;
     pub const REGIONS: u32 = 27;
-    pub const REFILL_BELOW: u32 = 28;
+    pub const ENOUGH_PATHS: u32 = 28;
+    pub const ENOUGH_WALKS: u32 = 56;
     pub const LIGHT_NODES: u32 = 29;
     pub const LIGHT_LOOPS: u32 = 30;
     pub const FACET_COUNT: u32 = 31;
@@ -118,9 +119,9 @@ pub(crate) mod queue {
     /// Pixels of a workgroup.
     pub const TILE: u32 = 64;
     /// Paths of a workgroup in one dispatch.
-    pub const PATHS: u32 = 1024;
-    /// Bytes of a workgroup's region: 512 parked rays of 5 vec4, 512 shadow rays, two slots for each path.
-    pub const REGION_BYTES: u64 = 16 * (512 * 5 + 512 * 3 + 2 * PATHS as u64);
+    pub const PATHS: u32 = 2048;
+    /// Bytes of a workgroup's region: a vec4 for each path.
+    pub const REGION_BYTES: u64 = 16 * PATHS as u64;
 }
 
 impl FilmSlot {

@@ -155,8 +155,12 @@ impl Renderer {
         let loop_budget = settings.loop_budget.unwrap_or(facts.loop_budget);
         let mut specialization = tables.specialization(&features, settings);
         specialization.uint(constant::WORKGROUP, workgroup).uint(constant::LOOP_BUDGET, loop_budget);
-        // Refill when a quarter of the lanes is idle.
-        specialization.uint(constant::REGIONS, regions).uint(constant::REFILL_BELOW, workgroup - workgroup / 4);
+        // Lanes that must be at work for a subgroup to go on as it does.
+        let enough = (workgroup * 5 / 8).max(1);
+        specialization
+            .uint(constant::REGIONS, regions)
+            .uint(constant::ENOUGH_PATHS, enough)
+            .uint(constant::ENOUGH_WALKS, enough);
         let built_in = kernels::choose(&features, queued, settings.general);
         let stage = built_in.name;
         let spirv = kernels::spirv(&built_in, settings)?;

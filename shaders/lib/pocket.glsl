@@ -1,0 +1,193 @@
+// A pocket: the few paths of a lane that wait for the tree, see path_queue.comp.
+
+#ifndef POCKET_GLSL
+#define POCKET_GLSL
+
+#include "path.glsl"
+
+const uint SLOT_BITS = 11u;             // of a path's number in its workgroup
+const uint NOTHING = 0xffffffffu;
+const uint PLACES = 6u;                 // FOR_EACH_PLACE below
+const uint ALL_PLACES = (1u << PLACES) - 1u;
+
+#define FOR_EACH_PLACE(BODY) BODY(0) BODY(1) BODY(2) BODY(3) BODY(4) BODY(5)
+
+// A path in a lane's hands, with the hit of its ray.
+struct Held {
+    Path path;
+    vec3 radiance;
+    uint slot;      // NOTHING: no path
+    float t;
+    int id;
+    bool dying;     // it has ended but for its last shadow ray
+};
+
+// Sets of places, one bit each, and what the places hold.
+struct Pocket {
+    uint used;
+    uint rays;          // of which these wait for their closest hit,
+    uint shadows;       // these for their shadow ray;
+    uint lit;           // of these it was not in shadow,
+    uint dying;         // and these end with it.
+    vec4 origin[PLACES];        // t of the hit
+    vec4 direction[PLACES];     // id of the hit
+    vec4 throughput[PLACES];    // id of the primitive left
+    vec4 radiance[PLACES];      // slot and number of hits
+    vec4 toward[PLACES];        // direction of the shadow ray, distance
+    vec4 light[PLACES];         // its radiance, index of the sample
+    vec4 normal[PLACES];        // for emitters: normal, density
+};
+
+// The ray in a lane's hands.
+struct PocketWalk {
+    uint entry;         // bit of its place; 0: none
+    bool shadow;
+    bool fetched;
+    int leaving;
+    TreeRay ray;
+    Walk walk;
+};
+
+Held held_nothing() {
+    Path path = Path(vec3(0.0), vec3(0.0, 0.0, 1.0), -1, vec3(0.0), 0u, 0u, vec3(0.0), 0.0);
+    return Held(path, vec3(0.0), NOTHING, 0.0, -1, false);
+}
+
+Pocket pocket_empty() {
+    Pocket p;
+    p.used = p.rays = p.shadows = p.lit = p.dying = 0u;
+#define CLEAR(n)                                                                                         \
+    p.origin[n] = p.direction[n] = p.throughput[n] = p.radiance[n] = p.toward[n] = p.light[n] = vec4(0.0); \
+    p.normal[n] = vec4(0.0);
+    FOR_EACH_PLACE(CLEAR)
+#undef CLEAR
+    return p;
+}
+
+PocketWalk pocket_walk_idle() {
+    return PocketWalk(0u, false, false, -1, tree_ray(vec3(0.0), vec3(0.0, 0.0, 1.0)), Walk(FINISHED, 1, 0.0, -1));
+}
+
+uint lowest_bit(uint set) { return set & (~set + 1u); }
+uint pocket_waiting(Pocket p) { return p.rays | p.shadows; }
+uint pocket_traced(Pocket p) { return p.used & ~(p.rays | p.shadows); }
+bool pocket_room(Pocket p) { return p.used != ALL_PLACES; }
+
+// Puts a path away until its ray (`waits`) and its shadow ray (`later`) have been traced. There must be room.
+void pocket_put(inout Pocket p, Held h, ShadowRay shadow, bool waits, bool later) {
+    uint place = waits || later ? lowest_bit(~p.used) : 0u;
+    p.used |= place;
+    p.rays |= waits ? place : 0u;
+    p.shadows |= later ? place : 0u;
+    p.dying |= h.dying ? place : 0u;
+    if (place != 0u) {
+        vec4 origin = vec4(h.path.origin, h.t);
+        vec4 direction = vec4(h.path.direction, intBitsToFloat(h.id));
+        vec4 throughput = vec4(h.path.throughput, intBitsToFloat(h.path.leaving));
+        vec4 radiance = vec4(h.radiance, uintBitsToFloat(h.slot | (h.path.hits << SLOT_BITS)));
+        vec4 toward = vec4(shadow.direction, shadow.distance);
+        vec4 light = vec4(shadow.radiance, uintBitsToFloat(h.path.index));
+        vec4 normal = vec4(h.path.normal, h.path.pdf);
+#define PUT(n)                                                              \
+    {                                                                       \
+        bvec4 here = bvec4(place == (1u << n));                             \
+        p.origin[n] = mix(p.origin[n], origin, here);                       \
+        p.direction[n] = mix(p.direction[n], direction, here);              \
+        p.throughput[n] = mix(p.throughput[n], throughput, here);           \
+        p.radiance[n] = mix(p.radiance[n], radiance, here);                 \
+        p.toward[n] = mix(p.toward[n], toward, here);                       \
+        p.light[n] = mix(p.light[n], light, here);                          \
+        if (EMITTER_COUNT > 0u) p.normal[n] = mix(p.normal[n], normal, here); \
+    }
+        FOR_EACH_PLACE(PUT)
+#undef PUT
+    }
+}
+
+// Gives a lane without a path one whose rays have been traced, if there is one.
+void pocket_take(inout Pocket p, inout Held h) {
+    uint place = h.slot == NOTHING ? lowest_bit(pocket_traced(p)) : 0u;
+    if (place != 0u) {
+        vec4 origin = p.origin[0];
+        vec4 direction = p.direction[0];
+        vec4 throughput = p.throughput[0];
+        vec4 radiance = p.radiance[0];
+        vec4 light = p.light[0];
+        vec4 normal = p.normal[0];
+#define TAKE(n)                                                        \
+    if (n > 0) {                                                       \
+        bvec4 here = bvec4(place == (1u << n));                        \
+        origin = mix(origin, p.origin[n], here);                       \
+        direction = mix(direction, p.direction[n], here);              \
+        throughput = mix(throughput, p.throughput[n], here);           \
+        radiance = mix(radiance, p.radiance[n], here);                 \
+        light = mix(light, p.light[n], here);                          \
+        if (EMITTER_COUNT > 0u) normal = mix(normal, p.normal[n], here); \
+    }
+        FOR_EACH_PLACE(TAKE)
+#undef TAKE
+        uint bits = floatBitsToUint(radiance.w);
+        h.slot = bits & ((1u << SLOT_BITS) - 1u);
+        h.path = Path(origin.xyz, direction.xyz, floatBitsToInt(throughput.w), throughput.xyz, bits >> SLOT_BITS,
+                      floatBitsToUint(light.w), normal.xyz, normal.w);
+        h.t = origin.w;
+        h.id = floatBitsToInt(direction.w);
+        h.radiance = radiance.xyz;
+        if ((p.lit & place) != 0u) h.radiance += light.xyz;
+        h.dying = (p.dying & place) != 0u;
+        p.used &= ~place;
+        p.lit &= ~place;
+        p.dying &= ~place;
+    }
+}
+
+// Gives a lane that walks nowhere the next ray; shadow rays first.
+void pocket_fetch(Pocket p, inout PocketWalk w) {
+    uint place = w.entry == 0u ? lowest_bit(pocket_waiting(p)) : 0u;
+    w.fetched = place != 0u;
+    if (place != 0u) {
+        vec4 origin = p.origin[0];
+        vec4 direction = p.direction[0];
+        float leaving = p.throughput[0].w;
+        vec4 toward = p.toward[0];
+#define FETCH(n)                                          \
+    if (n > 0) {                                          \
+        bool here = place == (1u << n);                   \
+        origin = mix(origin, p.origin[n], bvec4(here));   \
+        direction = mix(direction, p.direction[n], bvec4(here)); \
+        leaving = here ? p.throughput[n].w : leaving;     \
+        toward = mix(toward, p.toward[n], bvec4(here));   \
+    }
+        FOR_EACH_PLACE(FETCH)
+#undef FETCH
+        w.entry = place;
+        w.shadow = (p.shadows & place) != 0u;
+        w.leaving = floatBitsToInt(leaving);
+        w.ray = tree_ray(origin.xyz, w.shadow ? toward.xyz : direction.xyz);
+        w.walk = walk_begin(w.shadow ? toward.w : origin.w);
+    }
+}
+
+// Notes the result of a walk that is over.
+void pocket_finish(inout Pocket p, inout PocketWalk w) {
+    bool over = w.entry != 0u && w.walk.current == FINISHED;
+    if (over) {
+        bool hit = w.walk.id >= 0;
+        uint place = w.entry;
+        p.lit |= w.shadow && !hit ? place : 0u;
+        p.shadows &= ~(w.shadow ? place : 0u);
+        p.rays &= ~(w.shadow ? 0u : place);
+        bool closer = hit && !w.shadow;
+#define FINISH(n)                                                                         \
+    {                                                                                     \
+        bool here = closer && place == (1u << n);                                         \
+        p.origin[n].w = here ? w.walk.t : p.origin[n].w;                                  \
+        p.direction[n].w = here ? intBitsToFloat(w.walk.id) : p.direction[n].w;           \
+    }
+        FOR_EACH_PLACE(FINISH)
+#undef FINISH
+        w.entry = 0u;
+    }
+}
+
+#endif
