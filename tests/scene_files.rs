@@ -236,7 +236,7 @@ fn defaults() {
     assert_eq!(scene.camera.up.to_array(), [0.0, 1.0, 0.0]);
     let film = Film { width: 512, height: 512, filter: PixelFilter::Gaussian, transfer: Transfer::Gamma(2.2) };
     assert_eq!(scene.film, film);
-    let integrator = Integrator { max_depth: 8, samples: 64, russian_roulette: Some(5), indirect: true };
+    let integrator = Integrator { max_depth: 8, samples: 64, russian_roulette: Some(4), indirect: true };
     assert_eq!(scene.integrator, integrator);
     assert_eq!(scene.background, [0.0; 3]);
     assert!(!scene.spheres[0].inward);

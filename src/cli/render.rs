@@ -9,7 +9,9 @@ use std::time::Duration;
 
 use anyhow::{Context as _, anyhow};
 use clap::Args;
+use photolith::gpu::prefer_wide_vectors;
 use photolith::image::{self, Metadata};
+use photolith::render::Features;
 use photolith::scene::Scene;
 use photolith::{Context, Image, RenderSettings, Renderer};
 use serde_json::json;
@@ -99,6 +101,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     .context("installing the Ctrl-C handler")?;
 
     let started = std::time::Instant::now();
+    if !Features::of(&scene, &settings).tree {
+        prefer_wide_vectors();
+    }
     let context = args.device.open()?;
     let mut renderer = Renderer::new(&context, &scene, &settings)?;
     if renderer.hidden_lights() > 0 {

@@ -9,6 +9,7 @@ mod pipeline;
 mod select;
 mod submit;
 mod violation;
+mod wide;
 
 pub(crate) use buffer::{Buffer, Usage};
 pub(crate) use device::Device;
@@ -22,3 +23,4 @@ pub use select::{DeviceInfo, DeviceKind};
 pub use submit::StageTime;
 pub(crate) use submit::{Access, Ticket, Timeline};
 pub use violation::Violation;
+pub use wide::prefer_wide_vectors;

@@ -10,8 +10,8 @@ impl Default for Film {
 }
 
 impl Default for Integrator {
-    /// Paths of up to 8 hits, roulette from the fifth on, 64 samples per pixel, indirect light.
+    /// Paths of up to 8 hits, roulette from the fourth on, 64 samples per pixel, indirect light.
     fn default() -> Self {
-        Self { max_depth: 8, samples: 64, russian_roulette: Some(5), indirect: true }
+        Self { max_depth: 8, samples: 64, russian_roulette: Some(4), indirect: true }
     }
 }
