@@ -1,6 +1,6 @@
 //! From a scene to a film: what the scene needs, how it is cut into dispatches, and the loop that runs them.
 
-mod driver;
+pub(crate) mod driver;
 mod error;
 mod facets;
 mod features;
@@ -12,7 +12,7 @@ mod layout_tests;
 mod lights;
 mod mutation;
 mod plan;
-mod renderer;
+pub(crate) mod renderer;
 mod settings;
 pub(crate) mod sobol;
 pub(crate) mod space;

@@ -380,7 +380,7 @@ fn mapped(buffer: &Buffer) -> Result<&[u8], RenderError> {
     buffer.mapped().ok_or_else(|| RenderError::Settings("the driver does not map read-back memory".to_owned()))
 }
 
-fn push_constants(scene: &Scene, settings: &RenderSettings) -> Push {
+pub(crate) fn push_constants(scene: &Scene, settings: &RenderSettings) -> Push {
     let camera = &scene.camera;
     let forward = (camera.target - camera.position).normalize();
     let right = forward.cross(camera.up.normalize()).normalize();

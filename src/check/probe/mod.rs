@@ -3,8 +3,10 @@
 
 mod functions;
 mod rays;
+mod traversal;
 
 use std::marker::PhantomData;
+use std::time::Instant;
 
 use bytemuck::{AnyBitPattern, NoUninit, Zeroable};
 
@@ -19,6 +21,7 @@ use super::CheckError;
 
 pub(crate) use functions::{Function, Operations, Words};
 pub(crate) use rays::{HitRecord, INSIDE, OcclusionRecord, PathInput, PathRecord, RayInput, RayProbe};
+pub(crate) use traversal::{Query, Traced, Traversal};
 
 /// Inputs of one dispatch.
 const BATCH: usize = 1 << 18;
@@ -35,6 +38,21 @@ pub(crate) struct Kernel {
     pub name: &'static str,
     pub spirv: &'static [u8],
     pub function: u32,
+    /// Invocations of a workgroup.
+    pub workgroup: u32,
+    /// Inputs that a workgroup serves.
+    pub inputs: u32,
+    /// Loop iterations of an invocation (0: no bound); see [`COUNTED`].
+    pub loop_budget: u32,
+    /// Steps through the tree are counted.
+    pub counts_steps: bool,
+}
+
+impl Kernel {
+    /// A kernel of one invocation an input, which reports the steps of its walks.
+    pub const fn function(name: &'static str, spirv: &'static [u8], function: u32) -> Self {
+        Self { name, spirv, function, workgroup: 64, inputs: 64, loop_budget: COUNTED, counts_steps: true }
+    }
 }
 
 /// A kernel ready to run over inputs `I`, each giving an `O`. Both are whole 16-byte words.
@@ -49,7 +67,7 @@ pub(crate) struct Probe<I, O> {
     film: Buffer,
     _tables: Vec<Buffer>,
     push: Push,
-    workgroup: u32,
+    kernel: Kernel,
     records: PhantomData<(I, O)>,
 }
 
@@ -92,13 +110,12 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
             Binding { number: OUTPUT, buffer: &output },
         ]);
         let set = BindingSet::new(device, &bindings, size_of::<Push>() as u32)?;
-        let workgroup = 64;
-        // Probes report the steps of their walks.
-        let counting = RenderSettings { count_steps: true, ..settings.clone() };
+        let counting = RenderSettings { count_steps: kernel.counts_steps, ..settings.clone() };
         let mut specialization = tables.specialization(&features, &counting);
         specialization
-            .uint(constant::WORKGROUP, workgroup)
-            .uint(constant::LOOP_BUDGET, COUNTED)
+            .uint(constant::WORKGROUP, kernel.workgroup)
+            .uint(constant::LOOP_BUDGET, kernel.loop_budget)
+            .uint(constant::REFILL_BELOW, kernel.workgroup - kernel.workgroup / 4)
             .uint(PROBE, kernel.function);
         let pipeline = Pipeline::new(device, kernel.name, kernel.spirv, &specialization, &set)?;
         let mut timeline = Timeline::new(device, 1)?;
@@ -130,7 +147,7 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
             film,
             _tables: buffers,
             push,
-            workgroup,
+            kernel,
             records: PhantomData,
         })
     }
@@ -141,7 +158,7 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
         for batch in inputs.chunks(BATCH) {
             write(&mut self.upload, bytemuck::cast_slice(batch))?;
             let push = Push { end_slot: batch.len() as u32, ..self.push };
-            let groups = (batch.len() as u32).div_ceil(self.workgroup);
+            let groups = (batch.len() as u32).div_ceil(self.kernel.inputs);
             let (bytes_in, bytes_out) = (size_of_val(batch), batch.len() * size_of::<O>());
             let (pipeline, set) = (&self.pipeline, &self.set);
             let (input, upload, output, readback) = (&self.input, &self.upload, &self.output, &self.readback);
@@ -160,10 +177,52 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
         Ok(outputs)
     }
 
+    /// Runs the function over all inputs as [`Self::run`] does, `repeats` times, with `any_hit` for the kernel to see;
+    /// also gives the seconds that each repetition spent in dispatches.
+    pub fn time(&mut self, inputs: &[I], any_hit: bool, repeats: usize) -> Result<(Vec<O>, Vec<f64>), CheckError> {
+        let mut outputs = Vec::with_capacity(inputs.len());
+        let mut seconds = vec![0.0; repeats];
+        for batch in inputs.chunks(BATCH) {
+            write(&mut self.upload, bytemuck::cast_slice(batch))?;
+            let push = Push { end_slot: batch.len() as u32, max_new_samples: u32::from(any_hit), ..self.push };
+            let groups = (batch.len() as u32).div_ceil(self.kernel.inputs);
+            let (bytes_in, bytes_out) = (size_of_val(batch), batch.len() * size_of::<O>());
+            let (pipeline, set) = (&self.pipeline, &self.set);
+            let (input, upload, output, readback) = (&self.input, &self.upload, &self.output, &self.readback);
+            let ticket = self.timeline.submit(|r| {
+                r.copy(upload, 0, input, 0, bytes_in as u64);
+                r.barrier(Access::Transfer, Access::Compute);
+                // Once untimed: some drivers compile when a pipeline first runs.
+                r.dispatch(pipeline, set, bytemuck::bytes_of(&push), [groups, 1, 1]);
+                r.barrier(Access::Compute, Access::Compute);
+            })?;
+            self.timeline.wait(&ticket)?;
+            for seconds in &mut seconds {
+                let start = Instant::now();
+                let ticket = self.timeline.submit(|r| {
+                    r.timed("rays", |r| r.dispatch(pipeline, set, bytemuck::bytes_of(&push), [groups, 1, 1]));
+                    r.barrier(Access::Compute, Access::Compute);
+                })?;
+                let stages = self.timeline.wait(&ticket)?;
+                let wall = start.elapsed().as_secs_f64();
+                *seconds += stages.first().map_or(wall, |s| s.seconds);
+            }
+            let ticket = self.timeline.submit(|r| {
+                r.barrier(Access::Compute, Access::Transfer);
+                r.copy(output, 0, readback, 0, bytes_out as u64);
+                r.barrier(Access::Transfer, Access::Host);
+            })?;
+            self.timeline.wait(&ticket)?;
+            let bytes = self.readback.mapped().ok_or(CheckError::Unmapped)?;
+            outputs.extend(bytes[..bytes_out].chunks_exact(size_of::<O>()).map(bytemuck::pod_read_unaligned::<O>));
+        }
+        Ok((outputs, seconds))
+    }
+
     /// Runs `dispatches` times over `slots` of the film, `samples` new ones a slot each time, and reads the film.
     pub fn accumulate(&mut self, slots: u32, samples: u32, dispatches: u32) -> Result<Vec<FilmSlot>, CheckError> {
         let push = Push { end_slot: slots, max_new_samples: samples, ..self.push };
-        let groups = slots.div_ceil(self.workgroup);
+        let groups = slots.div_ceil(self.kernel.inputs);
         // A few dispatches a submission: bounded, without a wait each.
         const TOGETHER: u32 = 16;
         let mut left = dispatches;
