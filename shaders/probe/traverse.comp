@@ -23,6 +23,7 @@ void main() {
     uint next = gl_SubgroupSize;
     uint mine = gl_SubgroupInvocationID;
     uint loops = 0u;
+    uint steps = 0u;
     bool busy = false;
     bool fetch = true;
     int leaving = -1;
@@ -45,12 +46,19 @@ void main() {
         if (!subgroupAny(busy)) break;
         uint enough = next < total ? REFILL_BELOW : 1u;
         do {
-            if (walk.current != FINISHED) walk_step(walk, ray, leaving, any_hit);
+            if (walk.current != FINISHED) {
+                walk_step(walk, ray, leaving, any_hit);
+                if (PATH_STATS) steps += 1u;
+            }
             loops += 1u;
         } while (subgroupBallotBitCount(subgroupBallot(walk.current != FINISHED)) >= enough &&
                  (LOOP_BUDGET == 0u || loops < LOOP_BUDGET));
         fetch = busy && walk.current == FINISHED;
-        if (fetch) probe_out[first + mine] = uvec4(floatBitsToUint(walk.t), uint(walk.id >= 0 ? walk.id : id), 0u, 0u);
+        if (fetch) {
+            int found = walk.id >= 0 ? walk.id : id;
+            probe_out[first + mine] = uvec4(floatBitsToUint(walk.t), uint(found), 0u, steps);
+            steps = 0u;
+        }
         busy = busy && !fetch;
         uvec4 done = subgroupBallot(fetch);
         mine = fetch ? next + subgroupBallotExclusiveBitCount(done) : mine;

@@ -11,13 +11,14 @@ use serde::Serialize;
 
 use crate::Context;
 use crate::check::CheckError;
-use crate::check::probe::{PathInput, Query, RayInput, RayProbe, Traced, Traversal};
+use crate::check::probe::{BATCH, PathInput, Query, RayInput, RayProbe, Traced, Traversal};
 use crate::oracle::Pcg64;
 use crate::render::RenderSettings;
 use crate::render::renderer::push_constants;
 use crate::scene::Scene;
 
 use super::error::BenchError;
+use super::machine::cpu_seconds;
 use super::statistics::median;
 
 pub use dump::dump;
@@ -70,6 +71,11 @@ pub struct RayRate {
     pub mrays_per_s: Option<f64>,
     /// The same of the fastest repetition.
     pub best_mrays_per_s: Option<f64>,
+    /// Steps through the tree per ray; 0 for a ray that misses the tree's boxes.
+    pub steps_per_ray: Option<f64>,
+    /// CPU time of the whole process for a ray, nanoseconds, where the system tells: what a CPU driver spends, whatever
+    /// else the machine does meanwhile.
+    pub cpu_ns_per_ray: Option<f64>,
 }
 
 /// A scene's rates.
@@ -103,23 +109,62 @@ pub fn measure(
     let fail = |source| BenchError::Rays { scene: scene.source.clone(), source };
     let sets = make(context, scene, settings).map_err(fail)?;
     let mut traversal = Traversal::new(context, scene, settings).map_err(fail)?;
+    // Counting takes time, so it has a pipeline of its own.
+    let counting = RenderSettings { count_steps: true, ..settings.clone() };
+    let mut counted = Traversal::new(context, scene, &counting).map_err(fail)?;
     let mut rates = Vec::new();
     let mut traced = Vec::new();
     for (kind, rays) in RayKind::ALL.into_iter().zip(sets) {
-        let (found, seconds) = traversal.time(&rays, kind.query(), REPEATS).map_err(fail)?;
+        let Times { found, wall, cpu } = time(&mut traversal, &rays, kind).map_err(fail)?;
+        let steps = count_steps(&mut counted, &rays, kind).map_err(fail)?;
         let rate = |seconds: f64| (!rays.is_empty()).then(|| rays.len() as f64 / seconds / 1e6);
         rates.push(RayRate {
             kind,
             rays: rays.len(),
             hits: found.iter().filter(|f| f.id >= 0).count(),
-            mrays_per_s: rate(median(&seconds)),
-            best_mrays_per_s: rate(seconds.iter().copied().fold(f64::INFINITY, f64::min)),
+            mrays_per_s: rate(median(&wall)),
+            best_mrays_per_s: rate(wall.iter().copied().fold(f64::INFINITY, f64::min)),
+            steps_per_ray: (!rays.is_empty()).then(|| steps as f64 / rays.len() as f64),
+            cpu_ns_per_ray: (!rays.is_empty()).then(|| median(&cpu) / rays.len() as f64 * 1e9).filter(|&ns| ns > 0.0),
         });
         traced.push(RaySet { rays, found });
     }
     let report =
         RaysReport { scene: scene.source.clone(), triangles: scene.triangle_count(), repeats: REPEATS, rates };
     Ok((report, traced))
+}
+
+/// What tracing some rays gave and took.
+struct Times {
+    found: Vec<Traced>,
+    /// Seconds of each repetition.
+    wall: Vec<f64>,
+    /// CPU seconds of each repetition; 0 where they are not known.
+    cpu: Vec<f64>,
+}
+
+fn time(traversal: &mut Traversal, rays: &[RayInput], kind: RayKind) -> Result<Times, CheckError> {
+    let mut times = Times { found: Vec::with_capacity(rays.len()), wall: vec![0.0; REPEATS], cpu: vec![0.0; REPEATS] };
+    for batch in rays.chunks(BATCH) {
+        traversal.load(batch)?;
+        for (wall, cpu) in times.wall.iter_mut().zip(&mut times.cpu) {
+            let before = cpu_seconds();
+            *wall += traversal.trace(kind.query())?;
+            *cpu += cpu_seconds() - before;
+        }
+        times.found.extend(traversal.found()?);
+    }
+    Ok(times)
+}
+
+fn count_steps(traversal: &mut Traversal, rays: &[RayInput], kind: RayKind) -> Result<u64, CheckError> {
+    let mut steps = 0;
+    for batch in rays.chunks(BATCH) {
+        traversal.load(batch)?;
+        traversal.trace(kind.query())?;
+        steps += traversal.found()?.iter().map(|f| u64::from(f.steps)).sum::<u64>();
+    }
+    Ok(steps)
 }
 
 /// Rays of each kind, in the order of [`RayKind::ALL`].

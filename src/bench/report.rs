@@ -116,12 +116,14 @@ const GROWTH_COLUMNS: [Column<GrowthRow>; 11] = [
     ("Mrays/s", |r| significant(Some(r.mrays_per_s))),
 ];
 
-const RAY_COLUMNS: [Column<RayRate>; 5] = [
+const RAY_COLUMNS: [Column<RayRate>; 7] = [
     ("rays", |r| r.kind.name().to_owned()),
     ("number", |r| r.rays.to_string()),
     ("hits %", |r| format!("{:.1}", 100.0 * r.hits as f64 / r.rays.max(1) as f64)),
     ("Mrays/s", |r| significant(r.mrays_per_s)),
     ("best", |r| significant(r.best_mrays_per_s)),
+    ("steps/ray", |r| significant(r.steps_per_ray)),
+    ("CPU ns/ray", |r| significant(r.cpu_ns_per_ray)),
 ];
 
 impl Report {
@@ -178,12 +180,13 @@ impl Report {
             return out;
         }
         if !self.rays.is_empty() {
-            out.push_str("scene,triangles,kind,rays,hits,mrays_per_s,best_mrays_per_s\n");
+            out.push_str("scene,triangles,kind,rays,hits,mrays_per_s,best_mrays_per_s,steps_per_ray,cpu_ns_per_ray\n");
             for scene in &self.rays {
                 for r in &scene.rates {
                     let (name, kind) = (quoted(&scene.scene), r.kind.name());
-                    let (rate, best) = (cell(r.mrays_per_s), cell(r.best_mrays_per_s));
-                    let _ = writeln!(out, "{name},{},{kind},{},{},{rate},{best}", scene.triangles, r.rays, r.hits);
+                    let (rate, best, cpu) = (cell(r.mrays_per_s), cell(r.best_mrays_per_s), cell(r.cpu_ns_per_ray));
+                    let (n, steps) = (scene.triangles, cell(r.steps_per_ray));
+                    let _ = writeln!(out, "{name},{n},{kind},{},{},{rate},{best},{steps},{cpu}", r.rays, r.hits);
                 }
             }
             return out;
@@ -274,10 +277,11 @@ impl SceneReport {
         }
         let Some(target) = self.target_rmse else { return };
         let _ = writeln!(out, "\nTime to an RMSE of {}:\n", significant(Some(target)));
-        let columns: [Column<ConfigurationSummary>; 4] = [
+        let columns: [Column<ConfigurationSummary>; 5] = [
             ("configuration", |c| c.label.clone()),
             ("wall s", |c| significant(c.time_to_target.map(|t| t.seconds))),
             ("samples", |c| significant(c.time_to_target.map(|t| t.samples))),
+            ("time per sample, × first", |c| significant(c.relative_time)),
             ("", |c| if c.time_to_target.is_some_and(|t| t.extrapolated) { "extrapolated" } else { "" }.to_owned()),
         ];
         out.push_str(&table(&columns, &self.configurations, markdown));

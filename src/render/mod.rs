@@ -22,7 +22,7 @@ pub(crate) mod tables;
 mod upload;
 
 pub use error::RenderError;
-pub use features::Features;
+pub use features::{Feature, Features};
 pub use film::Film;
 pub use mutation::Mutation;
 pub use renderer::Renderer;

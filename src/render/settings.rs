@@ -5,14 +5,18 @@ use std::time::Duration;
 
 use crate::scene::Scene;
 
+use super::features::Feature;
+
 /// Which random numbers are used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Sampler {
     /// Owen-scrambled Sobol points: error falls faster than with independent numbers.
     #[default]
     Sobol,
-    /// Independent numbers, as in the report.
+    /// Independent numbers from a hash.
     Independent,
+    /// Independent numbers from PCG (O'Neill 2014), the report's generator.
+    Pcg,
 }
 
 /// Ray–triangle test.
@@ -66,6 +70,8 @@ pub struct RenderSettings {
     pub time_limit: Option<Duration>,
     /// Compile every feature, needed or not: for tests and benchmarks, the image is the same.
     pub general: bool,
+    /// Compile one more feature than needed, to see what leaving it out saves; the image is the same.
+    pub unneeded: Option<Feature>,
     /// Most samples per pixel in one dispatch; `None`: as measured. Changes no bit of the image.
     pub samples_per_dispatch: Option<u32>,
     /// Invocations of a workgroup; `None`: the device's default. Changes no bit of the image.

@@ -24,7 +24,7 @@ pub(crate) use rays::{HitRecord, INSIDE, OcclusionRecord, PathInput, PathRecord,
 pub(crate) use traversal::{Query, Traced, Traversal};
 
 /// Inputs of one dispatch.
-const BATCH: usize = 1 << 18;
+pub(crate) const BATCH: usize = 1 << 18;
 /// Loop iterations that an invocation may spend: beyond all that a probe needs, it makes the shader count them.
 const COUNTED: u32 = 1 << 20;
 
@@ -177,46 +177,45 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
         Ok(outputs)
     }
 
-    /// Runs the function over all inputs as [`Self::run`] does, `repeats` times, with `any_hit` for the kernel to see;
-    /// also gives the seconds that each repetition spent in dispatches.
-    pub fn time(&mut self, inputs: &[I], any_hit: bool, repeats: usize) -> Result<(Vec<O>, Vec<f64>), CheckError> {
-        let mut outputs = Vec::with_capacity(inputs.len());
-        let mut seconds = vec![0.0; repeats];
-        for batch in inputs.chunks(BATCH) {
-            write(&mut self.upload, bytemuck::cast_slice(batch))?;
-            let push = Push { end_slot: batch.len() as u32, max_new_samples: u32::from(any_hit), ..self.push };
-            let groups = (batch.len() as u32).div_ceil(self.kernel.inputs);
-            let (bytes_in, bytes_out) = (size_of_val(batch), batch.len() * size_of::<O>());
-            let (pipeline, set) = (&self.pipeline, &self.set);
-            let (input, upload, output, readback) = (&self.input, &self.upload, &self.output, &self.readback);
-            let ticket = self.timeline.submit(|r| {
-                r.copy(upload, 0, input, 0, bytes_in as u64);
-                r.barrier(Access::Transfer, Access::Compute);
-                // Once untimed: some drivers compile when a pipeline first runs.
-                r.dispatch(pipeline, set, bytemuck::bytes_of(&push), [groups, 1, 1]);
-                r.barrier(Access::Compute, Access::Compute);
-            })?;
-            self.timeline.wait(&ticket)?;
-            for seconds in &mut seconds {
-                let start = Instant::now();
-                let ticket = self.timeline.submit(|r| {
-                    r.timed("rays", |r| r.dispatch(pipeline, set, bytemuck::bytes_of(&push), [groups, 1, 1]));
-                    r.barrier(Access::Compute, Access::Compute);
-                })?;
-                let stages = self.timeline.wait(&ticket)?;
-                let wall = start.elapsed().as_secs_f64();
-                *seconds += stages.first().map_or(wall, |s| s.seconds);
-            }
-            let ticket = self.timeline.submit(|r| {
-                r.barrier(Access::Compute, Access::Transfer);
-                r.copy(output, 0, readback, 0, bytes_out as u64);
-                r.barrier(Access::Transfer, Access::Host);
-            })?;
-            self.timeline.wait(&ticket)?;
-            let bytes = self.readback.mapped().ok_or(CheckError::Unmapped)?;
-            outputs.extend(bytes[..bytes_out].chunks_exact(size_of::<O>()).map(bytemuck::pod_read_unaligned::<O>));
-        }
-        Ok((outputs, seconds))
+    /// Uploads inputs, at most [`BATCH`], for [`Self::dispatch`].
+    pub fn load(&mut self, inputs: &[I]) -> Result<(), CheckError> {
+        write(&mut self.upload, bytemuck::cast_slice(inputs))?;
+        let (upload, input, bytes) = (&self.upload, &self.input, size_of_val(inputs) as u64);
+        let ticket = self.timeline.submit(|r| {
+            r.copy(upload, 0, input, 0, bytes);
+            r.barrier(Access::Transfer, Access::Compute);
+        })?;
+        self.timeline.wait(&ticket)?;
+        Ok(())
+    }
+
+    /// Runs over the first `count` inputs that were loaded, with `any_hit` for the kernel to see. Returns the seconds
+    /// that this took: on the device where that has timestamps, else until the host knew.
+    pub fn dispatch(&mut self, count: usize, any_hit: bool) -> Result<f64, CheckError> {
+        let push = Push { end_slot: count as u32, max_new_samples: u32::from(any_hit), ..self.push };
+        let groups = (count as u32).div_ceil(self.kernel.inputs);
+        let (pipeline, set) = (&self.pipeline, &self.set);
+        let start = Instant::now();
+        let ticket = self.timeline.submit(|r| {
+            r.timed("probe", |r| r.dispatch(pipeline, set, bytemuck::bytes_of(&push), [groups, 1, 1]));
+            r.barrier(Access::Compute, Access::Compute);
+        })?;
+        let stages = self.timeline.wait(&ticket)?;
+        let wall = start.elapsed().as_secs_f64();
+        Ok(stages.first().map_or(wall, |s| s.seconds))
+    }
+
+    /// The outputs of the last dispatch.
+    pub fn read(&mut self, count: usize) -> Result<Vec<O>, CheckError> {
+        let (output, readback, bytes) = (&self.output, &self.readback, count * size_of::<O>());
+        let ticket = self.timeline.submit(|r| {
+            r.barrier(Access::Compute, Access::Transfer);
+            r.copy(output, 0, readback, 0, bytes as u64);
+            r.barrier(Access::Transfer, Access::Host);
+        })?;
+        self.timeline.wait(&ticket)?;
+        let mapped = self.readback.mapped().ok_or(CheckError::Unmapped)?;
+        Ok(mapped[..bytes].chunks_exact(size_of::<O>()).map(bytemuck::pod_read_unaligned).collect())
     }
 
     /// Runs `dispatches` times over `slots` of the film, `samples` new ones a slot each time, and reads the film.

@@ -31,16 +31,18 @@ pub(crate) struct Traced {
     pub id: i32,
     /// The driver or its loop budget ended the walk early.
     pub truncated: u32,
-    pub unused: u32,
+    /// Steps through the tree, where they are counted.
+    pub steps: u32,
 }
 
 /// The tree of a scene, ready to be asked.
 pub(crate) struct Traversal {
     probe: Probe<RayInput, Traced>,
+    count: usize,
 }
 
 impl Traversal {
-    /// Uploads and compiles.
+    /// Uploads and compiles; with `settings.count_steps`, to count steps and not to be timed.
     pub fn new(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<Self, CheckError> {
         let (_, tables) = tables_of(scene, settings);
         let info = context.info();
@@ -48,22 +50,29 @@ impl Traversal {
             workgroup: info.subgroup_size,
             inputs: 512,
             loop_budget: DriverFacts::of(info).loop_budget,
-            counts_steps: false,
+            counts_steps: settings.count_steps,
             ..Kernel::function("traverse", variant(&TRAVERSE, &Features::of(scene, settings)), 0)
         };
-        Ok(Self { probe: Probe::new(context, kernel, scene, &tables, settings, 0)? })
+        Ok(Self { probe: Probe::new(context, kernel, scene, &tables, settings, 0)?, count: 0 })
     }
 
-    /// Traces all rays `repeats` times; gives the answers, and the seconds of each repetition.
-    pub fn time(
-        &mut self,
-        rays: &[RayInput],
-        query: Query,
-        repeats: usize,
-    ) -> Result<(Vec<Traced>, Vec<f64>), CheckError> {
-        let (found, seconds) = self.probe.time(rays, query == Query::Any, repeats)?;
+    /// Uploads rays, at most [`super::BATCH`], and traces them once: some drivers compile only then.
+    pub fn load(&mut self, rays: &[RayInput]) -> Result<(), CheckError> {
+        self.probe.load(rays)?;
+        self.count = rays.len();
+        self.trace(Query::Any).map(drop)
+    }
+
+    /// Traces the rays that were loaded; returns the seconds this took.
+    pub fn trace(&mut self, query: Query) -> Result<f64, CheckError> {
+        self.probe.dispatch(self.count, query == Query::Any)
+    }
+
+    /// What the last trace found.
+    pub fn found(&mut self) -> Result<Vec<Traced>, CheckError> {
+        let found = self.probe.read(self.count)?;
         match found.iter().filter(|f| f.truncated != 0).count() {
-            0 => Ok((found, seconds)),
+            0 => Ok(found),
             count => Err(RenderError::Truncated { count: count as u32 }.into()),
         }
     }
