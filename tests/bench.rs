@@ -189,13 +189,16 @@ fn rays_are_those_of_the_scene_and_what_they_meet_is_right() {
     // Only triangles are written to the file.
     let without_spheres = mesh.split("[[sphere]]").next().unwrap().to_owned() + &mesh[mesh.find("[[mesh]]").unwrap()..];
     std::fs::write(folder.path().join("sheet.toml"), without_spheres).unwrap();
-    let found = json(&bench(folder.path(), "sheet.toml --size 40x24 --rays --json --dump-rays rays.bin --csv rays.csv"));
+    let found =
+        json(&bench(folder.path(), "sheet.toml --size 40x24 --rays --json --dump-rays rays.bin --csv rays.csv"));
     let rates = found["rays"][0]["rates"].as_array().unwrap();
     let counts = [0, 1, 2].map(|i| rates[i]["rays"].as_u64().unwrap() as usize);
     assert_eq!(counts[0], 40 * 24);
     assert!(counts[1] > 100 && counts[1] <= counts[0] && counts[2] > 100 && counts[2] <= counts[0], "{counts:?}");
     for rate in rates {
-        assert!(number(&rate["mrays_per_s"]) > 0.0 && number(&rate["best_mrays_per_s"]) >= number(&rate["mrays_per_s"]));
+        assert!(
+            number(&rate["mrays_per_s"]) > 0.0 && number(&rate["best_mrays_per_s"]) >= number(&rate["mrays_per_s"])
+        );
         assert!(number(&rate["steps_per_ray"]) > 1.0, "{rate}");
     }
     assert_eq!(std::fs::read_to_string(folder.path().join("rays.csv")).unwrap().lines().count(), 4);

@@ -53,8 +53,12 @@ const KEYS: [(&str, Key, &str); 7] = [
     ("accel", Key::Accel, "bvh or none"),
     ("intersection", Key::Intersection, "watertight or moller-trumbore"),
     ("scheduler", Key::Scheduler, "auto, inline or queue"),
-    ("features", Key::Features, "specialised, general, or + and one of diffuse, mirror, dielectric, emitter, background, tree, tree-spheres, \
-     smooth-normals, sampler-levels, places"),
+    (
+        "features",
+        Key::Features,
+        "specialised, general, or + and one of diffuse, mirror, dielectric, emitter, background, tree, tree-spheres, \
+     smooth-normals, sampler-levels, places",
+    ),
     ("roulette", Key::Roulette, "off or the first hit that may end a path, at least 1"),
     ("device", Key::Device, "an index, a name or a UUID"),
 ];

@@ -129,8 +129,7 @@ pub fn measure(
         });
         traced.push(RaySet { rays, found });
     }
-    let report =
-        RaysReport { scene: scene.source.clone(), triangles: scene.triangle_count(), repeats: REPEATS, rates };
+    let report = RaysReport { scene: scene.source.clone(), triangles: scene.triangle_count(), repeats: REPEATS, rates };
     Ok((report, traced))
 }
 

@@ -83,6 +83,10 @@ pub struct BenchArgs {
     #[arg(long, value_name = "FILE", requires = "rays")]
     dump_rays: Option<PathBuf>,
 
+    /// Use path_trace.spv, path_queue.spv or traverse.spv (--rays) of this folder instead of the built-in shaders
+    #[arg(long, value_name = "FOLDER", conflicts_with = "growth")]
+    spirv: Option<PathBuf>,
+
     #[command(flatten)]
     device: DeviceOptions,
 
@@ -244,7 +248,8 @@ fn load(args: &BenchArgs, path: &Path) -> anyhow::Result<(Scene, RenderSettings)
         scheduler: SchedulerArg::Auto,
         general: false,
     };
-    options.load(path)
+    let (scene, settings) = options.load(path)?;
+    Ok((scene, RenderSettings { spirv_folder: args.spirv.clone(), ..settings }))
 }
 
 fn measure_rays(args: &BenchArgs, path: &Path, context: &Context) -> anyhow::Result<RaysReport> {

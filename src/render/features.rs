@@ -131,7 +131,8 @@ impl Features {
             tree: unneeded(Feature::Tree) || unneeded(Feature::TreeSpheres) || triangles || !rest.is_empty(),
             brute_force: settings.accel == Accel::None && (triangles || !rest.is_empty()),
             moller_trumbore: settings.triangle_test == TriangleTest::MollerTrumbore,
-            smooth_normals: unneeded(Feature::SmoothNormals) || scene.meshes.iter().any(|m| !m.vertex_normals.is_empty()),
+            smooth_normals: unneeded(Feature::SmoothNormals)
+                || scene.meshes.iter().any(|m| !m.vertex_normals.is_empty()),
             lights: spheres::visible_lights(scene).count() as u32,
             sobol_levels: if unneeded(Feature::SamplerLevels) {
                 sobol::MAX_LEVELS

@@ -5,7 +5,7 @@ mod error;
 mod facets;
 mod features;
 mod film;
-mod kernels;
+pub(crate) mod kernels;
 pub(crate) mod layout;
 #[cfg(test)]
 mod layout_tests;

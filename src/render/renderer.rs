@@ -157,7 +157,8 @@ impl Renderer {
         specialization.uint(constant::WORKGROUP, workgroup).uint(constant::LOOP_BUDGET, loop_budget);
         // Refill when a quarter of the lanes is idle.
         specialization.uint(constant::REGIONS, regions).uint(constant::REFILL_BELOW, workgroup - workgroup / 4);
-        let built_in = kernels::choose(&features, queued, settings.general || settings.unneeded == Some(Feature::Places));
+        let built_in =
+            kernels::choose(&features, queued, settings.general || settings.unneeded == Some(Feature::Places));
         let stage = built_in.name;
         let spirv = kernels::spirv(&built_in, settings)?;
         let compile_start = Instant::now();

@@ -80,7 +80,7 @@ pub struct RenderSettings {
     pub loop_budget: Option<u32>,
     /// Count steps through the tree as well; a little slower.
     pub count_steps: bool,
-    /// A folder with `path_trace.spv` or `path_queue.spv` to use instead of the built-in shaders: edit a shader, run
+    /// A folder with `path_trace.spv`, `path_queue.spv` or `traverse.spv` to use instead of the built-in shaders: edit a shader, run
     /// `glslc` on it, and render again without building the program.
     pub spirv_folder: Option<PathBuf>,
     /// Tests only: breaks one thing on purpose, to show that the tests see it.

@@ -5,6 +5,7 @@ mod functions;
 mod rays;
 mod traversal;
 
+use std::borrow::Cow;
 use std::marker::PhantomData;
 use std::time::Instant;
 
@@ -33,10 +34,10 @@ const OUTPUT: u32 = 9;
 const PROBE: u32 = 240;
 
 /// A kernel of shaders/probe with the choice of its function.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(crate) struct Kernel {
     pub name: &'static str,
-    pub spirv: &'static [u8],
+    pub spirv: Cow<'static, [u8]>,
     pub function: u32,
     /// Invocations of a workgroup.
     pub workgroup: u32,
@@ -51,7 +52,15 @@ pub(crate) struct Kernel {
 impl Kernel {
     /// A kernel of one invocation an input, which reports the steps of its walks.
     pub const fn function(name: &'static str, spirv: &'static [u8], function: u32) -> Self {
-        Self { name, spirv, function, workgroup: 64, inputs: 64, loop_budget: COUNTED, counts_steps: true }
+        Self {
+            name,
+            spirv: Cow::Borrowed(spirv),
+            function,
+            workgroup: 64,
+            inputs: 64,
+            loop_budget: COUNTED,
+            counts_steps: true,
+        }
     }
 }
 
@@ -67,7 +76,7 @@ pub(crate) struct Probe<I, O> {
     film: Buffer,
     _tables: Vec<Buffer>,
     push: Push,
-    kernel: Kernel,
+    inputs: u32,
     records: PhantomData<(I, O)>,
 }
 
@@ -117,7 +126,7 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
             .uint(constant::LOOP_BUDGET, kernel.loop_budget)
             .uint(constant::REFILL_BELOW, kernel.workgroup - kernel.workgroup / 4)
             .uint(PROBE, kernel.function);
-        let pipeline = Pipeline::new(device, kernel.name, kernel.spirv, &specialization, &set)?;
+        let pipeline = Pipeline::new(device, kernel.name, &kernel.spirv, &specialization, &set)?;
         let mut timeline = Timeline::new(device, 1)?;
         let mut staging = Vec::new();
         for (name, _, _, bytes) in &sources {
@@ -147,7 +156,7 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
             film,
             _tables: buffers,
             push,
-            kernel,
+            inputs: kernel.inputs,
             records: PhantomData,
         })
     }
@@ -158,7 +167,7 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
         for batch in inputs.chunks(BATCH) {
             write(&mut self.upload, bytemuck::cast_slice(batch))?;
             let push = Push { end_slot: batch.len() as u32, ..self.push };
-            let groups = (batch.len() as u32).div_ceil(self.kernel.inputs);
+            let groups = (batch.len() as u32).div_ceil(self.inputs);
             let (bytes_in, bytes_out) = (size_of_val(batch), batch.len() * size_of::<O>());
             let (pipeline, set) = (&self.pipeline, &self.set);
             let (input, upload, output, readback) = (&self.input, &self.upload, &self.output, &self.readback);
@@ -193,7 +202,7 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
     /// that this took: on the device where that has timestamps, else until the host knew.
     pub fn dispatch(&mut self, count: usize, any_hit: bool) -> Result<f64, CheckError> {
         let push = Push { end_slot: count as u32, max_new_samples: u32::from(any_hit), ..self.push };
-        let groups = (count as u32).div_ceil(self.kernel.inputs);
+        let groups = (count as u32).div_ceil(self.inputs);
         let (pipeline, set) = (&self.pipeline, &self.set);
         let start = Instant::now();
         let ticket = self.timeline.submit(|r| {
@@ -221,7 +230,7 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
     /// Runs `dispatches` times over `slots` of the film, `samples` new ones a slot each time, and reads the film.
     pub fn accumulate(&mut self, slots: u32, samples: u32, dispatches: u32) -> Result<Vec<FilmSlot>, CheckError> {
         let push = Push { end_slot: slots, max_new_samples: samples, ..self.push };
-        let groups = slots.div_ceil(self.kernel.inputs);
+        let groups = slots.div_ceil(self.inputs);
         // A few dispatches a submission: bounded, without a wait each.
         const TOGETHER: u32 = 16;
         let mut left = dispatches;

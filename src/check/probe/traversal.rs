@@ -4,12 +4,14 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::gpu::Context;
 use crate::render::driver::DriverFacts;
+use crate::render::kernels;
 use crate::render::{Features, RenderError, RenderSettings};
 use crate::scene::Scene;
 
 use super::rays::{RayInput, Variants, variant, variants};
 use super::{CheckError, Kernel, Probe, tables_of};
 
+const NAME: &str = "traverse";
 static TRAVERSE: Variants = variants!("traverse");
 
 /// What is asked of rays.
@@ -46,12 +48,14 @@ impl Traversal {
     pub fn new(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<Self, CheckError> {
         let (_, tables) = tables_of(scene, settings);
         let info = context.info();
+        let spirv = variant(&TRAVERSE, &Features::of(scene, settings));
         let kernel = Kernel {
+            spirv: kernels::spirv(&kernels::Kernel { name: NAME, spirv }, settings)?,
             workgroup: info.subgroup_size,
             inputs: 512,
             loop_budget: DriverFacts::of(info).loop_budget,
             counts_steps: settings.count_steps,
-            ..Kernel::function("traverse", variant(&TRAVERSE, &Features::of(scene, settings)), 0)
+            ..Kernel::function(NAME, spirv, 0)
         };
         Ok(Self { probe: Probe::new(context, kernel, scene, &tables, settings, 0)?, count: 0 })
     }

@@ -174,6 +174,9 @@ fn read_face(
                 "v, v/vt, v//vn or v/vt/vn, with indices that count from 1, or from -1 back to a vertex above";
             statement.error(file, format!("corner {number} is {}", quoted(word)), expected)
         };
+        if word.iter().filter(|&&byte| byte == b'/').count() >= KINDS.len() {
+            return Err(bad());
+        }
         let mut parts = word.split(|&byte| byte == b'/');
         let mut indices = [NONE; 3];
         for (kind, (_, what)) in KINDS.iter().enumerate() {
@@ -188,9 +191,6 @@ fn read_face(
                 index if index < 0 => (above + index) as u32,
                 index => (index - 1) as u32,
             };
-        }
-        if parts.next().is_some() {
-            return Err(bad());
         }
         let [position, texcoord, normal] = indices;
         corners.push(Corner { position, texcoord, normal });
