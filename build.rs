@@ -47,7 +47,7 @@ fn variants(stem: &str) -> Vec<Variant> {
         "path_queue" => (&[0, 1, 2], &[1]),
         // Probes of rays: room for none or all.
         "closest" => (&[0, 2], &[1, 2]),
-        "occlusion" | "scatter" => (&[0, 2], &[1]),
+        "occlusion" | "scatter" | "traverse" => (&[0, 2], &[1]),
         _ => return vec![Variant { suffix: String::new(), macros: Vec::new() }],
     };
     let mut all = Vec::new();

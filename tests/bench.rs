@@ -135,6 +135,113 @@ fn independent_numbers_converge_with_one_half_and_sobol_faster() {
     assert_eq!(kept().len(), 2);
 }
 
+/// Each kind of numbers gives the same image in the mean, and those that are independent the same noise.
+#[test]
+fn the_reports_generator_is_as_good_as_the_hash() {
+    let folder = folder();
+    let line = "scene.toml --samples 1..64 --vary sampler=independent,pcg --json";
+    let found = json(&bench(folder.path(), line));
+    let [hash, pcg] = [0, 1].map(|i| &found["scenes"][0]["configurations"][i]);
+    assert!((number(&pcg["slope"]["exponent"]) + 0.5).abs() < 0.15);
+    for (a, b) in hash["rows"].as_array().unwrap().iter().zip(pcg["rows"].as_array().unwrap()) {
+        let ratio = number(&a["mse"]) / number(&b["mse"]);
+        assert!((0.8..1.25).contains(&ratio), "{ratio}: {a} {b}");
+        assert_ne!(a["mse"], b["mse"]);
+        assert!(number(&b["bias"]).abs() < 4.0 * number(&b["bias_half_width"]), "{b}");
+    }
+    assert_eq!(number(&hash["relative_time"]), 1.0);
+    assert!(number(&pcg["relative_time"]) > 0.0);
+}
+
+#[test]
+fn a_feature_that_is_not_needed_costs_time_and_no_bits() {
+    let folder = folder();
+    let line = "scene.toml --samples 4 --seeds 2 --vary features=specialised,+dielectric,+tree,general --json";
+    let found = json(&bench(folder.path(), line));
+    let all = found["scenes"][0]["configurations"].as_array().unwrap();
+    assert_eq!(all.len(), 4);
+    for c in all {
+        assert_eq!(c["rows"][0]["mse"], all[0]["rows"][0]["mse"], "{}", c["label"]);
+    }
+}
+
+/// A tetrahedron over a floor of two triangles, which small meshes are turned into constants, and a bumpy sheet of
+/// 20,000, which is a tree: the rays that are written must meet what the f64 tests of all triangles find.
+#[test]
+fn rays_are_those_of_the_scene_and_what_they_meet_is_right() {
+    let folder = folder();
+    let mut obj = String::new();
+    let n = 40;
+    for i in 0..=n {
+        for j in 0..=n {
+            let (x, z) = (f64::from(j) / 4.0 - 5.0, f64::from(i) / 4.0 - 5.0);
+            obj += &format!("v {x} {} {z}\n", 0.4 * (1.7 * x).sin() * (1.3 * z).cos());
+        }
+    }
+    for i in 0..n {
+        for j in 0..n {
+            let a = i * (n + 1) + j + 1;
+            obj += &format!("f {a} {} {}\nf {} {} {}\n", a + n + 1, a + 1, a + 1, a + n + 1, a + n + 2);
+        }
+    }
+    std::fs::write(folder.path().join("sheet.obj"), obj).unwrap();
+    let mesh = SCENE.replacen("[[light]]", "[[mesh]]\nfile = \"sheet.obj\"\nmaterial = \"grey\"\n[[light]]", 1);
+    // Only triangles are written to the file.
+    let without_spheres = mesh.split("[[sphere]]").next().unwrap().to_owned() + &mesh[mesh.find("[[mesh]]").unwrap()..];
+    std::fs::write(folder.path().join("sheet.toml"), without_spheres).unwrap();
+    let found =
+        json(&bench(folder.path(), "sheet.toml --size 40x24 --rays --json --dump-rays rays.bin --csv rays.csv"));
+    let rates = found["rays"][0]["rates"].as_array().unwrap();
+    let counts = [0, 1, 2].map(|i| rates[i]["rays"].as_u64().unwrap() as usize);
+    assert_eq!(counts[0], 40 * 24);
+    assert!(counts[1] > 100 && counts[1] <= counts[0] && counts[2] > 100 && counts[2] <= counts[0], "{counts:?}");
+    for rate in rates {
+        assert!(
+            number(&rate["mrays_per_s"]) > 0.0 && number(&rate["best_mrays_per_s"]) >= number(&rate["mrays_per_s"])
+        );
+        assert!(number(&rate["steps_per_ray"]) > 1.0, "{rate}");
+    }
+    assert_eq!(std::fs::read_to_string(folder.path().join("rays.csv")).unwrap().lines().count(), 4);
+
+    let bytes = std::fs::read(folder.path().join("rays.bin")).unwrap();
+    assert_eq!(&bytes[..16], b"photolith-rays-1");
+    let words: Vec<[u8; 4]> = bytes[16..].chunks_exact(4).map(|w| w.try_into().unwrap()).collect();
+    let integer = |i: usize| u32::from_le_bytes(words[i]) as usize;
+    let float = |i: usize| f64::from(f32::from_le_bytes(words[i]));
+    let vector = |i: usize| glam::DVec3::new(float(i), float(i + 1), float(i + 2));
+    let triangles = integer(0);
+    assert_eq!((triangles, [integer(1), integer(2), integer(3)]), (2 * 40 * 40, counts));
+    let mut at = 4 + 9 * triangles;
+    for (kind, &count) in counts.iter().enumerate() {
+        let mut differ = 0;
+        for i in 0..count {
+            let ray = at + 8 * i;
+            let (o, far, d) = (vector(ray), float(ray + 3), vector(ray + 4));
+            assert!((d.length() - 1.0).abs() < 1e-6);
+            let distances = (0..triangles).filter_map(|t| {
+                let [a, b, c] = [0, 3, 6].map(|k| vector(4 + 9 * t + k));
+                let (e1, e2) = (b - a, c - a);
+                let (p, s) = (d.cross(e2), o - a);
+                let q = s.cross(e1);
+                let det = e1.dot(p);
+                let (u, v, t) = (s.dot(p) / det, d.dot(q) / det, e2.dot(q) / det);
+                (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 1e-5 && t < far).then_some(t)
+            });
+            let nearest = distances.min_by(f64::total_cmp);
+            let said = float(at + 8 * count + i);
+            let agree = match nearest {
+                None => said < 0.0,
+                Some(t) => said >= 0.0 && (kind == 1 || (said / t - 1.0).abs() < 1e-3),
+            };
+            differ += usize::from(!agree);
+        }
+        // At edges and at grazing angles rounding decides.
+        assert!(differ <= count / 200, "kind {kind}: {differ} of {count} differ");
+        at += 9 * count;
+    }
+    assert_eq!(at, words.len());
+}
+
 #[test]
 fn nothing_is_reported_below_the_noise_floor() {
     let folder = folder();
@@ -183,11 +290,15 @@ fn bad_input_is_code_2_and_says_why() {
         ("gone.toml", "gone.toml"),
         ("scene.toml --samples 0", "expected N, A..B or A,B,C"),
         ("scene.toml --vary colour=red", "unknown setting 'colour'"),
-        ("scene.toml --vary sampler=halton", "expected sobol or independent"),
+        ("scene.toml --vary sampler=halton", "expected sobol, independent or pcg"),
         ("scene.toml --plot a.pdf", "a plot is written as .svg"),
         ("scene.toml --reference bare.pfm", "carries no estimate of its noise"),
         ("scene.toml --reference bare.pfm --reference-noise 0.1 --size 8x8", "24x16"),
         ("scene.toml scene.toml --reference bare.pfm", "for one scene, found 2"),
+        ("scene.toml --vary features=+halo", "expected specialised, general, or + and one of"),
+        ("scene.toml scene.toml --rays --dump-rays a.bin", "for one scene, found 2"),
+        ("scene.toml --rays --plot a.svg", "nothing to draw"),
+        ("scene.toml --dump-rays a.bin", "--rays"),
         ("--growth triangles --samples 1,2", "one number of --samples"),
     ] {
         let output = bench(folder.path(), arguments);

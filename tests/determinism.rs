@@ -4,7 +4,7 @@
 mod common;
 
 use common::{assert_same_bits, context, render, render_counted, shipped};
-use photolith::render::Scheduler;
+use photolith::render::{Feature, Scheduler};
 use photolith::{RenderSettings, Scene};
 
 const SAMPLES: u32 = 32;
@@ -36,6 +36,9 @@ fn variants(name: &str, scene: &Scene) -> Vec<(String, RenderSettings)> {
         all.push((format!("workgroups of {n}"), RenderSettings { workgroup_size: Some(n), ..base.clone() }));
     }
     all.push(("general pipeline".to_owned(), RenderSettings { general: true, ..base.clone() }));
+    for (feature, unneeded) in Feature::ALL {
+        all.push((format!("+{feature}"), RenderSettings { unneeded: Some(unneeded), ..base.clone() }));
+    }
     for scheduler in [Scheduler::Inline, Scheduler::Queue] {
         let budget = Some(small_budget(name, scheduler));
         all.push((format!("{scheduler:?}"), RenderSettings { scheduler, ..base.clone() }));

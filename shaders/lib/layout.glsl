@@ -23,7 +23,7 @@
 
 // ---- specialization constants: features (ids 2..39). Code depends on them, data layout never does.
 layout(constant_id = 2) const uint FILTER = 0u;            // 0 box, 1 Gaussian
-layout(constant_id = 3) const uint SAMPLER = 0u;           // 0 Owen-scrambled Sobol, 1 independent
+layout(constant_id = 3) const uint SAMPLER = 0u;           // 0 Owen-scrambled Sobol, 1 independent, 2 PCG
 layout(constant_id = 4) const uint MAX_DEPTH = 8u;         // surface hits of a path
 layout(constant_id = 5) const uint ROULETTE_DEPTH = 0u;    // first hit that may end a path; 0: off
 layout(constant_id = 6) const bool INDIRECT = true;        // follow paths beyond a diffuse surface

@@ -51,11 +51,24 @@ uvec2 sobol_reversed(uint index, uint pair) {
     return (pair & 1u) == 0u ? row.xy : row.zw;
 }
 
+// One step of PCG-RXS-M-XS 32: a linear congruential generator and its output permutation (O'Neill, "PCG", 2014).
+uint pcg(uint state) {
+    uint s = state * 747796405u + 2891336453u;
+    uint word = ((s >> ((s >> 28) + 4u)) ^ s) * 277803737u;
+    return (word >> 22) ^ word;
+}
+
 // Two numbers in [0, 1).
 vec2 sample_pair(uint key, uint index, uint pair, uint hit) {
     uint h = hash(key + pair * 0x9e3779b9u);
     uint g = hash(h ^ 0x5bd1e995u);
     if (SAMPLER == 1u) return vec2(unit_float(hash(h + index * 0x85ebca6bu)), unit_float(hash(g + index * 0xc2b2ae35u)));
+    if (SAMPLER == 2u) {
+        // The report's generator. A sequence for each pixel would have to be drawn in order; seeded by its own output
+        // (Jarzynski and Olano, JCGT 2020), it is a pure function of the dimension too.
+        uint x = pcg(pcg(key + index) + pair);
+        return vec2(unit_float(x), unit_float(pcg(x)));
+    }
     bool table = hit <= SOBOL_HITS;
     uvec2 p = sobol_reversed(index, table ? pair : 0u);
     if (MUTATION == MUTATE_SAMPLER) p &= uvec2(0x0000000fu);

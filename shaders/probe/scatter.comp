@@ -30,12 +30,14 @@ void scatter(uint i) {
         if (lit) radiance += shadow.radiance;
     }
     path_depart(path, arrival, alive, sample_of.x, key, path.index + (alive ? 0u : 1u));
-    probe_out[6u * i] = uvec4(floatBitsToUint(t), uint(id), alive ? 1u : 0u, lit ? 1u : 0u);
-    output_floats(6u * i + 1u, vec4(radiance, 0.0));
-    probe_out[6u * i + 2u] = uvec4(floatBitsToUint(path.throughput), path.hits);
-    output_floats(6u * i + 3u, vec4(path.origin, 0.0));
-    probe_out[6u * i + 4u] = uvec4(floatBitsToUint(path.direction), uint(path.leaving));
-    output_floats(6u * i + 5u, vec4(path.normal, path.pdf));
+    probe_out[8u * i] = uvec4(floatBitsToUint(t), uint(id), alive ? 1u : 0u, lit ? 1u : 0u);
+    output_floats(8u * i + 1u, vec4(radiance, 0.0));
+    probe_out[8u * i + 2u] = uvec4(floatBitsToUint(path.throughput), path.hits);
+    output_floats(8u * i + 3u, vec4(path.origin, 0.0));
+    probe_out[8u * i + 4u] = uvec4(floatBitsToUint(path.direction), uint(path.leaving));
+    output_floats(8u * i + 5u, vec4(path.normal, path.pdf));
+    output_floats(8u * i + 6u, vec4(shadow.origin, shadow.wanted ? shadow.distance : 0.0));
+    probe_out[8u * i + 7u] = uvec4(floatBitsToUint(shadow.direction), uint(shadow.leaving));
 }
 
 void main() {

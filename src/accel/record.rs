@@ -9,6 +9,7 @@
 //! follow the inner nodes.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::aabb::Aabb;
 use super::builder::{Child, Tree};
@@ -117,7 +118,7 @@ pub fn pack(tree: &Tree, primitives: &[Primitive]) -> Vec<Record> {
         Child::Inner(node) => f32::from_bits(node),
         Child::Leaf(leaf) => f32::from_bits((first_leaf + leaf) | 0x8000_0000),
     };
-    let inner = tree.nodes.iter().map(|node| {
+    let inner = tree.nodes.par_iter().map(|node| {
         let [a, b] = node.bounds;
         [
             a.lo.x,
@@ -138,6 +139,6 @@ pub fn pack(tree: &Tree, primitives: &[Primitive]) -> Vec<Record> {
             0.0,
         ]
     });
-    let leaves = tree.order.iter().map(|&p| primitives[p as usize].record());
+    let leaves = tree.order.par_iter().map(|&p| primitives[p as usize].record());
     inner.chain(leaves).collect()
 }

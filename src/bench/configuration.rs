@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use crate::render::{Accel, RenderSettings, Sampler, Scheduler, TriangleTest};
+use crate::render::{Accel, Feature, RenderSettings, Sampler, Scheduler, TriangleTest};
 
 use super::error::BenchError;
 
@@ -28,8 +28,8 @@ impl Configuration {
 
 /// A setting and the values it takes, written `KEY=VALUE,VALUE…`.
 ///
-/// Keys: `sampler` (sobol, independent), `accel` (bvh, none), `intersection` (watertight, moller-trumbore),
-/// `scheduler` (auto, inline, queue), `features` (specialised, general), `roulette` (off, or the first hit),
+/// Keys: `sampler` (sobol, independent, pcg), `accel` (bvh, none), `intersection` (watertight, moller-trumbore),
+/// `scheduler` (auto, inline, queue), `features` (specialised, general, or `+` and one of [`Feature::ALL`] that is compiled although not needed), `roulette` (off, or the first hit),
 /// `device` (index, name or UUID).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Vary {
@@ -49,11 +49,16 @@ enum Key {
 }
 
 const KEYS: [(&str, Key, &str); 7] = [
-    ("sampler", Key::Sampler, "sobol or independent"),
+    ("sampler", Key::Sampler, "sobol, independent or pcg"),
     ("accel", Key::Accel, "bvh or none"),
     ("intersection", Key::Intersection, "watertight or moller-trumbore"),
     ("scheduler", Key::Scheduler, "auto, inline or queue"),
-    ("features", Key::Features, "specialised or general"),
+    (
+        "features",
+        Key::Features,
+        "specialised, general, or + and one of diffuse, mirror, dielectric, emitter, background, tree, tree-spheres, \
+     smooth-normals, sampler-levels, places",
+    ),
     ("roulette", Key::Roulette, "off or the first hit that may end a path, at least 1"),
     ("device", Key::Device, "an index, a name or a UUID"),
 ];
@@ -69,6 +74,7 @@ impl Key {
         match (self, value) {
             (Self::Sampler, "sobol") => s.sampler = Sampler::Sobol,
             (Self::Sampler, "independent") => s.sampler = Sampler::Independent,
+            (Self::Sampler, "pcg") => s.sampler = Sampler::Pcg,
             (Self::Accel, "bvh") => s.accel = Accel::Bvh,
             (Self::Accel, "none") => s.accel = Accel::None,
             (Self::Intersection, "watertight") => s.triangle_test = TriangleTest::Watertight,
@@ -76,8 +82,13 @@ impl Key {
             (Self::Scheduler, "auto") => s.scheduler = Scheduler::Auto,
             (Self::Scheduler, "inline") => s.scheduler = Scheduler::Inline,
             (Self::Scheduler, "queue") => s.scheduler = Scheduler::Queue,
-            (Self::Features, "specialised") => s.general = false,
-            (Self::Features, "general") => s.general = true,
+            (Self::Features, "specialised") => (s.general, s.unneeded) = (false, None),
+            (Self::Features, "general") => (s.general, s.unneeded) = (true, None),
+            (Self::Features, feature) => {
+                let found = Feature::ALL.iter().find(|(name, _)| feature.strip_prefix('+') == Some(*name));
+                let Some(&(_, feature)) = found else { return false };
+                (s.general, s.unneeded) = (false, Some(feature));
+            }
             (Self::Roulette, "off") => c.roulette = Some(None),
             (Self::Roulette, first) => match first.parse() {
                 Ok(first) if first > 0 => c.roulette = Some(Some(first)),
@@ -173,8 +184,9 @@ mod tests {
         for (text, said) in [
             ("sampler", "expected KEY=VALUE"),
             ("colour=red", "unknown setting 'colour'"),
-            ("sampler=sobol,halton", "'halton', expected sobol or independent"),
+            ("sampler=sobol,halton", "'halton', expected sobol, independent or pcg"),
             ("roulette=0", "'0', expected off or the first hit"),
+            ("features=+halo", "'+halo', expected specialised, general, or + and one of"),
             ("device=", "'', expected an index"),
         ] {
             let error = text.parse::<Vary>().unwrap_err().to_string();

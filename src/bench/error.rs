@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use crate::check::CheckError;
 use crate::gpu::GpuError;
 use crate::image::ImageError;
 use crate::render::RenderError;
@@ -17,6 +18,24 @@ pub enum BenchError {
         /// Why.
         #[source]
         source: RenderError,
+    },
+    /// Rays could not be made or traced.
+    #[error("rays of {scene}")]
+    Rays {
+        /// The scene.
+        scene: String,
+        /// Why.
+        #[source]
+        source: CheckError,
+    },
+    /// Rays could not be written to a file.
+    #[error("cannot write {}", path.display())]
+    Dump {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        #[source]
+        source: std::io::Error,
     },
     /// A device could not be opened.
     #[error("device '{device}'")]

@@ -3,6 +3,7 @@
 //! - [`convergence`]: seeds × sample counts × configurations, interleaved, against a [`Reference`] whose own noise is
 //!   known, subtracted, and never undercut.
 //! - [`growth`]: scenes made here ([`generate`]), larger from row to row.
+//! - [`rays`]: rays a second of each kind, without shading.
 //!
 //! Results are plain data ([`report`]) that becomes a table, CSV, Markdown or JSON, and a [`plot`].
 
@@ -15,6 +16,7 @@ pub mod generate;
 pub mod growth;
 mod machine;
 pub mod plot;
+pub mod rays;
 mod reference;
 pub mod report;
 pub mod statistics;

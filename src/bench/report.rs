@@ -9,6 +9,7 @@ use super::format::{Column, cell, exponent, quoted, significant, table};
 use super::growth::{GrowthReport, GrowthRow};
 use super::machine::Machine;
 use super::plot::{Figure, Panel, Series};
+use super::rays::{RayRate, RaysReport};
 use super::reference::{Origin, Reference};
 use super::summary::{ConfigurationSummary, Row};
 
@@ -27,6 +28,8 @@ pub struct Report {
     pub scenes: Vec<SceneReport>,
     /// Cost against size.
     pub growth: Option<GrowthReport>,
+    /// Rays a second, scene by scene.
+    pub rays: Vec<RaysReport>,
 }
 
 /// One scene.
@@ -113,6 +116,16 @@ const GROWTH_COLUMNS: [Column<GrowthRow>; 11] = [
     ("Mrays/s", |r| significant(Some(r.mrays_per_s))),
 ];
 
+const RAY_COLUMNS: [Column<RayRate>; 7] = [
+    ("rays", |r| r.kind.name().to_owned()),
+    ("number", |r| r.rays.to_string()),
+    ("hits %", |r| format!("{:.1}", 100.0 * r.hits as f64 / r.rays.max(1) as f64)),
+    ("Mrays/s", |r| significant(r.mrays_per_s)),
+    ("best", |r| significant(r.best_mrays_per_s)),
+    ("steps/ray", |r| significant(r.steps_per_ray)),
+    ("CPU ns/ray", |r| significant(r.cpu_ns_per_ray)),
+];
+
 impl Report {
     /// For a terminal, or as a section of a Markdown document.
     pub fn text(&self, markdown: bool) -> String {
@@ -132,6 +145,10 @@ impl Report {
         if let Some(growth) = &self.growth {
             out.push('\n');
             growth.write(&mut out, markdown);
+        }
+        for rays in &self.rays {
+            out.push('\n');
+            rays.write(&mut out, markdown);
         }
         out
     }
@@ -159,6 +176,18 @@ impl Report {
                     r.mrays_per_s,
                     r.device_bytes
                 );
+            }
+            return out;
+        }
+        if !self.rays.is_empty() {
+            out.push_str("scene,triangles,kind,rays,hits,mrays_per_s,best_mrays_per_s,steps_per_ray,cpu_ns_per_ray\n");
+            for scene in &self.rays {
+                for r in &scene.rates {
+                    let (name, kind) = (quoted(&scene.scene), r.kind.name());
+                    let (rate, best, cpu) = (cell(r.mrays_per_s), cell(r.best_mrays_per_s), cell(r.cpu_ns_per_ray));
+                    let (n, steps) = (scene.triangles, cell(r.steps_per_ray));
+                    let _ = writeln!(out, "{name},{n},{kind},{},{},{rate},{best},{steps},{cpu}", r.rays, r.hits);
+                }
             }
             return out;
         }
@@ -248,10 +277,11 @@ impl SceneReport {
         }
         let Some(target) = self.target_rmse else { return };
         let _ = writeln!(out, "\nTime to an RMSE of {}:\n", significant(Some(target)));
-        let columns: [Column<ConfigurationSummary>; 4] = [
+        let columns: [Column<ConfigurationSummary>; 5] = [
             ("configuration", |c| c.label.clone()),
             ("wall s", |c| significant(c.time_to_target.map(|t| t.seconds))),
             ("samples", |c| significant(c.time_to_target.map(|t| t.samples))),
+            ("time per sample, × first", |c| significant(c.relative_time)),
             ("", |c| if c.time_to_target.is_some_and(|t| t.extrapolated) { "extrapolated" } else { "" }.to_owned()),
         ];
         out.push_str(&table(&columns, &self.configurations, markdown));
@@ -274,6 +304,14 @@ impl SceneReport {
                 .collect(),
         };
         [panel("samples per pixel", 2.0, |r| f64::from(r.samples)), panel("wall time (s)", 10.0, |r| r.render_s)]
+    }
+}
+
+impl RaysReport {
+    fn write(&self, out: &mut String, markdown: bool) {
+        let mark = if markdown { "### " } else { "" };
+        let _ = writeln!(out, "{mark}{}, {} triangles\n", self.scene, self.triangles);
+        out.push_str(&table(&RAY_COLUMNS, &self.rates, markdown));
     }
 }
 

@@ -75,6 +75,8 @@ pub struct ConfigurationSummary {
     pub steps_per_ray: Option<f64>,
     /// RMSE against samples.
     pub slope: Option<PowerLaw>,
+    /// Wall time over that of the first configuration at the same samples and seed: the median.
+    pub relative_time: Option<f64>,
     /// Time to the common target.
     pub time_to_target: Option<TimeToTarget>,
     /// One for each number of samples.
@@ -98,6 +100,7 @@ impl ConfigurationSummary {
             tree_build_s: contender.tree.map(|t| t.build_seconds),
             steps_per_ray: contender.steps_per_ray,
             slope: PowerLaw::fit(&errors),
+            relative_time: relative_time(index, measurements),
             time_to_target: None,
             rows,
         }
@@ -123,6 +126,18 @@ impl ConfigurationSummary {
             (found.seconds.is_finite() && found.samples.is_finite()).then_some(found)
         });
     }
+}
+
+/// Configurations alternate, so that what the machine does meanwhile meets both of a pair.
+fn relative_time(index: usize, measurements: &[Measurement]) -> Option<f64> {
+    let of = |configuration| measurements.iter().filter(move |m| m.configuration == configuration);
+    let ratios: Vec<_> = of(index)
+        .filter_map(|m| {
+            let first = of(0).find(|f| (f.samples, f.seed) == (m.samples, m.seed))?;
+            Some(m.render_seconds / first.render_seconds)
+        })
+        .collect();
+    (!ratios.is_empty()).then(|| median(&ratios))
 }
 
 /// Sums up measurements that differ in the seed only.
@@ -225,6 +240,15 @@ mod tests {
     }
 
     #[test]
+    fn times_are_compared_pair_by_pair() {
+        // The machine slows down tenfold for the last two seeds.
+        let times = [(0, 1, 1.0), (1, 1, 2.0), (0, 2, 10.0), (1, 2, 20.0), (0, 3, 10.0), (1, 3, 25.0)];
+        let all = times.map(|(configuration, seed, t)| Measurement { configuration, ..measurement(4, seed, t, 0.1) });
+        assert_eq!(relative_time(1, &all), Some(2.0));
+        assert_eq!((relative_time(0, &all), relative_time(2, &all)), (Some(1.0), None));
+    }
+
+    #[test]
     fn time_to_target() {
         let rows = [(1, 1.0, 1.0), (4, 4.0, 0.25), (16, 16.0, 0.0625)]
             .map(|(n, t, mse)| row(&[measurement(n, 1, t, mse)], &reference(0.0)))
@@ -238,6 +262,7 @@ mod tests {
             tree_build_s: None,
             steps_per_ray: None,
             slope: None,
+            relative_time: None,
             time_to_target: None,
             rows,
         };

@@ -11,6 +11,7 @@ use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use photolith::bench::convergence::{self, Contender, Schedule};
 use photolith::bench::growth::{self, Growth};
+use photolith::bench::rays::{self, RaysReport};
 use photolith::bench::report::{self, ReferenceReport, Report, SceneReport};
 use photolith::bench::{self, ConfigurationSummary, Machine, Origin, Reference, Vary};
 use photolith::image::metrics::flip;
@@ -50,7 +51,7 @@ pub struct BenchArgs {
     max_depth: Option<u32>,
 
     /// Set a setting, or several values of it side by side; may be repeated. Keys: sampler, accel, intersection,
-    /// scheduler, features (specialised, general), roulette (off, N), device
+    /// scheduler, features (specialised, general, +mirror and the like), roulette (off, N), device
     #[arg(long, value_name = "KEY=VALUE,...")]
     vary: Vec<Vary>,
 
@@ -72,6 +73,19 @@ pub struct BenchArgs {
     /// The largest size [default: by what grows]
     #[arg(long, value_name = "N", requires = "growth")]
     max: Option<u64>,
+
+    /// Measure rays a second instead: camera rays, shadow rays and continuations, without shading
+    #[arg(long, conflicts_with_all = ["growth", "vary", "target", "seeds", "samples"])]
+    rays: bool,
+
+    /// Write the rays with what they met, and the triangles, for other programs to trace (one scene only; the format
+    /// is described at photolith::bench::rays::dump)
+    #[arg(long, value_name = "FILE", requires = "rays")]
+    dump_rays: Option<PathBuf>,
+
+    /// Use path_trace.spv, path_queue.spv or traverse.spv (--rays) of this folder instead of the built-in shaders
+    #[arg(long, value_name = "FOLDER", conflicts_with = "growth")]
+    spirv: Option<PathBuf>,
 
     #[command(flatten)]
     device: DeviceOptions,
@@ -147,9 +161,20 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
     if args.reference.reference.is_some() && args.scenes.len() > 1 {
         bail!("--reference is for one scene, found {}", args.scenes.len());
     }
+    if args.dump_rays.is_some() && args.scenes.len() > 1 {
+        bail!("--dump-rays is for one scene, found {}", args.scenes.len());
+    }
+    if args.rays && args.plot.is_some() {
+        bail!("--rays has nothing to draw: expected no --plot");
+    }
     let context = args.device.open()?;
-    let mut report =
-        Report { schema: report::SCHEMA, machine: Machine::of(&context), scenes: Vec::new(), growth: None };
+    let mut report = Report {
+        schema: report::SCHEMA,
+        machine: Machine::of(&context),
+        scenes: Vec::new(),
+        growth: None,
+        rays: Vec::new(),
+    };
     let mut failure = None;
     if let Some(grows) = args.growth {
         let (found, error) = measure_growth(args, grows, &context)?;
@@ -157,7 +182,11 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
         failure = error;
     }
     for path in &args.scenes {
-        report.scenes.push(measure_scene(args, path, &context)?);
+        if args.rays {
+            report.rays.push(measure_rays(args, path, &context)?);
+        } else {
+            report.scenes.push(measure_scene(args, path, &context)?);
+        }
     }
     write(args, &report)?;
     if let Some(error) = failure {
@@ -207,7 +236,7 @@ fn measure_growth(
     Ok(result)
 }
 
-fn measure_scene(args: &BenchArgs, path: &Path, context: &Context) -> anyhow::Result<SceneReport> {
+fn load(args: &BenchArgs, path: &Path) -> anyhow::Result<(Scene, RenderSettings)> {
     let options = SceneOptions {
         size: args.size,
         samples: None,
@@ -220,6 +249,20 @@ fn measure_scene(args: &BenchArgs, path: &Path, context: &Context) -> anyhow::Re
         general: false,
     };
     let (scene, settings) = options.load(path)?;
+    Ok((scene, RenderSettings { spirv_folder: args.spirv.clone(), ..settings }))
+}
+
+fn measure_rays(args: &BenchArgs, path: &Path, context: &Context) -> anyhow::Result<RaysReport> {
+    let (scene, settings) = load(args, path)?;
+    let (report, sets) = rays::measure(context, &scene, &settings)?;
+    if let Some(path) = &args.dump_rays {
+        rays::dump(path, &scene, &sets)?;
+    }
+    Ok(report)
+}
+
+fn measure_scene(args: &BenchArgs, path: &Path, context: &Context) -> anyhow::Result<SceneReport> {
+    let (scene, settings) = load(args, path)?;
     let configurations = bench::combine(&settings, &args.vary);
     let samples = args.samples.clone().unwrap_or_default().doubling();
     let most = samples.last().copied().unwrap_or(1);

@@ -89,6 +89,8 @@ pub enum SamplerArg {
     Sobol,
     /// Independent numbers
     Independent,
+    /// Independent numbers from PCG, the report's generator
+    Pcg,
 }
 
 /// Ray–triangle tests.
@@ -144,6 +146,7 @@ impl SceneOptions {
             sampler: match self.sampler {
                 SamplerArg::Sobol => Sampler::Sobol,
                 SamplerArg::Independent => Sampler::Independent,
+                SamplerArg::Pcg => Sampler::Pcg,
             },
             triangle_test: match self.intersection {
                 IntersectionArg::Watertight => TriangleTest::Watertight,

@@ -9,6 +9,47 @@ use super::sobol;
 use super::space::RenderSpace;
 use super::spheres;
 
+/// A part of the path tracer that is left out where a scene does not need it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Feature {
+    /// Diffuse surfaces, and light that falls on them.
+    Diffuse,
+    /// Mirrors.
+    Mirror,
+    /// Glass.
+    Dielectric,
+    /// Surfaces that emit.
+    Emitter,
+    /// Light from where a ray meets nothing.
+    Background,
+    /// A tree.
+    Tree,
+    /// Spheres in the tree.
+    TreeSpheres,
+    /// Interpolated normals.
+    SmoothNormals,
+    /// All levels of the sampler's table.
+    SamplerLevels,
+    /// Places for as many spheres and facets as constants can hold.
+    Places,
+}
+
+impl Feature {
+    /// All of them, and their names.
+    pub const ALL: [(&'static str, Self); 10] = [
+        ("diffuse", Self::Diffuse),
+        ("mirror", Self::Mirror),
+        ("dielectric", Self::Dielectric),
+        ("emitter", Self::Emitter),
+        ("background", Self::Background),
+        ("tree", Self::Tree),
+        ("tree-spheres", Self::TreeSpheres),
+        ("smooth-normals", Self::SmoothNormals),
+        ("sampler-levels", Self::SamplerLevels),
+        ("places", Self::Places),
+    ];
+}
+
 /// The features of a scene. Code is specialised from these; data layout never is, so that a pipeline with more
 /// features than needed gives the same bits.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,8 +106,9 @@ impl Features {
                 used[m as usize] = true;
             }
         }
-        let any = |wanted: fn(&Surface) -> bool| {
-            settings.general || scene.materials.iter().zip(&used).any(|(m, &used)| used && wanted(&m.surface))
+        let unneeded = |feature| settings.general || settings.unneeded == Some(feature);
+        let any = |feature, wanted: fn(&Surface) -> bool| {
+            unneeded(feature) || scene.materials.iter().zip(&used).any(|(m, &used)| used && wanted(&m.surface))
         };
         let space = RenderSpace::of(scene);
         let (constant, rest) = spheres::partition(scene, &space);
@@ -78,20 +120,25 @@ impl Features {
             max_depth: scene.integrator.max_depth,
             roulette: scene.integrator.russian_roulette.unwrap_or(0),
             indirect: scene.integrator.indirect,
-            diffuse: any(|s| matches!(s, Surface::Diffuse { .. })),
-            mirror: any(|s| matches!(s, Surface::Mirror { .. })),
-            dielectric: any(|s| matches!(s, Surface::Dielectric { .. })),
-            emitter: any(|s| matches!(s, Surface::Emitter { .. })),
-            background: settings.general || scene.background != [0.0; 3],
+            diffuse: any(Feature::Diffuse, |s| matches!(s, Surface::Diffuse { .. })),
+            mirror: any(Feature::Mirror, |s| matches!(s, Surface::Mirror { .. })),
+            dielectric: any(Feature::Dielectric, |s| matches!(s, Surface::Dielectric { .. })),
+            emitter: any(Feature::Emitter, |s| matches!(s, Surface::Emitter { .. })),
+            background: unneeded(Feature::Background) || scene.background != [0.0; 3],
             constant_spheres: constant.len() as u32,
             facets: facets.len() as u32,
-            tree_spheres: settings.general || !rest.is_empty(),
-            tree: settings.general || triangles || !rest.is_empty(),
+            tree_spheres: unneeded(Feature::TreeSpheres) || !rest.is_empty(),
+            tree: unneeded(Feature::Tree) || unneeded(Feature::TreeSpheres) || triangles || !rest.is_empty(),
             brute_force: settings.accel == Accel::None && (triangles || !rest.is_empty()),
             moller_trumbore: settings.triangle_test == TriangleTest::MollerTrumbore,
-            smooth_normals: settings.general || scene.meshes.iter().any(|m| !m.vertex_normals.is_empty()),
+            smooth_normals: unneeded(Feature::SmoothNormals)
+                || scene.meshes.iter().any(|m| !m.vertex_normals.is_empty()),
             lights: spheres::visible_lights(scene).count() as u32,
-            sobol_levels: if settings.general { sobol::MAX_LEVELS } else { sobol::levels(settings.samples) },
+            sobol_levels: if unneeded(Feature::SamplerLevels) {
+                sobol::MAX_LEVELS
+            } else {
+                sobol::levels(settings.samples)
+            },
         }
     }
 
@@ -106,6 +153,7 @@ impl Features {
                 match self.sampler {
                     Sampler::Sobol => format!("{} table level(s) for the number of samples", self.sobol_levels),
                     Sampler::Independent => "independent numbers were asked for".to_owned(),
+                    Sampler::Pcg => "numbers of PCG were asked for".to_owned(),
                 },
             ),
             (

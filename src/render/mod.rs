@@ -1,18 +1,18 @@
 //! From a scene to a film: what the scene needs, how it is cut into dispatches, and the loop that runs them.
 
-mod driver;
+pub(crate) mod driver;
 mod error;
 mod facets;
 mod features;
 mod film;
-mod kernels;
+pub(crate) mod kernels;
 pub(crate) mod layout;
 #[cfg(test)]
 mod layout_tests;
 mod lights;
 mod mutation;
 mod plan;
-mod renderer;
+pub(crate) mod renderer;
 mod settings;
 pub(crate) mod sobol;
 pub(crate) mod space;
@@ -22,7 +22,7 @@ pub(crate) mod tables;
 mod upload;
 
 pub use error::RenderError;
-pub use features::Features;
+pub use features::{Feature, Features};
 pub use film::Film;
 pub use mutation::Mutation;
 pub use renderer::Renderer;

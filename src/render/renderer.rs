@@ -13,7 +13,7 @@ use crate::scene::Scene;
 
 use super::driver::DriverFacts;
 use super::error::RenderError;
-use super::features::Features;
+use super::features::{Feature, Features};
 use super::film::{Film, slot_count};
 use super::kernels;
 use super::layout::{Counters, FilmSlot, Push, binding, constant, queue};
@@ -161,7 +161,8 @@ impl Renderer {
             .uint(constant::REGIONS, regions)
             .uint(constant::ENOUGH_PATHS, enough)
             .uint(constant::ENOUGH_WALKS, enough);
-        let built_in = kernels::choose(&features, queued, settings.general);
+        let built_in =
+            kernels::choose(&features, queued, settings.general || settings.unneeded == Some(Feature::Places));
         let stage = built_in.name;
         let spirv = kernels::spirv(&built_in, settings)?;
         let compile_start = Instant::now();
@@ -384,7 +385,7 @@ fn mapped(buffer: &Buffer) -> Result<&[u8], RenderError> {
     buffer.mapped().ok_or_else(|| RenderError::Settings("the driver does not map read-back memory".to_owned()))
 }
 
-fn push_constants(scene: &Scene, settings: &RenderSettings) -> Push {
+pub(crate) fn push_constants(scene: &Scene, settings: &RenderSettings) -> Push {
     let camera = &scene.camera;
     let forward = (camera.target - camera.position).normalize();
     let right = forward.cross(camera.up.normalize()).normalize();

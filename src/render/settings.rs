@@ -5,14 +5,18 @@ use std::time::Duration;
 
 use crate::scene::Scene;
 
+use super::features::Feature;
+
 /// Which random numbers are used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Sampler {
     /// Owen-scrambled Sobol points: error falls faster than with independent numbers.
     #[default]
     Sobol,
-    /// Independent numbers, as in the report.
+    /// Independent numbers from a hash.
     Independent,
+    /// Independent numbers from PCG (O'Neill 2014), the report's generator.
+    Pcg,
 }
 
 /// Ray–triangle test.
@@ -66,6 +70,8 @@ pub struct RenderSettings {
     pub time_limit: Option<Duration>,
     /// Compile every feature, needed or not: for tests and benchmarks, the image is the same.
     pub general: bool,
+    /// Compile one more feature than needed, to see what leaving it out saves; the image is the same.
+    pub unneeded: Option<Feature>,
     /// Most samples per pixel in one dispatch; `None`: as measured. Changes no bit of the image.
     pub samples_per_dispatch: Option<u32>,
     /// Invocations of a workgroup; `None`: the device's default. Changes no bit of the image.
@@ -74,7 +80,7 @@ pub struct RenderSettings {
     pub loop_budget: Option<u32>,
     /// Count steps through the tree as well; a little slower.
     pub count_steps: bool,
-    /// A folder with `path_trace.spv` or `path_queue.spv` to use instead of the built-in shaders: edit a shader, run
+    /// A folder with `path_trace.spv`, `path_queue.spv` or `traverse.spv` to use instead of the built-in shaders: edit a shader, run
     /// `glslc` on it, and render again without building the program.
     pub spirv_folder: Option<PathBuf>,
     /// Tests only: breaks one thing on purpose, to show that the tests see it.

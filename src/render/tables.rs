@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::accel::{self, Aabb, Primitive, Record, TreeStatistics};
 use crate::gpu::Specialization;
@@ -169,7 +170,14 @@ impl Tables {
     pub fn specialization(&self, features: &Features, settings: &RenderSettings) -> Specialization {
         let mut s = Specialization::default();
         s.uint(constant::FILTER, u32::from(features.gaussian))
-            .uint(constant::SAMPLER, u32::from(features.sampler == Sampler::Independent))
+            .uint(
+                constant::SAMPLER,
+                match features.sampler {
+                    Sampler::Sobol => 0,
+                    Sampler::Independent => 1,
+                    Sampler::Pcg => 2,
+                },
+            )
             .uint(constant::MAX_DEPTH, features.max_depth)
             .uint(constant::ROULETTE_DEPTH, features.roulette)
             .bool(constant::INDIRECT, features.indirect)
@@ -261,15 +269,17 @@ fn build_tree(
         }
         _ => p.bounds(),
     };
-    let bounds: Vec<_> = primitives.iter().map(bounds_of).collect();
+    let bounds: Vec<_> = primitives.par_iter().map(bounds_of).collect();
     let tree = accel::build(&bounds)?;
     // Copies have equal boxes, which the builder keeps together, in ascending order.
-    let mut copy = vec![false; primitives.len()];
-    for pair in tree.order.windows(2) {
-        copy[pair[1] as usize] = is_copy(&primitives[pair[0] as usize], &primitives[pair[1] as usize]);
-    }
-    if !copy.contains(&true) {
+    let is_copy = |pair: &[u32]| is_copy(&primitives[pair[0] as usize], &primitives[pair[1] as usize]);
+    let copies: Vec<_> = tree.order.par_windows(2).filter(|pair| is_copy(pair)).map(|pair| pair[1]).collect();
+    if copies.is_empty() {
         return Some(tree);
+    }
+    let mut copy = vec![false; primitives.len()];
+    for i in copies {
+        copy[i as usize] = true;
     }
     let mut keep = copy.iter().map(|c| !c);
     primitives.retain(|_| keep.next() == Some(true));

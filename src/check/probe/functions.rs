@@ -36,17 +36,17 @@ pub(crate) enum Function {
 
 impl Function {
     pub fn kernel(self) -> Kernel {
-        Kernel { name: "probe functions", spirv: FUNCTIONS, function: self as u32 }
+        Kernel::function("probe functions", FUNCTIONS, self as u32)
     }
 }
 
 impl Kernel {
     /// The operations of [`Operations`].
-    pub const OPERATIONS: Self = Self { name: "probe arithmetic", spirv: ARITHMETIC, function: 0 };
+    pub const OPERATIONS: Self = Self::function("probe arithmetic", ARITHMETIC, 0);
     /// Loop iterations: integers in and out.
-    pub const LOOP: Self = Self { name: "probe loop", spirv: ARITHMETIC, function: 1 };
+    pub const LOOP: Self = Self::function("probe loop", ARITHMETIC, 1);
     /// Synthetic samples into the film.
-    pub const ACCUMULATE: Self = Self { name: "probe accumulate", spirv: ACCUMULATE, function: 0 };
+    pub const ACCUMULATE: Self = Self::function("probe accumulate", ACCUMULATE, 0);
 }
 
 /// Two words of four floats.

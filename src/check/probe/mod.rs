@@ -3,8 +3,11 @@
 
 mod functions;
 mod rays;
+mod traversal;
 
+use std::borrow::Cow;
 use std::marker::PhantomData;
+use std::time::Instant;
 
 use bytemuck::{AnyBitPattern, NoUninit, Zeroable};
 
@@ -19,9 +22,10 @@ use super::CheckError;
 
 pub(crate) use functions::{Function, Operations, Words};
 pub(crate) use rays::{HitRecord, INSIDE, OcclusionRecord, PathInput, PathRecord, RayInput, RayProbe};
+pub(crate) use traversal::{Query, Traced, Traversal};
 
 /// Inputs of one dispatch.
-const BATCH: usize = 1 << 18;
+pub(crate) const BATCH: usize = 1 << 18;
 /// Loop iterations that an invocation may spend: beyond all that a probe needs, it makes the shader count them.
 const COUNTED: u32 = 1 << 20;
 
@@ -30,11 +34,34 @@ const OUTPUT: u32 = 9;
 const PROBE: u32 = 240;
 
 /// A kernel of shaders/probe with the choice of its function.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(crate) struct Kernel {
     pub name: &'static str,
-    pub spirv: &'static [u8],
+    pub spirv: Cow<'static, [u8]>,
     pub function: u32,
+    /// Invocations of a workgroup.
+    pub workgroup: u32,
+    /// Inputs that a workgroup serves.
+    pub inputs: u32,
+    /// Loop iterations of an invocation (0: no bound); see [`COUNTED`].
+    pub loop_budget: u32,
+    /// Steps through the tree are counted.
+    pub counts_steps: bool,
+}
+
+impl Kernel {
+    /// A kernel of one invocation an input, which reports the steps of its walks.
+    pub const fn function(name: &'static str, spirv: &'static [u8], function: u32) -> Self {
+        Self {
+            name,
+            spirv: Cow::Borrowed(spirv),
+            function,
+            workgroup: 64,
+            inputs: 64,
+            loop_budget: COUNTED,
+            counts_steps: true,
+        }
+    }
 }
 
 /// A kernel ready to run over inputs `I`, each giving an `O`. Both are whole 16-byte words.
@@ -49,7 +76,7 @@ pub(crate) struct Probe<I, O> {
     film: Buffer,
     _tables: Vec<Buffer>,
     push: Push,
-    workgroup: u32,
+    inputs: u32,
     records: PhantomData<(I, O)>,
 }
 
@@ -92,15 +119,14 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
             Binding { number: OUTPUT, buffer: &output },
         ]);
         let set = BindingSet::new(device, &bindings, size_of::<Push>() as u32)?;
-        let workgroup = 64;
-        // Probes report the steps of their walks.
-        let counting = RenderSettings { count_steps: true, ..settings.clone() };
+        let counting = RenderSettings { count_steps: kernel.counts_steps, ..settings.clone() };
         let mut specialization = tables.specialization(&features, &counting);
         specialization
-            .uint(constant::WORKGROUP, workgroup)
-            .uint(constant::LOOP_BUDGET, COUNTED)
+            .uint(constant::WORKGROUP, kernel.workgroup)
+            .uint(constant::LOOP_BUDGET, kernel.loop_budget)
+            .uint(constant::REFILL_BELOW, kernel.workgroup - kernel.workgroup / 4)
             .uint(PROBE, kernel.function);
-        let pipeline = Pipeline::new(device, kernel.name, kernel.spirv, &specialization, &set)?;
+        let pipeline = Pipeline::new(device, kernel.name, &kernel.spirv, &specialization, &set)?;
         let mut timeline = Timeline::new(device, 1)?;
         let mut staging = Vec::new();
         for (name, _, _, bytes) in &sources {
@@ -130,7 +156,7 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
             film,
             _tables: buffers,
             push,
-            workgroup,
+            inputs: kernel.inputs,
             records: PhantomData,
         })
     }
@@ -141,7 +167,7 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
         for batch in inputs.chunks(BATCH) {
             write(&mut self.upload, bytemuck::cast_slice(batch))?;
             let push = Push { end_slot: batch.len() as u32, ..self.push };
-            let groups = (batch.len() as u32).div_ceil(self.workgroup);
+            let groups = (batch.len() as u32).div_ceil(self.inputs);
             let (bytes_in, bytes_out) = (size_of_val(batch), batch.len() * size_of::<O>());
             let (pipeline, set) = (&self.pipeline, &self.set);
             let (input, upload, output, readback) = (&self.input, &self.upload, &self.output, &self.readback);
@@ -160,10 +186,51 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
         Ok(outputs)
     }
 
+    /// Uploads inputs, at most [`BATCH`], for [`Self::dispatch`].
+    pub fn load(&mut self, inputs: &[I]) -> Result<(), CheckError> {
+        write(&mut self.upload, bytemuck::cast_slice(inputs))?;
+        let (upload, input, bytes) = (&self.upload, &self.input, size_of_val(inputs) as u64);
+        let ticket = self.timeline.submit(|r| {
+            r.copy(upload, 0, input, 0, bytes);
+            r.barrier(Access::Transfer, Access::Compute);
+        })?;
+        self.timeline.wait(&ticket)?;
+        Ok(())
+    }
+
+    /// Runs over the first `count` inputs that were loaded, with `any_hit` for the kernel to see. Returns the seconds
+    /// that this took: on the device where that has timestamps, else until the host knew.
+    pub fn dispatch(&mut self, count: usize, any_hit: bool) -> Result<f64, CheckError> {
+        let push = Push { end_slot: count as u32, max_new_samples: u32::from(any_hit), ..self.push };
+        let groups = (count as u32).div_ceil(self.inputs);
+        let (pipeline, set) = (&self.pipeline, &self.set);
+        let start = Instant::now();
+        let ticket = self.timeline.submit(|r| {
+            r.timed("probe", |r| r.dispatch(pipeline, set, bytemuck::bytes_of(&push), [groups, 1, 1]));
+            r.barrier(Access::Compute, Access::Compute);
+        })?;
+        let stages = self.timeline.wait(&ticket)?;
+        let wall = start.elapsed().as_secs_f64();
+        Ok(stages.first().map_or(wall, |s| s.seconds))
+    }
+
+    /// The outputs of the last dispatch.
+    pub fn read(&mut self, count: usize) -> Result<Vec<O>, CheckError> {
+        let (output, readback, bytes) = (&self.output, &self.readback, count * size_of::<O>());
+        let ticket = self.timeline.submit(|r| {
+            r.barrier(Access::Compute, Access::Transfer);
+            r.copy(output, 0, readback, 0, bytes as u64);
+            r.barrier(Access::Transfer, Access::Host);
+        })?;
+        self.timeline.wait(&ticket)?;
+        let mapped = self.readback.mapped().ok_or(CheckError::Unmapped)?;
+        Ok(mapped[..bytes].chunks_exact(size_of::<O>()).map(bytemuck::pod_read_unaligned).collect())
+    }
+
     /// Runs `dispatches` times over `slots` of the film, `samples` new ones a slot each time, and reads the film.
     pub fn accumulate(&mut self, slots: u32, samples: u32, dispatches: u32) -> Result<Vec<FilmSlot>, CheckError> {
         let push = Push { end_slot: slots, max_new_samples: samples, ..self.push };
-        let groups = slots.div_ceil(self.workgroup);
+        let groups = slots.div_ceil(self.inputs);
         // A few dispatches a submission: bounded, without a wait each.
         const TOGETHER: u32 = 16;
         let mut left = dispatches;

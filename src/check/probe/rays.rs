@@ -14,7 +14,7 @@ use super::{CheckError, Kernel, Probe, tables_of};
 
 /// A kernel without and with room for constant spheres, each without and with room for facets (build.rs): drivers
 /// take seconds for what a scene leaves empty.
-type Variants = [[&'static [u8]; 2]; 2];
+pub(super) type Variants = [[&'static [u8]; 2]; 2];
 
 macro_rules! variants {
     ($stem:literal) => {
@@ -34,10 +34,17 @@ macro_rules! variants {
     };
 }
 
+pub(super) use variants;
+
 static CLOSEST: Variants = variants!("closest");
 static CLOSEST_BRUTE_FORCE: Variants = variants!("closest", brute_force);
 static OCCLUSION: Variants = variants!("occlusion");
 static SCATTER: Variants = variants!("scatter");
+
+/// The variant with room for what is needed.
+pub(super) fn variant(variants: &Variants, features: &Features) -> &'static [u8] {
+    variants[usize::from(features.constant_spheres > 0)][usize::from(features.facets > 0)]
+}
 
 /// Set in `leaving` for a ray that runs inside the sphere it starts on (shaders/lib/intersect/sphere.glsl).
 pub(crate) const INSIDE: i32 = 0x4000_0000;
@@ -128,6 +135,8 @@ pub(crate) struct PathRecord {
     pub leaving: i32,
     pub normal: [f32; 3],
     pub pdf: f32,
+    /// The shadow ray, of length 0 if there was none to trace.
+    pub shadow: RayInput,
 }
 
 impl PathRecord {
@@ -166,8 +175,8 @@ impl<I: NoUninit, O: AnyBitPattern> RayProbe<I, O> {
     ) -> Result<Self, CheckError> {
         let (space, tables) = tables_of(scene, settings);
         let features = Features::of(scene, settings);
-        let spirv = variants[usize::from(features.constant_spheres > 0)][usize::from(features.facets > 0)];
-        let kernel = Kernel { name: "probe rays", spirv, function: 0 };
+        let spirv = variant(variants, &features);
+        let kernel = Kernel::function("probe rays", spirv, 0);
         let probe = Probe::new(context, kernel, scene, &tables, settings, 0)?;
         let triangles = scene.meshes.iter().map(|m| m.triangles.len()).collect();
         Ok(Self { probe, tables, space, triangles })

@@ -6,7 +6,7 @@ use std::path::Path;
 use glam::{DVec2, DVec3};
 
 use super::library::resolve_materials;
-use super::parse::{Obj, parse_obj};
+use super::parse::{Corner, NONE, Obj, parse_obj};
 use crate::scene::description::{Mesh, Normals};
 use crate::scene::error::SceneError;
 use crate::scene::materials::MaterialList;
@@ -46,9 +46,8 @@ impl MeshRequest {
         materials: &mut MaterialList,
         warnings: &mut Vec<String>,
     ) -> Result<Mesh, SceneError> {
-        let obj = parse_obj(bytes, file)?;
-        let mut positions: Vec<DVec3> =
-            obj.mesh.positions.as_chunks().0.iter().map(|&p| DVec3::from_array(p)).collect();
+        let mut obj = parse_obj(bytes, file)?;
+        let mut positions = std::mem::take(&mut obj.positions);
         if self.placement != Placement::default() {
             let scene_from_mesh = self.placement.scene_from_mesh();
             positions.iter_mut().for_each(|position| *position = scene_from_mesh(*position));
@@ -71,7 +70,7 @@ impl MeshRequest {
         let smooth = match self.normals {
             NormalsChoice::Flat => false,
             NormalsChoice::Smooth => true,
-            NormalsChoice::AsInFile => !obj.mesh.normals.is_empty(),
+            NormalsChoice::AsInFile => !obj.normals.is_empty(),
         };
         let (vertices, vertices_of_triangles) = number_vertices(&triangles, smooth);
         let mut mesh = Mesh {
@@ -86,32 +85,20 @@ impl MeshRequest {
         };
         if smooth {
             let rotation = self.placement.rotation();
-            let of_file = obj.mesh.normals.as_chunks().0;
             let generated = area_weighted_normals(&triangles, &positions);
             let normal_of = |corner: &Corner| {
-                let given = of_file.get(corner.normal as usize).and_then(|&n| unit(rotation * DVec3::from_array(n)));
+                let given = obj.normals.get(corner.normal as usize).and_then(|&n| unit(rotation * n));
                 given.unwrap_or_else(|| generated[corner.position as usize])
             };
             mesh.vertex_normals = vertices.iter().map(normal_of).collect();
         }
-        if !obj.mesh.texcoords.is_empty() {
-            let of_file = obj.mesh.texcoords.as_chunks().0;
-            let texcoord_of = |corner: &Corner| DVec2::from_array(of_file[corner.texcoord as usize]);
+        if !obj.texcoords.is_empty() {
+            let texcoord_of =
+                |corner: &Corner| obj.texcoords.get(corner.texcoord as usize).copied().unwrap_or(DVec2::ZERO);
             mesh.texcoords = vertices.iter().map(texcoord_of).collect();
         }
         Ok(mesh)
     }
-}
-
-/// Stands for an index that is not there.
-const NONE: u32 = u32::MAX;
-
-/// A corner of a triangle: indices into what the file defines.
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
-struct Corner {
-    position: u32,
-    texcoord: u32,
-    normal: u32,
 }
 
 /// A triangle of the file.
@@ -122,17 +109,12 @@ struct FileTriangle {
 
 /// The triangles that have an area, and the number of faces that have none.
 fn with_area(obj: &Obj, positions: &[DVec3]) -> (Vec<FileTriangle>, usize) {
-    let tobj::Mesh { indices, texcoord_indices, normal_indices, .. } = &obj.mesh;
-    let of = |list: &[u32], i: usize| list.get(i).copied().unwrap_or(NONE);
-    let corner =
-        |i: usize| Corner { position: indices[i], texcoord: of(texcoord_indices, i), normal: of(normal_indices, i) };
-    let mut kept = Vec::with_capacity(indices.len() / 3);
+    let mut kept = Vec::with_capacity(obj.triangles.len());
     let mut degenerate_faces = 0;
-    let mut first_corners = (0..indices.len()).step_by(3);
+    let mut triangles = obj.triangles.iter();
     for face in &obj.faces {
         let count_before = kept.len();
-        for i in first_corners.by_ref().take(face.triangles as usize) {
-            let corners = [corner(i), corner(i + 1), corner(i + 2)];
+        for &corners in triangles.by_ref().take(face.triangles as usize) {
             let [a, b, c] = corners.map(|corner| positions[corner.position as usize]);
             if has_area(a, b, c) {
                 kept.push(FileTriangle { corners, material: face.material });
@@ -176,6 +158,9 @@ fn unit(v: DVec3) -> Option<DVec3> {
 /// Numbers the vertices of the mesh: one for each combination of indices that matters and is used. Returns the indices
 /// of each vertex, and the vertices of each triangle.
 fn number_vertices(triangles: &[FileTriangle], normals_matter: bool) -> (Vec<Corner>, Vec<[u32; 3]>) {
+    if !normals_matter && triangles.iter().flat_map(|t| &t.corners).all(|c| c.texcoord == NONE) {
+        return number_positions(triangles);
+    }
     let mut corners = Vec::new();
     let mut vertex_of_corner = HashMap::new();
     let mut vertex = |corner: Corner| {
@@ -184,6 +169,23 @@ fn number_vertices(triangles: &[FileTriangle], normals_matter: bool) -> (Vec<Cor
             corners.push(corner);
             corners.len() as u32 - 1
         })
+    };
+    let triangles = triangles.iter().map(|triangle| triangle.corners.map(&mut vertex)).collect();
+    (corners, triangles)
+}
+
+/// The same where only positions matter, without hashing.
+fn number_positions(triangles: &[FileTriangle]) -> (Vec<Corner>, Vec<[u32; 3]>) {
+    let positions = || triangles.iter().flat_map(|t| &t.corners).map(|c| c.position as usize);
+    let mut vertex_of_position = vec![NONE; positions().max().map_or(0, |p| p + 1)];
+    let mut corners = Vec::new();
+    let mut vertex = |corner: Corner| {
+        let vertex = &mut vertex_of_position[corner.position as usize];
+        if *vertex == NONE {
+            *vertex = corners.len() as u32;
+            corners.push(Corner { normal: NONE, ..corner });
+        }
+        *vertex
     };
     let triangles = triangles.iter().map(|triangle| triangle.corners.map(&mut vertex)).collect();
     (corners, triangles)

@@ -1,23 +1,47 @@
-//! From the text of an OBJ file to its triangles, by way of `tobj`.
+//! From the text of an OBJ file to its triangles. Large files are read by several threads, each its own lines.
 
 use std::collections::{HashMap, HashSet};
-use std::fmt::Write;
 
-use super::statement::{Statement, quoted, read_failed, statements};
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::statement::{Lines, Statement, quoted, split_lines};
 use crate::scene::error::SceneError;
+
+/// Least bytes for a thread of its own.
+const CHUNK: usize = 1 << 20;
+
+/// Stands for an index that is not there.
+pub const NONE: u32 = u32::MAX;
 
 /// What an OBJ file says about surfaces. Points, lines, curves, groups and smoothing groups are left out.
 #[derive(Debug, Clone, Default)]
 pub struct Obj {
-    /// All triangles, with indices of their own into positions, texture coordinates and normals. Of these, the ones in
-    /// use are there. A corner without texture coordinates or normal has zeros, unless the file has none at all.
-    pub mesh: tobj::Mesh,
+    /// `v`, without weights and colours.
+    pub positions: Vec<DVec3>,
+    /// `vt`.
+    pub texcoords: Vec<DVec2>,
+    /// `vn`.
+    pub normals: Vec<DVec3>,
+    /// Of all triangles, face by face.
+    pub triangles: Vec<[Corner; 3]>,
     /// `f`.
     pub faces: Vec<Face>,
     /// Names that `usemtl` gave, each once, in order of first use, with the line of that.
     pub material_names: Vec<(String, u32)>,
     /// What `mtllib` names, each once, with the line.
     pub libraries: Vec<(String, u32)>,
+}
+
+/// A corner of a triangle: indices into what the file defines.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Corner {
+    /// Into [`Obj::positions`].
+    pub position: u32,
+    /// Into [`Obj::texcoords`], or [`NONE`].
+    pub texcoord: u32,
+    /// Into [`Obj::normals`], or [`NONE`].
+    pub normal: u32,
 }
 
 /// A polygon, cut into a fan of triangles around its first corner.
@@ -35,124 +59,236 @@ pub struct Face {
 /// [`SceneError::Statement`] with the line of a number that is none, is not finite or exceeds 1e30, of a face with
 /// fewer than three corners, and of an index that is zero or out of range.
 pub fn parse_obj(bytes: &[u8], file: &str) -> Result<Obj, SceneError> {
-    let mut obj = Obj::default();
-    let geometry = check(bytes, file, &mut obj)?;
-    // `single_index` would split the vertices, across which normals are to be averaged.
-    let options = tobj::LoadOptions { triangulate: true, ..Default::default() };
-    let (mut models, _) = tobj::load_obj_buf(&mut geometry.as_bytes(), &options, |_| Ok(Default::default()))
-        .map_err(|error| read_failed(file, error))?;
-    obj.mesh = models.pop().map(|model| model.mesh).unwrap_or_default();
-    Ok(obj)
+    parse_in(split_lines(bytes, (bytes.len() / CHUNK).min(4 * rayon::current_num_threads())), file)
+}
+
+fn parse_in(chunks: Vec<Lines<'_>>, file: &str) -> Result<Obj, SceneError> {
+    let counts: Vec<Counts> = chunks.par_iter().map(|chunk| count(chunk.clone())).collect();
+    let total = counts.iter().fold(Counts::default(), |sum, c| sum.and(*c));
+    let before = counts.iter().scan(Counts::default(), |sum, c| {
+        let before = *sum;
+        *sum = sum.and(*c);
+        Some(before)
+    });
+    let work: Vec<_> = chunks.into_iter().zip(before).collect();
+    let parts: Vec<_> = work.into_par_iter().map(|(lines, before)| Part::parse(lines, before, total, file)).collect();
+    // The first part that is wrong holds the first line that is.
+    let mut joined = Joined::default();
+    for part in parts {
+        joined.append(part?);
+    }
+    Ok(joined.obj)
 }
 
 /// What a corner may refer to, in this order.
 const KINDS: [(&str, &str); 3] = [("v", "vertex"), ("vt", "texture coordinate"), ("vn", "normal")];
 
-/// Numbers of `v`, `vt` and `vn`.
-type Counts = [i64; 3];
-
-/// Checks all statements, takes names and faces into `obj`, and returns the others for `tobj`, plainly written:
-///
-/// - `v`, `vt` and `vn` without weights, by which it would divide, and colours; `f` without comments.
-/// - No `o`, `g` and `usemtl`, at which it would begin a new mesh with vertices of its own.
-/// - A corner without normal or texture coordinates, where others have them, would get those of the corner before. It
-///   gets a stand-in: one more of the kind, at the end of the text, that is zero.
-fn check(bytes: &[u8], file: &str, obj: &mut Obj) -> Result<String, SceneError> {
-    let kind_of =
-        |statement: &Statement<'_>| KINDS.iter().position(|(keyword, _)| keyword.as_bytes() == statement.keyword());
-    let mut counts = Counts::default();
-    statements(bytes).filter_map(|statement| kind_of(&statement)).for_each(|kind| counts[kind] += 1);
-    let mut so_far = Counts::default();
-    let mut geometry = String::with_capacity(bytes.len());
-    let mut material = None;
-    let mut index_of_name = HashMap::new();
-    let mut libraries = HashSet::new();
-    for statement in statements(bytes) {
-        if let Some(kind) = kind_of(&statement) {
-            so_far[kind] += 1;
-            let least = if kind == 1 { 1 } else { 3 };
-            let ([x, y, z], _) = statement.numbers::<3>(file, least)?;
-            // Writing to a String cannot fail.
-            let _ = writeln!(geometry, "{} {x} {y} {z}", KINDS[kind].0);
-            continue;
-        }
-        match statement.keyword() {
-            b"f" => {
-                let triangles = check_face(&statement, file, so_far, counts, &mut geometry)?;
-                obj.faces.push(Face { triangles, material });
-            }
-            b"usemtl" => {
-                let name = statement.name();
-                material = (!name.is_empty()).then(|| {
-                    *index_of_name.entry(name).or_insert_with_key(|name| {
-                        obj.material_names.push((name.clone(), statement.line));
-                        obj.material_names.len() as u32 - 1
-                    })
-                });
-            }
-            b"mtllib" => {
-                let name = statement.name();
-                if libraries.insert(name.clone()) {
-                    obj.libraries.push((name, statement.line));
-                }
-            }
-            _ => {}
-        }
-    }
-    for (kind, stand_in) in [(1, "vt 0 0\n"), (2, "vn 0 0 0\n")] {
-        geometry.push_str(if counts[kind] > 0 { stand_in } else { "" });
-    }
-    Ok(geometry)
+fn kind_of(keyword: &[u8]) -> Option<usize> {
+    KINDS.iter().position(|(name, _)| name.as_bytes() == keyword)
 }
 
-/// Returns the number of triangles. A positive index may refer to what the file defines later, a negative one may not.
-fn check_face(
+/// Numbers of `v`, `vt` and `vn`.
+#[derive(Debug, Clone, Copy, Default)]
+struct Counts([i64; 3]);
+
+impl Counts {
+    fn and(self, other: Self) -> Self {
+        Self(std::array::from_fn(|kind| self.0[kind] + other.0[kind]))
+    }
+}
+
+fn count(lines: Lines<'_>) -> Counts {
+    let mut counts = Counts::default();
+    lines.filter_map(|statement| kind_of(statement.keyword())).for_each(|kind| counts.0[kind] += 1);
+    counts
+}
+
+/// Which material faces have: of the part before, none, or one of this part's names.
+#[derive(Clone, Copy)]
+enum Material {
+    Inherited,
+    None,
+    Named(u32),
+}
+
+/// What a run of lines says, with indices that are those of the whole file but for materials.
+struct Part {
+    obj: Obj,
+    /// Faces of `obj` have no material yet: those up to the given one have this.
+    materials: Vec<(usize, Material)>,
+}
+
+impl Part {
+    fn parse(lines: Lines<'_>, before: Counts, total: Counts, file: &str) -> Result<Self, SceneError> {
+        let mut obj = Obj::default();
+        let mut materials = Vec::new();
+        let mut material = Material::Inherited;
+        let mut index_of_name = HashMap::new();
+        let mut corners = Vec::new();
+        for statement in lines {
+            match statement.keyword() {
+                b"v" => obj.positions.push(DVec3::from(statement.numbers::<3>(file, 3)?.0)),
+                b"vn" => obj.normals.push(DVec3::from(statement.numbers::<3>(file, 3)?.0)),
+                b"vt" => {
+                    let ([x, y, _], _) = statement.numbers::<3>(file, 1)?;
+                    obj.texcoords.push(DVec2::new(x, y));
+                }
+                b"f" => {
+                    let here = [obj.positions.len(), obj.texcoords.len(), obj.normals.len()].map(|n| n as i64);
+                    read_face(&statement, file, before.and(Counts(here)), total, &mut corners)?;
+                    obj.triangles.extend(corners[1..].windows(2).map(|pair| [corners[0], pair[0], pair[1]]));
+                    obj.faces.push(Face { triangles: corners.len() as u32 - 2, material: None });
+                }
+                b"usemtl" => {
+                    materials.push((obj.faces.len(), material));
+                    material = match statement.name() {
+                        name if name.is_empty() => Material::None,
+                        name => Material::Named(*index_of_name.entry(name).or_insert_with_key(|name| {
+                            obj.material_names.push((name.clone(), statement.line));
+                            obj.material_names.len() as u32 - 1
+                        })),
+                    };
+                }
+                b"mtllib" => obj.libraries.push((statement.name(), statement.line)),
+                _ => {}
+            }
+        }
+        materials.push((obj.faces.len(), material));
+        Ok(Self { obj, materials })
+    }
+}
+
+/// Reads the corners of a face. A positive index may refer to what the file defines later, a negative one may not.
+fn read_face(
     statement: &Statement<'_>,
     file: &str,
     so_far: Counts,
-    counts: Counts,
-    geometry: &mut String,
-) -> Result<u32, SceneError> {
-    geometry.push('f');
-    let mut corners = 0;
+    total: Counts,
+    corners: &mut Vec<Corner>,
+) -> Result<(), SceneError> {
+    corners.clear();
     for word in statement.words().skip(1) {
-        corners += 1;
+        let number = corners.len() + 1;
         let bad = || {
             let expected =
                 "v, v/vt, v//vn or v/vt/vn, with indices that count from 1, or from -1 back to a vertex above";
-            statement.error(file, format!("corner {corners} is {}", quoted(word)), expected)
+            statement.error(file, format!("corner {number} is {}", quoted(word)), expected)
         };
-        let mut parts = word.split(|&byte| byte == b'/');
-        if parts.clone().count() > KINDS.len() {
+        if word.iter().filter(|&&byte| byte == b'/').count() >= KINDS.len() {
             return Err(bad());
         }
+        let mut parts = word.split(|&byte| byte == b'/');
+        let mut indices = [NONE; 3];
         for (kind, (_, what)) in KINDS.iter().enumerate() {
-            geometry.push(if kind == 0 { ' ' } else { '/' });
-            let count = counts[kind];
-            let index = match parts.next().filter(|part| kind == 0 || !part.is_empty()) {
-                None if count == 0 => continue,
-                None => count + 1, // the stand-in
-                Some(part) => match parse_index(part).ok_or_else(bad)? {
-                    index if index == 0 || -index > so_far[kind] => return Err(bad()),
-                    index if index > count => {
-                        let expected = format!("at most {count}, the number of them in the file");
-                        return Err(statement.error(file, format!("{what} {index} of a face"), expected));
-                    }
-                    index => index,
-                },
+            let Some(part) = parts.next().filter(|part| kind == 0 || !part.is_empty()) else { continue };
+            let (count, above) = (total.0[kind], so_far.0[kind]);
+            indices[kind] = match parse_index(part).ok_or_else(bad)? {
+                index if index == 0 || -index > above => return Err(bad()),
+                index if index > count => {
+                    let expected = format!("at most {count}, the number of them in the file");
+                    return Err(statement.error(file, format!("{what} {index} of a face"), expected));
+                }
+                index if index < 0 => (above + index) as u32,
+                index => (index - 1) as u32,
             };
-            let _ = write!(geometry, "{index}");
         }
+        let [position, texcoord, normal] = indices;
+        corners.push(Corner { position, texcoord, normal });
     }
-    geometry.push('\n');
-    if corners < 3 {
-        return Err(statement.error(file, format!("a face with {corners} corners"), "at least 3"));
+    if corners.len() < 3 {
+        return Err(statement.error(file, format!("a face with {} corners", corners.len()), "at least 3"));
     }
-    Ok(corners - 2)
+    Ok(())
 }
 
 /// An index as OBJ counts, of a magnitude that a mesh can have.
 fn parse_index(word: &[u8]) -> Option<i64> {
     let index: i64 = std::str::from_utf8(word).ok()?.parse().ok()?;
     (index.unsigned_abs() < u32::MAX.into()).then_some(index)
+}
+
+/// The parts so far, put together.
+#[derive(Default)]
+struct Joined {
+    obj: Obj,
+    /// Of the last face and of those to come.
+    material: Option<u32>,
+    index_of_name: HashMap<String, u32>,
+    libraries: HashSet<String>,
+}
+
+impl Joined {
+    fn append(&mut self, part: Part) {
+        let Part { obj: mut from, materials } = part;
+        let names: Vec<u32> = from.material_names.into_iter().map(|(name, line)| self.name(name, line)).collect();
+        let mut first = 0;
+        for (end, material) in materials {
+            self.material = match material {
+                Material::Inherited => self.material,
+                Material::None => None,
+                Material::Named(local) => Some(names[local as usize]),
+            };
+            from.faces[first..end].iter_mut().for_each(|face| face.material = self.material);
+            first = end;
+        }
+        for (name, line) in from.libraries {
+            if self.libraries.insert(name.clone()) {
+                self.obj.libraries.push((name, line));
+            }
+        }
+        append(&mut self.obj.positions, from.positions);
+        append(&mut self.obj.texcoords, from.texcoords);
+        append(&mut self.obj.normals, from.normals);
+        append(&mut self.obj.triangles, from.triangles);
+        append(&mut self.obj.faces, from.faces);
+    }
+
+    fn name(&mut self, name: String, line: u32) -> u32 {
+        *self.index_of_name.entry(name).or_insert_with_key(|name| {
+            self.obj.material_names.push((name.clone(), line));
+            self.obj.material_names.len() as u32 - 1
+        })
+    }
+}
+
+fn append<T>(to: &mut Vec<T>, mut from: Vec<T>) {
+    if to.is_empty() {
+        *to = from;
+    } else {
+        to.append(&mut from);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Statements whose meaning depends on those before them.
+    const TEXT: &str = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.5\nvn 0 0 1\nf 1 2 3\nusemtl red\nf 1/1 2/1 3/1\n\
+        v 1 1 \\\n 0\nf -1 -2 -3 -4\n# f 9 9 9 \\\nusemtl\nf 4//1 1//-1 2//1\nusemtl blue\nmtllib a.mtl\nmtllib b.mtl\n\
+        f 5 1 2\nv 2 2 2\nusemtl red\nf 1 2 3\n";
+
+    #[test]
+    fn any_cut_between_lines_gives_the_same() {
+        let whole = parse_in(split_lines(TEXT.as_bytes(), 1), "a.obj").unwrap();
+        assert_eq!((whole.positions.len(), whole.triangles.len(), whole.faces.len()), (5, 7, 6));
+        let materials: Vec<_> = whole.faces.iter().map(|f| f.material).collect();
+        assert_eq!(materials, [None, Some(0), Some(0), None, Some(1), Some(0)]);
+        assert_eq!(whole.positions[3], DVec3::new(1.0, 1.0, 0.0));
+        let last = whole.triangles[2].map(|c| c.position);
+        assert_eq!(last, [3, 2, 1]);
+        for count in 2..40 {
+            let cut = parse_in(split_lines(TEXT.as_bytes(), count), "a.obj").unwrap();
+            assert_eq!(format!("{cut:?}"), format!("{whole:?}"), "{count} parts");
+        }
+    }
+
+    #[test]
+    fn the_first_wrong_line_is_the_one_that_is_named() {
+        let text = TEXT.replace("f 5 1 2", "f 6 1 2").replace("v 2 2 2", "v 2 2 x");
+        for count in [1, 3, 17] {
+            let error = parse_in(split_lines(text.as_bytes(), count), "a.obj").unwrap_err().to_string();
+            assert!(error.contains("19"), "{error}");
+        }
+    }
 }

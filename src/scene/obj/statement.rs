@@ -11,15 +11,51 @@ pub(super) struct Statement<'a> {
     text: Cow<'a, [u8]>,
 }
 
-/// The statements of a file, in order, without empty lines and comments.
-pub(super) fn statements(bytes: &[u8]) -> impl Iterator<Item = Statement<'_>> {
+/// The statements of some lines of a file, in order, without empty lines and comments.
+#[derive(Clone)]
+pub(super) struct Lines<'a> {
+    rest: &'a [u8],
+    next_line: u32,
+}
+
+/// The statements of a file.
+pub(super) fn statements(bytes: &[u8]) -> Lines<'_> {
     const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
-    let mut rest = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
-    let mut next_line = 1_u32;
-    std::iter::from_fn(move || {
+    Lines { rest: bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes), next_line: 1 }
+}
+
+/// The same in runs of about equal size, at most `count`.
+pub(super) fn split_lines(bytes: &[u8], count: usize) -> Vec<Lines<'_>> {
+    let Lines { mut rest, mut next_line } = statements(bytes);
+    let size = rest.len().div_ceil(count.max(1)).max(1);
+    let mut runs = Vec::new();
+    while !rest.is_empty() {
+        let mut end = size.min(rest.len());
+        // To the end of a statement: of a line that does not go on in the next one.
+        while end < rest.len() {
+            end += rest[end..].iter().position(|&byte| byte == b'\n').map_or(rest.len() - end, |i| i + 1);
+            let line = rest[..end].strip_suffix(b"\n").unwrap_or(&rest[..end]);
+            if !line.strip_suffix(b"\r").unwrap_or(line).ends_with(b"\\") {
+                break;
+            }
+        }
+        let (run, others) = rest.split_at(end);
+        runs.push(Lines { rest: run, next_line });
+        let lines = run.iter().filter(|&&byte| byte == b'\n').count();
+        next_line = next_line.saturating_add(u32::try_from(lines).unwrap_or(u32::MAX));
+        rest = others;
+    }
+    runs
+}
+
+impl<'a> Iterator for Lines<'a> {
+    type Item = Statement<'a>;
+
+    fn next(&mut self) -> Option<Statement<'a>> {
+        let Self { rest, next_line } = self;
         while !rest.is_empty() {
-            let line = next_line;
-            let first_line = take_line(&mut rest, &mut next_line);
+            let line = *next_line;
+            let first_line = take_line(rest, next_line);
             let first_byte = first_line.iter().find(|byte| !byte.is_ascii_whitespace());
             if first_byte.is_none_or(|&byte| byte == b'#') {
                 continue;
@@ -29,12 +65,12 @@ pub(super) fn statements(bytes: &[u8]) -> impl Iterator<Item = Statement<'_>> {
                 let joined = text.to_mut();
                 joined.pop();
                 joined.push(b' ');
-                joined.extend_from_slice(take_line(&mut rest, &mut next_line));
+                joined.extend_from_slice(take_line(rest, next_line));
             }
             return Some(Statement { line, text });
         }
         None
-    })
+    }
 }
 
 fn take_line<'a>(rest: &mut &'a [u8], next_line: &mut u32) -> &'a [u8] {

@@ -1,0 +1,70 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_ballot : require
+#extension GL_KHR_shader_subgroup_vote : require
+#extension GL_KHR_shader_subgroup_arithmetic : require
+// Rays and nothing else, to measure how many a second can be traced: the walk of the path tracer, scheduled as in
+// path_queue.comp. A workgroup is one subgroup, which owns a run of rays; lanes that are done fetch the next ones.
+// Records: check/probe/traversal.rs.
+
+#include "io.glsl"
+#include "../lib/path.glsl"
+#include "../lib/trace.glsl"
+
+const uint RUN = 512u;      // rays of a workgroup
+
+// Not a constant: the path tracer's loop has rays of both kinds.
+bool any_hit = max_new_samples != 0u;
+
+void main() {
+    uint first = gl_WorkGroupID.x * RUN;
+    uint total = min(RUN, end_slot - first);
+    uint next = gl_SubgroupSize;
+    uint mine = gl_SubgroupInvocationID;
+    uint loops = 0u;
+    uint steps = 0u;
+    bool busy = false;
+    bool fetch = true;
+    int leaving = -1;
+    int id = -1;
+    TreeRay ray = tree_ray(vec3(0.0), vec3(0.0, 0.0, 1.0));
+    Walk walk = Walk(FINISHED, 1, 0.0, -1);
+    while (LOOP_BUDGET == 0u || loops < LOOP_BUDGET) {
+        if (fetch && mine < total) {
+            vec4 o = input_floats(2u * (first + mine));
+            vec4 d = input_floats(2u * (first + mine) + 1u);
+            leaving = floatBitsToInt(d.w);
+            float t = o.w;
+            id = -1;
+            closest_constant(o.xyz, d.xyz, leaving, t, id);
+            ray = tree_ray(o.xyz, d.xyz);
+            walk = walk_begin(t);
+            if (!meets_tree(o.xyz, d.xyz, t) || (any_hit && id >= 0)) walk.current = FINISHED;
+            busy = true;
+        }
+        if (!subgroupAny(busy)) break;
+        uint enough = next < total ? REFILL_BELOW : 1u;
+        do {
+            if (walk.current != FINISHED) {
+                walk_step(walk, ray, leaving, any_hit);
+                if (PATH_STATS) steps += 1u;
+            }
+            loops += 1u;
+        } while (subgroupBallotBitCount(subgroupBallot(walk.current != FINISHED)) >= enough &&
+                 (LOOP_BUDGET == 0u || loops < LOOP_BUDGET));
+        fetch = busy && walk.current == FINISHED;
+        if (fetch) {
+            int found = walk.id >= 0 ? walk.id : id;
+            probe_out[first + mine] = uvec4(floatBitsToUint(walk.t), uint(found), 0u, steps);
+            steps = 0u;
+        }
+        busy = busy && !fetch;
+        uvec4 done = subgroupBallot(fetch);
+        mine = fetch ? next + subgroupBallotExclusiveBitCount(done) : mine;
+        next += subgroupBallotBitCount(done);
+        loops += 1u;
+    }
+    // Out of budget: the host is told.
+    if (busy) probe_out[first + mine] = uvec4(0u, 0u, 1u, 0u);
+}

@@ -1,0 +1,83 @@
+//! Rays and nothing else, to be timed: shaders/probe/traverse.comp.
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::gpu::Context;
+use crate::render::driver::DriverFacts;
+use crate::render::kernels;
+use crate::render::{Features, RenderError, RenderSettings};
+use crate::scene::Scene;
+
+use super::rays::{RayInput, Variants, variant, variants};
+use super::{CheckError, Kernel, Probe, tables_of};
+
+const NAME: &str = "traverse";
+static TRAVERSE: Variants = variants!("traverse");
+
+/// What is asked of rays.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Query {
+    /// What each ray meets first.
+    Closest,
+    /// Whether each ray meets anything.
+    Any,
+}
+
+/// The answer for one ray.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable, PartialEq)]
+pub(crate) struct Traced {
+    /// Distance, in units of render space; of a hit that need not be the first for [`Query::Any`].
+    pub t: f32,
+    /// Primitive, or −1.
+    pub id: i32,
+    /// The driver or its loop budget ended the walk early.
+    pub truncated: u32,
+    /// Steps through the tree, where they are counted.
+    pub steps: u32,
+}
+
+/// The tree of a scene, ready to be asked.
+pub(crate) struct Traversal {
+    probe: Probe<RayInput, Traced>,
+    count: usize,
+}
+
+impl Traversal {
+    /// Uploads and compiles; with `settings.count_steps`, to count steps and not to be timed.
+    pub fn new(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<Self, CheckError> {
+        let (_, tables) = tables_of(scene, settings);
+        let info = context.info();
+        let spirv = variant(&TRAVERSE, &Features::of(scene, settings));
+        let kernel = Kernel {
+            spirv: kernels::spirv(&kernels::Kernel { name: NAME, spirv }, settings)?,
+            workgroup: info.subgroup_size,
+            inputs: 512,
+            loop_budget: DriverFacts::of(info).loop_budget,
+            counts_steps: settings.count_steps,
+            ..Kernel::function(NAME, spirv, 0)
+        };
+        Ok(Self { probe: Probe::new(context, kernel, scene, &tables, settings, 0)?, count: 0 })
+    }
+
+    /// Uploads rays, at most [`super::BATCH`], and traces them once: some drivers compile only then.
+    pub fn load(&mut self, rays: &[RayInput]) -> Result<(), CheckError> {
+        self.probe.load(rays)?;
+        self.count = rays.len();
+        self.trace(Query::Any).map(drop)
+    }
+
+    /// Traces the rays that were loaded; returns the seconds this took.
+    pub fn trace(&mut self, query: Query) -> Result<f64, CheckError> {
+        self.probe.dispatch(self.count, query == Query::Any)
+    }
+
+    /// What the last trace found.
+    pub fn found(&mut self) -> Result<Vec<Traced>, CheckError> {
+        let found = self.probe.read(self.count)?;
+        match found.iter().filter(|f| f.truncated != 0).count() {
+            0 => Ok(found),
+            count => Err(RenderError::Truncated { count: count as u32 }.into()),
+        }
+    }
+}
