@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use crate::render::{Accel, RenderSettings, Sampler, Scheduler, TriangleTest};
+use crate::render::{Accel, Adaptive, RenderSettings, Sampler, Scheduler, TriangleTest};
 
 use super::error::BenchError;
 
@@ -29,7 +29,7 @@ impl Configuration {
 /// A setting and the values it takes, written `KEY=VALUE,VALUE…`.
 ///
 /// Keys: `sampler` (sobol, independent), `accel` (bvh, none), `intersection` (watertight, moller-trumbore),
-/// `scheduler` (auto, inline, queue), `features` (specialised, general), `roulette` (off, or the first hit),
+/// `sampling` (uniform, adaptive: with the same mean number of samples), `scheduler` (auto, inline, queue), `features` (specialised, general), `roulette` (off, or the first hit),
 /// `device` (index, name or UUID).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Vary {
@@ -43,16 +43,18 @@ enum Key {
     Accel,
     Intersection,
     Scheduler,
+    Sampling,
     Features,
     Roulette,
     Device,
 }
 
-const KEYS: [(&str, Key, &str); 7] = [
+const KEYS: [(&str, Key, &str); 8] = [
     ("sampler", Key::Sampler, "sobol or independent"),
     ("accel", Key::Accel, "bvh or none"),
     ("intersection", Key::Intersection, "watertight or moller-trumbore"),
     ("scheduler", Key::Scheduler, "auto, inline or queue"),
+    ("sampling", Key::Sampling, "uniform or adaptive"),
     ("features", Key::Features, "specialised or general"),
     ("roulette", Key::Roulette, "off or the first hit that may end a path, at least 1"),
     ("device", Key::Device, "an index, a name or a UUID"),
@@ -76,6 +78,9 @@ impl Key {
             (Self::Scheduler, "auto") => s.scheduler = Scheduler::Auto,
             (Self::Scheduler, "inline") => s.scheduler = Scheduler::Inline,
             (Self::Scheduler, "queue") => s.scheduler = Scheduler::Queue,
+            (Self::Sampling, "uniform") => s.adaptive = None,
+            // How many in the mean is the benchmark's, like the number of samples.
+            (Self::Sampling, "adaptive") => s.adaptive = Some(Adaptive { noise: 0.0, mean_samples: None }),
             (Self::Features, "specialised") => s.general = false,
             (Self::Features, "general") => s.general = true,
             (Self::Roulette, "off") => c.roulette = Some(None),

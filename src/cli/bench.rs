@@ -50,7 +50,7 @@ pub struct BenchArgs {
     max_depth: Option<u32>,
 
     /// Set a setting, or several values of it side by side; may be repeated. Keys: sampler, accel, intersection,
-    /// scheduler, features (specialised, general), roulette (off, N), device
+    /// scheduler, sampling (uniform, adaptive), features (specialised, general), roulette (off, N), device
     #[arg(long, value_name = "KEY=VALUE,...")]
     vary: Vec<Vary>,
 

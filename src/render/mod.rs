@@ -15,6 +15,9 @@ mod layout_tests;
 mod lights;
 mod mutation;
 mod plan;
+mod progression;
+#[cfg(test)]
+mod progression_tests;
 mod renderer;
 mod settings;
 pub(crate) mod sobol;

@@ -27,6 +27,21 @@ impl Span {
     }
 }
 
+/// Tiles, in increasing order, as few spans. Bands begin at the slots `bands`, the first at 0.
+pub(crate) fn tile_spans(tiles: impl Iterator<Item = usize>, bands: &[u32]) -> Vec<Span> {
+    let mut spans: Vec<Span> = Vec::new();
+    for tile in tiles {
+        let first_slot = 64 * tile as u32;
+        let end_slot = first_slot + 64;
+        let band = bands.partition_point(|&first| first <= first_slot).saturating_sub(1);
+        match spans.last_mut() {
+            Some(last) if last.end_slot == first_slot && last.band == band => last.end_slot = end_slot,
+            _ => spans.push(Span { band, first_slot, end_slot }),
+        }
+    }
+    spans
+}
+
 /// What one submission does.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Work {
@@ -182,6 +197,14 @@ mod tests {
             all.push(work);
         }
         all
+    }
+
+    #[test]
+    fn neighbouring_tiles_of_a_band_are_one_span() {
+        let span = |band, first_slot, end_slot| Span { band, first_slot, end_slot };
+        let spans = tile_spans([0, 1, 3, 4, 5, 6, 9].into_iter(), &[0, 320, 576]);
+        assert_eq!(spans, [span(0, 0, 128), span(0, 192, 320), span(1, 320, 448), span(2, 576, 640)]);
+        assert!(tile_spans(std::iter::empty(), &[0]).is_empty());
     }
 
     #[test]

@@ -207,6 +207,11 @@ impl Renderer {
         &self.features
     }
 
+    /// What it renders with.
+    pub fn settings(&self) -> &RenderSettings {
+        &self.settings
+    }
+
     /// Figures of the tree, if there is one.
     pub fn tree(&self) -> Option<&TreeStatistics> {
         self.tree.as_ref()

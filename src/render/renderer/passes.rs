@@ -44,6 +44,11 @@ impl Renderer {
         self.bands.iter().enumerate().map(span).collect()
     }
 
+    /// Pixels in `spans`.
+    pub(super) fn pixels(&self, spans: &[Span]) -> u64 {
+        spans.iter().map(|s| pixels_in(s.first_slot, s.end_slot, self.width, self.height)).sum()
+    }
+
     /// Brings the pixels of `spans` from `done` samples to `samples`, or less far if the watch says stop.
     pub(super) fn pass(
         &mut self,
@@ -52,8 +57,7 @@ impl Renderer {
         samples: u32,
         watch: &mut Watch<'_>,
     ) -> Result<(), RenderError> {
-        let pixels: u64 = spans.iter().map(|s| pixels_in(s.first_slot, s.end_slot, self.width, self.height)).sum();
-        let end = self.statistics.samples + pixels * u64::from(samples - done);
+        let end = self.statistics.samples + self.pixels(&spans) * u64::from(samples - done);
         let mut plan = Plan::new(spans, done, samples, &self.pace);
         let mut in_flight: VecDeque<(Ticket, Work, Instant, usize)> = VecDeque::new();
         let mut done_before_repeat = None;
