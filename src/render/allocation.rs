@@ -22,7 +22,7 @@ pub(crate) struct Ladder {
 impl Ladder {
     /// Up to `most` samples per pixel, at least 2; decisions begin at half of `mean` at the latest.
     pub fn new(most: u32, mean: Option<u32>) -> Self {
-        let first = FIRST_DECISION.min(most).min(mean.map_or(u32::MAX, |n| (n / 2).max(1)));
+        let first = FIRST_DECISION.min(most).min(mean.map_or(u32::MAX, |n| 1 << (n / 2).max(1).ilog2()));
         let mut counts: Vec<u32> = [first / 4, first / 2, first].into_iter().filter(|&n| n > 0).collect();
         let base = counts.len() - 1;
         let mut n = first;

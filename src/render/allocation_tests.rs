@@ -79,7 +79,8 @@ fn limits_hold() {
     for budget in [1.0, 5.0, 16.0, 20.0, 64.0, 200.0] {
         let counts = climb(&variances, 32, 1 << 16, Goal { variance: 0.0, mean_samples: Some(budget) });
         let mean = mean(&counts);
-        assert!(mean <= budget && mean > 0.8 * budget, "{budget}: {mean}");
+        // Half of the tiles are alike, and rise together.
+        assert!(mean <= budget && mean > 0.5 * budget, "{budget}: {mean}");
     }
 }
 
