@@ -273,7 +273,7 @@ impl Renderer {
         self.statistics = RenderStatistics { setup_seconds, compile_seconds, ..RenderStatistics::default() };
         let mut watch = Watch::new(self.settings.time_limit, &mut on_progress);
         self.clear_film()?;
-        let film = match self.settings.adaptive.clone() {
+        let film = match self.settings.adaptive {
             None => self.render_uniform(&mut watch)?,
             Some(adaptive) => self.render_adaptive(&adaptive, &mut watch)?,
         };
