@@ -44,7 +44,7 @@ void main() {
             busy = true;
         }
         if (!subgroupAny(busy)) break;
-        uint enough = next < total ? REFILL_BELOW : 1u;
+        uint enough = next < total ? ENOUGH_WALKS : 1u;
         do {
             if (walk.current != FINISHED) {
                 walk_step(walk, ray, leaving, any_hit);

@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use crate::render::{Accel, Feature, RenderSettings, Sampler, Scheduler, TriangleTest};
+use crate::render::{Accel, Adaptive, Feature, RenderSettings, Sampler, Scheduler, TriangleTest};
 
 use super::error::BenchError;
 
@@ -29,7 +29,9 @@ impl Configuration {
 /// A setting and the values it takes, written `KEY=VALUE,VALUE…`.
 ///
 /// Keys: `sampler` (sobol, independent, pcg), `accel` (bvh, none), `intersection` (watertight, moller-trumbore),
-/// `scheduler` (auto, inline, queue), `features` (specialised, general, or `+` and one of [`Feature::ALL`] that is compiled although not needed), `roulette` (off, or the first hit),
+/// `sampling` (uniform, adaptive: with the same mean number of samples), `scheduler` (auto, inline, queue), `features`
+/// (specialised, general, or `+` and one of [`Feature::ALL`] that is compiled although not needed), `roulette` (off, or
+/// the first hit),
 /// `device` (index, name or UUID).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Vary {
@@ -43,16 +45,18 @@ enum Key {
     Accel,
     Intersection,
     Scheduler,
+    Sampling,
     Features,
     Roulette,
     Device,
 }
 
-const KEYS: [(&str, Key, &str); 7] = [
+const KEYS: [(&str, Key, &str); 8] = [
     ("sampler", Key::Sampler, "sobol, independent or pcg"),
     ("accel", Key::Accel, "bvh or none"),
     ("intersection", Key::Intersection, "watertight or moller-trumbore"),
     ("scheduler", Key::Scheduler, "auto, inline or queue"),
+    ("sampling", Key::Sampling, "uniform or adaptive"),
     (
         "features",
         Key::Features,
@@ -82,6 +86,9 @@ impl Key {
             (Self::Scheduler, "auto") => s.scheduler = Scheduler::Auto,
             (Self::Scheduler, "inline") => s.scheduler = Scheduler::Inline,
             (Self::Scheduler, "queue") => s.scheduler = Scheduler::Queue,
+            (Self::Sampling, "uniform") => s.adaptive = None,
+            // How many in the mean is the benchmark's, like the number of samples.
+            (Self::Sampling, "adaptive") => s.adaptive = Some(Adaptive { noise: 0.0, mean_samples: None }),
             (Self::Features, "specialised") => (s.general, s.unneeded) = (false, None),
             (Self::Features, "general") => (s.general, s.unneeded) = (true, None),
             (Self::Features, feature) => {

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 use crate::image::metrics::{self, CompareOptions};
 use crate::image::{Image, ImageError};
-use crate::render::{Film, RenderError, RenderSettings, RenderStatistics, Renderer};
+use crate::render::{Adaptive, Film, RenderError, RenderSettings, RenderStatistics, Renderer};
 use crate::scene::Scene;
 use crate::{Context, ContextOptions};
 
@@ -18,10 +18,13 @@ const COUNTED_SAMPLES: u32 = 16;
 /// Where no noise is wanted of a reference, its variance is this share of the smallest mean squared error.
 const REFERENCE_SHARE: f64 = 0.25;
 
+/// With adaptive sampling, a pixel gets at most so many times the mean number of samples.
+const MOST_OVER_MEAN: u32 = 16;
+
 /// What is measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Schedule {
-    /// Samples per pixel, increasing.
+    /// Samples per pixel, increasing; with adaptive sampling, in the mean.
     pub samples: Vec<u32>,
     /// Independent renderings of each.
     pub seeds: u32,
@@ -98,7 +101,7 @@ impl<'a> Contender<'a> {
                 Cow::Owned(scene)
             }
         };
-        let settings = RenderSettings { samples: most_samples, ..configuration.settings.clone() };
+        let settings = with_samples(&configuration.settings, most_samples);
         let mut renderer = Renderer::new(&context, &scene, &settings).map_err(fail)?;
         let tree = renderer.tree().copied();
         let steps_per_ray = match tree {
@@ -126,16 +129,25 @@ impl<'a> Contender<'a> {
     }
 }
 
+/// Settings with so many samples per pixel, in the mean.
+fn with_samples(settings: &RenderSettings, samples: u32) -> RenderSettings {
+    let adaptive = settings.adaptive.map(|a| Adaptive { mean_samples: Some(samples), ..a });
+    let most = if adaptive.is_some() { samples.saturating_mul(MOST_OVER_MEAN).min(1 << 30) } else { samples };
+    RenderSettings { samples: most, adaptive, ..settings.clone() }
+}
+
 fn render(renderer: &mut Renderer, samples: u32, seed: u32) -> Result<Film, RenderError> {
-    renderer.set_samples(samples)?;
+    let settings = with_samples(renderer.settings(), samples);
+    renderer.set_samples(settings.samples)?;
+    renderer.set_adaptive(settings.adaptive)?;
     renderer.set_seed(seed);
     renderer.render(|_| ControlFlow::Continue(()))
 }
 
 /// Counted in a pipeline of its own, since counting takes time.
 fn steps_per_ray(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<f64, RenderError> {
-    let settings =
-        RenderSettings { samples: settings.samples.min(COUNTED_SAMPLES), count_steps: true, ..settings.clone() };
+    let samples = settings.samples.min(COUNTED_SAMPLES);
+    let settings = RenderSettings { samples, adaptive: None, count_steps: true, ..settings.clone() };
     let mut renderer = Renderer::new(context, scene, &settings)?;
     renderer.render(|_| ControlFlow::Continue(()))?;
     let s = renderer.statistics();

@@ -14,7 +14,9 @@ use photolith::bench::growth::{self, Growth};
 use photolith::bench::rays::{self, RaysReport};
 use photolith::bench::report::{self, ReferenceReport, Report, SceneReport};
 use photolith::bench::{self, ConfigurationSummary, Machine, Origin, Reference, Vary};
+use photolith::gpu::prefer_wide_vectors;
 use photolith::image::metrics::flip;
+use photolith::render::Features;
 use photolith::scene::Scene;
 use photolith::{Context, RenderSettings};
 
@@ -51,7 +53,8 @@ pub struct BenchArgs {
     max_depth: Option<u32>,
 
     /// Set a setting, or several values of it side by side; may be repeated. Keys: sampler, accel, intersection,
-    /// scheduler, features (specialised, general, +mirror and the like), roulette (off, N), device
+    /// scheduler, sampling (uniform, adaptive), features (specialised, general, +mirror and the like), roulette (off,
+    /// N), device
     #[arg(long, value_name = "KEY=VALUE,...")]
     vary: Vec<Vary>,
 
@@ -166,6 +169,15 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
     }
     if args.rays && args.plot.is_some() {
         bail!("--rays has nothing to draw: expected no --plot");
+    }
+    // As `photolith render` does; the width is one for the whole process.
+    let mut trees = args.growth.is_some() || args.rays;
+    for path in &args.scenes {
+        let (scene, settings) = load(args, path)?;
+        trees = trees || Features::of(&scene, &settings).tree;
+    }
+    if !trees {
+        prefer_wide_vectors();
     }
     let context = args.device.open()?;
     let mut report = Report {

@@ -49,7 +49,7 @@ pub struct SceneOptions {
     #[arg(long, value_name = "WxH")]
     pub size: Option<Size>,
 
-    /// Samples per pixel instead of the scene's
+    /// Samples per pixel instead of the scene's; with --noise, the most that a pixel gets [default: 16384]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 30))]
     pub samples: Option<u32>,
 

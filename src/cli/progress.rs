@@ -7,9 +7,9 @@ use photolith::render::Progress;
 pub struct Bar(ProgressBar);
 
 impl Bar {
-    /// A bar over `total` samples.
-    pub fn new(total: u64) -> Self {
-        let bar = ProgressBar::new(total);
+    /// A bar over a number of samples that the first report of progress tells.
+    pub fn new() -> Self {
+        let bar = ProgressBar::new(0);
         let template = "{percent:>3}% [{bar:40}] {human_pos} of {human_len} samples, {per_sec}, {eta} left";
         if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style.progress_chars("=> "));
@@ -19,6 +19,8 @@ impl Bar {
 
     /// Moves the bar.
     pub fn set(&self, progress: &Progress) {
+        // Adaptive sampling learns as it goes on how many it will take.
+        self.0.set_length(progress.total);
         self.0.set_position(progress.done);
     }
 

@@ -11,7 +11,7 @@ use anyhow::{Context as _, anyhow};
 use clap::Args;
 use photolith::gpu::prefer_wide_vectors;
 use photolith::image::{self, Metadata};
-use photolith::render::Features;
+use photolith::render::{Adaptive, Features, RenderStatistics};
 use photolith::scene::Scene;
 use photolith::{Context, Image, RenderSettings, Renderer};
 use serde_json::json;
@@ -35,6 +35,11 @@ pub struct RenderArgs {
 
     #[command(flatten)]
     device: DeviceOptions,
+
+    /// Sample adaptively and stop at this noise: the root mean square, over pixels and channels, of the standard error
+    /// relative to √(radiance² + 0.01). 0.1 is a preview, 0.01 is low noise
+    #[arg(long, value_name = "TARGET", value_parser = noise)]
+    noise: Option<f64>,
 
     /// Stop after so many seconds of rendering and write what there is
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
@@ -66,6 +71,16 @@ pub struct RenderArgs {
     json: bool,
 }
 
+/// With --noise, what bounds the samples of a pixel if nothing else does.
+const MOST_SAMPLES: u32 = 1 << 14;
+
+fn noise(text: &str) -> Result<f64, String> {
+    text.parse::<f64>()
+        .ok()
+        .filter(|n| *n > 0.0 && n.is_finite())
+        .ok_or_else(|| format!("'{text}' is not a noise to stop at, expected a number above 0, such as 0.02"))
+}
+
 fn seconds(text: &str) -> Result<Duration, String> {
     text.parse::<f64>()
         .ok()
@@ -83,6 +98,10 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     // Before hours of rendering, not after.
     image::check_writable(&output)?;
     let (scene, mut settings) = args.scene_options.load(&args.scene)?;
+    if let Some(noise) = args.noise {
+        settings.adaptive = Some(Adaptive::to_noise(noise));
+        settings.samples = args.scene_options.samples.unwrap_or(MOST_SAMPLES);
+    }
     settings.time_limit = args.time_limit;
     settings.samples_per_dispatch = args.samples_per_dispatch;
     settings.workgroup_size = args.workgroup;
@@ -110,8 +129,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         log::warn!("{} light(s) left out: an opaque sphere keeps them from all that is seen", renderer.hidden_lights());
     }
     let setup = started.elapsed().as_secs_f64();
-    let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
-    let bar = Bar::new(pixels * u64::from(settings.samples));
+    let bar = Bar::new();
     let film = renderer.render(|progress| {
         bar.set(progress);
         if interrupted.load(Ordering::SeqCst) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -125,19 +143,23 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let was_interrupted = statistics.stopped && interrupted.load(Ordering::SeqCst);
     if statistics.stopped {
         let why = if was_interrupted { "interrupted" } else { "time limit reached" };
-        eprintln!(
-            "photolith: {why} after {} of {} samples per pixel; writing what there is",
-            statistics.samples_per_pixel, settings.samples
-        );
+        let most = settings.samples;
+        eprintln!("photolith: {why} after {} of {most} samples per pixel; writing what there is", samples(statistics));
     }
-    let image = Image::from_pixels(film.width(), film.height(), film.mean())?;
+    if let Some(target) = args.noise {
+        say_noise(target, statistics);
+    }
+    let mut image = Image::from_pixels(film.width(), film.height(), film.mean())?;
+    if args.noise.is_some() {
+        image = image.with_counts(film.counts().to_vec())?;
+    }
     let written =
         image::write(&output, &image, &metadata(&scene, &settings, &context, &renderer), scene.film.transfer)?;
     if written.non_finite > 0 {
         log::warn!("{}: {} pixels are not finite", output.display(), written.non_finite);
     }
     if args.json {
-        println!("{}", report(&context, &renderer, setup, &output));
+        println!("{}", report(&context, &settings, &renderer, setup, &output));
     }
     let messages = context.messages().all();
     if !messages.is_empty() {
@@ -145,6 +167,27 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         return Ok(ExitCode::from(exit::VALIDATION));
     }
     Ok(ExitCode::from(if was_interrupted { exit::INTERRUPTED } else { exit::OK }))
+}
+
+/// What adaptive sampling reached, for people.
+fn say_noise(target: f64, statistics: &RenderStatistics) {
+    let samples = samples(statistics);
+    match statistics.adaptive {
+        None => eprintln!("photolith: too few samples to estimate the noise ({samples} samples per pixel)"),
+        Some(reached) => {
+            let missed = if reached.noise > target { format!(", {target} was asked for") } else { String::new() };
+            eprintln!(
+                "photolith: noise {:.3e}{missed} (noisiest tile {:.3e}) with {samples} samples per pixel",
+                reached.noise, reached.noisiest_tile
+            );
+        }
+    }
+}
+
+/// The number of samples per pixel, or fewest, mean and most where they differ.
+fn samples(s: &RenderStatistics) -> String {
+    let (fewest, mean, most) = (s.samples_per_pixel, s.mean_samples_per_pixel, s.most_samples_per_pixel);
+    if fewest == most { fewest.to_string() } else { format!("{fewest} to {most} (mean {mean:.1})") }
 }
 
 fn default_output(scene: &Path) -> anyhow::Result<PathBuf> {
@@ -156,7 +199,13 @@ fn metadata(scene: &Scene, settings: &RenderSettings, context: &Context, rendere
     let mut m = Metadata::new();
     m.push("Software", format!("photolith {}", env!("CARGO_PKG_VERSION")));
     m.push("Scene", &scene.source);
-    m.push("Samples", renderer.statistics().samples_per_pixel);
+    let statistics = renderer.statistics();
+    m.push("Samples", statistics.samples_per_pixel);
+    if let Some(reached) = statistics.adaptive {
+        m.push("Noise", reached.noise);
+        m.push("MeanSamples", statistics.mean_samples_per_pixel);
+        m.push("MostSamples", statistics.most_samples_per_pixel);
+    }
     m.push("MaxDepth", scene.integrator.max_depth);
     m.push("Seed", settings.seed);
     m.push("Sampler", format!("{:?}", settings.sampler));
@@ -167,7 +216,13 @@ fn metadata(scene: &Scene, settings: &RenderSettings, context: &Context, rendere
     m
 }
 
-fn report(context: &Context, renderer: &Renderer, setup_seconds: f64, output: &Path) -> serde_json::Value {
+fn report(
+    context: &Context,
+    settings: &RenderSettings,
+    renderer: &Renderer,
+    setup_seconds: f64,
+    output: &Path,
+) -> serde_json::Value {
     let s = renderer.statistics();
     let per_second = |n: u64| if s.render_seconds > 0.0 { n as f64 / s.render_seconds / 1e6 } else { 0.0 };
     let stages: serde_json::Map<_, _> = s.stages.iter().map(|t| (t.stage.to_owned(), json!(t.seconds))).collect();
@@ -177,6 +232,15 @@ fn report(context: &Context, renderer: &Renderer, setup_seconds: f64, output: &P
         "setup_s": setup_seconds,
         "render_s": s.render_seconds,
         "spp_done": s.samples_per_pixel,
+        "spp_mean": s.mean_samples_per_pixel,
+        "spp_most": s.most_samples_per_pixel,
+        "adaptive": s.adaptive.map(|a| json!({
+            "noise_target": settings.adaptive.map(|a| a.noise),
+            "noise": a.noise,
+            "noisiest_tile": a.noisiest_tile,
+            "rounds": a.rounds,
+            "unused_samples": a.unused_samples,
+        })),
         "stopped": s.stopped,
         "samples": s.samples,
         "rays": s.rays,

@@ -23,6 +23,7 @@ pub struct Image {
     height: u32,
     pixels: Vec<[f32; 3]>,
     variance: Option<Variance>,
+    counts: Option<Vec<u32>>,
 }
 
 impl Image {
@@ -33,7 +34,7 @@ impl Image {
     pub fn new(width: u32, height: u32) -> Result<Self, ImageError> {
         check_size(width, height)?;
         let pixels = vec![[0.0; 3]; width as usize * height as usize];
-        Ok(Self { width, height, pixels, variance: None })
+        Self::from_pixels(width, height, pixels)
     }
 
     /// An image of the given pixels, row by row from the top left.
@@ -43,7 +44,7 @@ impl Image {
     pub fn from_pixels(width: u32, height: u32, pixels: Vec<[f32; 3]>) -> Result<Self, ImageError> {
         check_size(width, height)?;
         check_count("pixels", width, height, pixels.len())?;
-        Ok(Self { width, height, pixels, variance: None })
+        Ok(Self { width, height, pixels, variance: None, counts: None })
     }
 
     /// An image with `f(x, y)` in each pixel; (0, 0) is the top left.
@@ -66,6 +67,16 @@ impl Image {
             return Err(ImageError::Batches { found: variance.batches });
         }
         self.variance = Some(variance);
+        Ok(self)
+    }
+
+    /// The same image with the number of samples behind each pixel.
+    ///
+    /// # Errors
+    /// [`ImageError::Count`] unless there is one value for each pixel.
+    pub fn with_counts(mut self, counts: Vec<u32>) -> Result<Self, ImageError> {
+        check_count("counts", self.width, self.height, counts.len())?;
+        self.counts = Some(counts);
         Ok(self)
     }
 
@@ -101,6 +112,11 @@ impl Image {
     pub fn variance(&self) -> Option<&Variance> {
         self.variance.as_ref()
     }
+
+    /// Samples behind each pixel, where known; row 0 at the top.
+    pub fn counts(&self) -> Option<&[u32]> {
+        self.counts.as_deref()
+    }
 }
 
 fn check_size(width: u32, height: u32) -> Result<(), ImageError> {
@@ -120,6 +136,10 @@ fn check_count(what: &'static str, width: u32, height: u32, found: usize) -> Res
 mod tests {
     use super::*;
 
+    fn image_counts(count: usize) -> Result<Image, ImageError> {
+        Image::new(2, 2).unwrap().with_counts(vec![7; count])
+    }
+
     #[test]
     fn sizes_and_counts_are_checked() {
         assert!(matches!(Image::new(0, 1), Err(ImageError::Size { .. })));
@@ -129,6 +149,8 @@ mod tests {
             Err(ImageError::Count { expected: 4, found: 3, .. })
         ));
         let image = Image::new(2, 2).unwrap();
+        assert!(matches!(image_counts(3), Err(ImageError::Count { what: "counts", expected: 4, found: 3, .. })));
+        assert_eq!(image_counts(4).unwrap().counts(), Some(&[7; 4][..]));
         let short = Variance { of_mean: vec![[0.0; 3]; 3], batches: 2 };
         assert!(matches!(image.clone().with_variance(short), Err(ImageError::Count { .. })));
         let lone = Variance { of_mean: vec![[0.0; 3]; 4], batches: 1 };

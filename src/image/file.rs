@@ -18,7 +18,8 @@ pub struct Written {
 /// Writes an image in the format of the path's extension.
 ///
 /// - PNG: 8 bits per channel by `transfer`, values clamped to 0..=1, with a matching gAMA or sRGB chunk.
-/// - OpenEXR: 32-bit float, and the noise estimate as the layer `variance`.
+/// - OpenEXR: 32-bit float, with the noise estimate as the layer `variance` and the numbers of
+///   samples as the integer channel `samples`, where the image has them.
 /// - Radiance HDR: RGBE rounded to nearest, values clamped to 0..=1.7e38.
 /// - PFM: little-endian float.
 ///

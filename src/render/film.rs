@@ -44,12 +44,17 @@ impl Film {
         self.sums.iter().zip(&self.counts).map(mean).collect()
     }
 
+    /// Takes over a pixel: the sum of its samples, and how many they are.
+    pub(crate) fn put(&mut self, pixel: usize, sum: [f64; 3], count: u32) {
+        self.sums[pixel] = sum;
+        self.counts[pixel] = count;
+    }
+
     /// Takes over slots of the device's film, the first of which is slot `first`.
     pub(crate) fn read_slots(&mut self, first: u32, slots: &[FilmSlot]) {
         for (i, slot) in slots.iter().enumerate() {
             if let Some(pixel) = pixel_of_slot(first + i as u32, self.width, self.height) {
-                self.counts[pixel] = slot.count;
-                self.sums[pixel] = std::array::from_fn(|c| slot.total(c));
+                self.put(pixel, std::array::from_fn(|c| slot.total(c)), slot.count);
             }
         }
     }
@@ -60,7 +65,18 @@ pub(crate) fn slot_count(width: u32, height: u32) -> u64 {
     64 * u64::from(width.div_ceil(8)) * u64::from(height.div_ceil(8))
 }
 
-fn pixel_of_slot(slot: u32, width: u32, height: u32) -> Option<usize> {
+/// Pixels of whole tiles from slot `first` to slot `end`, which is not one of them.
+pub(crate) fn pixels_in(first: u32, end: u32, width: u32, height: u32) -> u64 {
+    let tiles_x = width.div_ceil(8);
+    let pixels = |tile: u32| {
+        let side = |size: u32, i: u32| u64::from((size - 8 * i).min(8));
+        side(width, tile % tiles_x) * side(height, tile / tiles_x)
+    };
+    (first / 64..end / 64).map(pixels).sum()
+}
+
+/// The pixel of a slot, row by row from the top left; `None` for padding.
+pub(crate) fn pixel_of_slot(slot: u32, width: u32, height: u32) -> Option<usize> {
     let tiles_x = width.div_ceil(8);
     let (tile, within) = (slot / 64, slot % 64);
     let x = tile % tiles_x * 8 + within % 8;
@@ -82,6 +98,11 @@ mod tests {
                 }
             }
             assert!(seen.iter().all(|&n| n == 1), "{w}×{h}");
+            let slots = slot_count(w, h) as u32;
+            assert_eq!(pixels_in(0, slots, w, h), u64::from(w * h));
+            let inside = |slot: &u32| pixel_of_slot(*slot, w, h).is_some();
+            let last = (slots - 64..slots).filter(inside).count() as u64;
+            assert_eq!(pixels_in(slots - 64, slots, w, h), last, "{w}×{h}");
         }
     }
 }

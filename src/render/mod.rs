@@ -1,5 +1,8 @@
 //! From a scene to a film: what the scene needs, how it is cut into dispatches, and the loop that runs them.
 
+mod allocation;
+#[cfg(test)]
+mod allocation_tests;
 pub(crate) mod driver;
 mod error;
 mod facets;
@@ -12,6 +15,9 @@ mod layout_tests;
 mod lights;
 mod mutation;
 mod plan;
+mod progression;
+#[cfg(test)]
+mod progression_tests;
 pub(crate) mod renderer;
 mod settings;
 pub(crate) mod sobol;
@@ -19,6 +25,7 @@ pub(crate) mod space;
 mod spheres;
 mod statistics;
 pub(crate) mod tables;
+mod tiles;
 mod upload;
 
 pub use error::RenderError;
@@ -26,8 +33,8 @@ pub use features::{Feature, Features};
 pub use film::Film;
 pub use mutation::Mutation;
 pub use renderer::Renderer;
-pub use settings::{Accel, RenderSettings, Sampler, Scheduler, TriangleTest};
-pub use statistics::{Progress, RenderStatistics};
+pub use settings::{Accel, Adaptive, RenderSettings, Sampler, Scheduler, TriangleTest};
+pub use statistics::{AdaptiveStatistics, Progress, RenderStatistics};
 
 /// Builds the tree of a scene and measures it; `None` if the scene needs none under these settings.
 pub fn tree_statistics(scene: &crate::scene::Scene, settings: &RenderSettings) -> Option<crate::accel::TreeStatistics> {

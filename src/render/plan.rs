@@ -1,139 +1,185 @@
-//! Cuts a rendering into dispatches of bounded time.
+//! Cuts a pass over the film into dispatches of bounded time.
 //!
-//! The image is covered in rounds: every pixel gets the same number of new samples before any gets more, so that a
-//! rendering that is stopped is even. The cut changes no bit of the image.
+//! A pass brings the pixels of some spans from one number of samples to a higher one. It covers them in rounds: every
+//! pixel gets the same number of new samples before any gets more, so that a rendering that is stopped is even. The
+//! cut changes no bit of the image.
 
 /// Device time that a dispatch should take: short enough for progress, interruption and watchdogs, long enough that
 /// the idle lanes at its end do not matter.
 const DISPATCH_SECONDS: f64 = 0.1;
 /// Samples of the first dispatch, before anything is measured.
 const FIRST_SAMPLES: f64 = 262_144.0;
+/// Spans of a dispatch: bounds the commands of a submission.
+const MOST_SPANS: usize = 256;
 
-/// One dispatch.
+/// Consecutive slots of a band of the film: whole tiles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Work {
+pub(crate) struct Span {
     pub band: usize,
     pub first_slot: u32,
     pub end_slot: u32,
-    /// Samples of each pixel after this dispatch.
+}
+
+impl Span {
+    /// Slots in it.
+    pub fn slots(&self) -> u32 {
+        self.end_slot - self.first_slot
+    }
+}
+
+/// Tiles, in increasing order, as few spans. Bands begin at the slots `bands`, the first at 0.
+pub(crate) fn tile_spans(tiles: impl Iterator<Item = usize>, bands: &[u32]) -> Vec<Span> {
+    let mut spans: Vec<Span> = Vec::new();
+    for tile in tiles {
+        let first_slot = 64 * tile as u32;
+        let end_slot = first_slot + 64;
+        let band = bands.partition_point(|&first| first <= first_slot).saturating_sub(1);
+        match spans.last_mut() {
+            Some(last) if last.end_slot == first_slot && last.band == band => last.end_slot = end_slot,
+            _ => spans.push(Span { band, first_slot, end_slot }),
+        }
+    }
+    spans
+}
+
+/// What one submission does.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Work {
+    pub spans: Vec<Span>,
+    /// Samples of each pixel afterwards.
     pub target_samples: u32,
-    /// Samples that a pixel may gain in this dispatch.
+    /// Samples that a pixel may gain.
     pub new_samples: u32,
 }
 
-/// The sequence of dispatches.
-#[derive(Debug)]
-pub(crate) struct Plan {
-    bands: Vec<(u32, u32)>,
-    slots: u64,
-    samples: u32,
+/// How much fits into a dispatch; learnt as the rendering goes on.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Pace {
     fixed_samples: Option<u32>,
     /// Samples per pixel that a dispatch can do at most.
     most_samples: u32,
     /// Samples per second, measured.
     rate: Option<f64>,
+}
+
+impl Pace {
+    /// At most `most_samples` per pixel in a dispatch; all dispatches of `fixed_samples` per pixel if that is given.
+    pub fn new(fixed_samples: Option<u32>, most_samples: u32) -> Self {
+        Self { fixed_samples: fixed_samples.map(|n| n.max(1)), most_samples, rate: None }
+    }
+
+    /// Learns from a finished dispatch.
+    pub fn measured(&mut self, work: &Work, seconds: f64) {
+        if seconds > 0.0 {
+            let slots: f64 = work.spans.iter().map(|s| f64::from(s.slots())).sum();
+            // The latest dispatch counts half: rates differ between parts of an image.
+            let rate = slots * f64::from(work.new_samples) / seconds;
+            self.rate = Some(self.rate.map_or(rate, |r| 0.5 * (r + rate)));
+        }
+    }
+
+    /// Samples, over all pixels, of a dispatch in a pass over `slots`.
+    fn samples(&self, slots: u64) -> f64 {
+        match (self.fixed_samples, self.rate) {
+            (Some(n), _) => slots as f64 * f64::from(n),
+            (None, Some(rate)) => rate * DISPATCH_SECONDS,
+            (None, None) => FIRST_SAMPLES,
+        }
+    }
+}
+
+/// The sequence of dispatches of a pass.
+#[derive(Debug)]
+pub(crate) struct Plan {
+    spans: Vec<Span>,
+    slots: u64,
+    samples: u32,
     /// Samples per pixel that are done once this round is.
     round_target: u32,
     round_samples: u32,
-    band: usize,
-    /// Next slot of the band.
+    /// Where the next dispatch begins.
+    span: usize,
     next_slot: u32,
     repeating: bool,
 }
 
 impl Plan {
-    /// Plans `samples` per pixel over bands of (first slot, number of slots), with at most `most_samples` a dispatch.
-    pub fn new(bands: &[(u32, u32)], samples: u32, fixed_samples: Option<u32>, most_samples: u32) -> Self {
-        let slots = bands.iter().map(|b| u64::from(b.1)).sum();
+    /// Plans to bring the pixels of `spans` from `done` samples to `samples`.
+    pub fn new(spans: Vec<Span>, done: u32, samples: u32, pace: &Pace) -> Self {
+        let slots = spans.iter().map(|s| u64::from(s.slots())).sum();
         let mut plan = Self {
-            bands: bands.to_vec(),
+            spans,
             slots,
             samples,
-            fixed_samples: fixed_samples.map(|n| n.max(1)),
-            most_samples,
-            rate: None,
-            round_target: 0,
+            round_target: done,
             round_samples: 0,
-            band: 0,
+            span: 0,
             next_slot: 0,
             repeating: false,
         };
-        plan.begin_round();
+        plan.begin_round(pace);
         plan
     }
 
     /// The next dispatch, or `None` after the last.
-    pub fn next(&mut self) -> Option<Work> {
+    pub fn next(&mut self, pace: &Pace) -> Option<Work> {
         if self.is_over() {
             return None;
         }
-        let (first, slots) = self.bands[self.band];
-        let first_slot = first + self.next_slot;
-        let budget = self.samples_per_dispatch();
         // Whole tiles, at least one.
-        let wanted = (budget / f64::from(self.round_samples) / 64.0).ceil().max(1.0) * 64.0;
-        let count = (f64::from(slots - self.next_slot)).min(wanted) as u32;
-        let work = Work {
-            band: self.band,
-            first_slot,
-            end_slot: first_slot + count,
-            target_samples: self.round_target,
-            new_samples: self.round_samples,
-        };
-        self.next_slot += count;
-        if self.next_slot == slots {
-            self.band += 1;
-            self.next_slot = 0;
+        let tiles = (pace.samples(self.slots) / f64::from(self.round_samples) / 64.0).ceil().max(1.0);
+        // Saturates: no image has more slots than 32 bits can count.
+        let mut left = (tiles * 64.0) as u32;
+        let mut work = Work { spans: Vec::new(), target_samples: self.round_target, new_samples: self.round_samples };
+        while left > 0 && self.span < self.spans.len() && work.spans.len() < MOST_SPANS {
+            let Span { band, end_slot, .. } = self.spans[self.span];
+            let count = (end_slot - self.next_slot).min(left);
+            work.spans.push(Span { band, first_slot: self.next_slot, end_slot: self.next_slot + count });
+            left -= count;
+            self.next_slot += count;
+            if self.next_slot == end_slot {
+                self.go_to(self.span + 1);
+            }
         }
-        if self.band == self.bands.len() {
-            self.begin_round();
+        if self.is_over() {
+            self.begin_round(pace);
         }
         Some(work)
     }
 
     /// Whether the last dispatch has been handed out.
     pub fn is_over(&self) -> bool {
-        self.band == self.bands.len()
+        self.span == self.spans.len()
     }
 
-    /// Hands out the whole image once more, for samples that ran out of loop budget.
-    pub fn repeat(&mut self) {
+    /// Hands out the whole pass once more, for samples that ran out of loop budget.
+    pub fn repeat(&mut self, pace: &Pace) {
         self.repeating = true;
-        self.band = 0;
-        self.next_slot = 0;
         self.round_target = self.samples;
-        self.round_samples = self.samples.min(self.most_samples);
+        self.round_samples = self.samples.min(pace.most_samples);
+        self.go_to(0);
     }
 
-    /// Learns from a finished dispatch.
-    pub fn measured(&mut self, work: &Work, seconds: f64) {
-        if seconds > 0.0 && !self.repeating {
-            let samples = f64::from(work.end_slot - work.first_slot) * f64::from(work.new_samples);
-            // The latest dispatch counts half: rates differ between parts of an image.
-            let rate = samples / seconds;
-            self.rate = Some(self.rate.map_or(rate, |r| 0.5 * (r + rate)));
-        }
+    /// Whether the pass is handed out once more; what such dispatches take says nothing about the rate.
+    pub fn is_repeating(&self) -> bool {
+        self.repeating
     }
 
-    fn samples_per_dispatch(&self) -> f64 {
-        match (self.fixed_samples, self.rate) {
-            (Some(n), _) => self.slots as f64 * f64::from(n),
-            (None, Some(rate)) => rate * DISPATCH_SECONDS,
-            (None, None) => FIRST_SAMPLES,
-        }
+    fn go_to(&mut self, span: usize) {
+        self.span = span;
+        self.next_slot = self.spans.get(span).map_or(0, |s| s.first_slot);
     }
 
-    fn begin_round(&mut self) {
+    fn begin_round(&mut self, pace: &Pace) {
         let left = self.samples - self.round_target;
         if left == 0 || self.repeating {
-            self.band = self.bands.len();
+            self.go_to(self.spans.len());
             return;
         }
-        let fit = self.samples_per_dispatch() / self.slots as f64;
-        self.round_samples = (fit.floor().max(1.0) as u32).min(left).min(self.most_samples);
+        let fit = pace.samples(self.slots) / self.slots as f64;
+        self.round_samples = (fit.floor().max(1.0) as u32).min(left).min(pace.most_samples);
         self.round_target += self.round_samples;
-        self.band = 0;
-        self.next_slot = 0;
+        self.go_to(0);
     }
 }
 
@@ -141,33 +187,55 @@ impl Plan {
 mod tests {
     use super::*;
 
-    fn cover(bands: &[(u32, u32)], samples: u32, fixed: Option<u32>, rate: f64) -> Vec<Work> {
-        let mut plan = Plan::new(bands, samples, fixed, 16);
+    fn cover(spans: &[Span], done: u32, samples: u32, fixed: Option<u32>, rate: f64) -> Vec<Work> {
+        let mut pace = Pace::new(fixed, 16);
+        let mut plan = Plan::new(spans.to_vec(), done, samples, &pace);
         let mut all = Vec::new();
-        while let Some(work) = plan.next() {
-            let n = f64::from((work.end_slot - work.first_slot) * work.new_samples);
-            plan.measured(&work, n / rate);
+        while let Some(work) = plan.next(&pace) {
+            let slots: u32 = work.spans.iter().map(Span::slots).sum();
+            pace.measured(&work, f64::from(slots * work.new_samples) / rate);
             all.push(work);
         }
         all
     }
 
     #[test]
-    fn every_slot_gets_every_sample_once() {
-        let bands = [(0, 6400), (6400, 640)];
-        for (samples, fixed, rate) in
-            [(1, None, 1e6), (64, None, 1e6), (100, Some(7), 1e5), (3, None, 1e2), (17, None, 1e12)]
-        {
-            let mut done = vec![0u32; 7040];
-            for work in cover(&bands, samples, fixed, rate) {
-                let (first, slots) = bands[work.band];
-                assert!(work.first_slot >= first && work.end_slot <= first + slots);
-                for slot in &mut done[work.first_slot as usize..work.end_slot as usize] {
-                    *slot += work.new_samples;
-                    assert_eq!(*slot, work.target_samples);
+    fn neighbouring_tiles_of_a_band_are_one_span() {
+        let span = |band, first_slot, end_slot| Span { band, first_slot, end_slot };
+        let spans = tile_spans([0, 1, 3, 4, 5, 6, 9].into_iter(), &[0, 320, 576]);
+        assert_eq!(spans, [span(0, 0, 128), span(0, 192, 320), span(1, 320, 448), span(2, 576, 640)]);
+        assert!(tile_spans(std::iter::empty(), &[0]).is_empty());
+    }
+
+    #[test]
+    fn every_slot_of_the_spans_gets_every_sample_once() {
+        let whole =
+            vec![Span { band: 0, first_slot: 0, end_slot: 6400 }, Span { band: 1, first_slot: 6400, end_slot: 7040 }];
+        // Every third tile.
+        let scattered: Vec<_> =
+            (0..36).map(|i| Span { band: 0, first_slot: 192 * i, end_slot: 192 * i + 64 }).collect();
+        for spans in [whole, scattered] {
+            for (before, samples, fixed, rate) in
+                [(0, 1, None, 1e6), (0, 64, None, 1e6), (32, 100, Some(7), 1e5), (2, 3, None, 1e2), (0, 17, None, 1e12)]
+            {
+                let mut done = vec![before; 7040];
+                for work in cover(&spans, before, samples, fixed, rate) {
+                    for piece in &work.spans {
+                        assert!(spans.iter().any(|s| s.band == piece.band
+                            && s.first_slot <= piece.first_slot
+                            && piece.end_slot <= s.end_slot));
+                        for slot in &mut done[piece.first_slot as usize..piece.end_slot as usize] {
+                            *slot += work.new_samples;
+                            assert_eq!(*slot, work.target_samples);
+                        }
+                    }
+                }
+                let in_spans = |slot: u32| spans.iter().any(|s| s.first_slot <= slot && slot < s.end_slot);
+                for (slot, &n) in done.iter().enumerate() {
+                    let expected = if in_spans(slot as u32) { samples } else { before };
+                    assert_eq!(n, expected, "slot {slot}, {before} to {samples}, {fixed:?} {rate}");
                 }
             }
-            assert!(done.iter().all(|&n| n == samples), "{samples} {fixed:?} {rate}");
         }
     }
 }

@@ -1,14 +1,16 @@
-//! The loop that renders: upload, compile, dispatch, wait, read back. Every wait of the host is in this file.
+//! A scene on the device, ready to be rendered.
 
-use std::collections::VecDeque;
+mod adaptive;
+mod passes;
+
 use std::ops::ControlFlow;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use bytemuck::Zeroable;
 
 use crate::accel::TreeStatistics;
-use crate::gpu::{Access, Binding, BindingSet, Buffer, Context, Device, Pipeline, Ticket, Timeline, Usage};
+use crate::gpu::{Binding, BindingSet, Buffer, Context, Device, Pipeline, Timeline, Usage};
 use crate::scene::Scene;
 
 use super::driver::DriverFacts;
@@ -17,13 +19,14 @@ use super::features::{Feature, Features};
 use super::film::{Film, slot_count};
 use super::kernels;
 use super::layout::{Counters, FilmSlot, Push, binding, constant, queue};
-use super::plan::{Plan, Work};
-use super::settings::{RenderSettings, Scheduler};
+use super::plan::Pace;
+use super::settings::{Adaptive, RenderSettings, Scheduler};
 use super::sobol;
 use super::space::RenderSpace;
 use super::statistics::{Progress, RenderStatistics};
 use super::tables::Tables;
 use super::upload::upload;
+use passes::Watch;
 
 /// Submissions in flight.
 const IN_FLIGHT: usize = 2;
@@ -40,7 +43,7 @@ pub struct Renderer {
     loop_budget: u32,
     /// Slots of the film that a workgroup serves.
     slots_per_group: u32,
-    most_samples: u32,
+    pace: Pace,
     stage: &'static str,
     bands: Vec<Band>,
     // Dropped before the buffers they refer to; the timeline first, which waits for the device.
@@ -79,6 +82,9 @@ impl Renderer {
                 settings.samples,
                 1 << 30
             )));
+        }
+        if let Some(adaptive) = &settings.adaptive {
+            adaptive.check(u64::from(scene.film.width) * u64::from(scene.film.height), settings.samples)?;
         }
         let device = &context.0;
         let facts = DriverFacts::of(context.info());
@@ -182,7 +188,7 @@ impl Renderer {
             height,
             loop_budget,
             slots_per_group: if queued { queue::TILE } else { workgroup },
-            most_samples: if queued { queue::PATHS / queue::TILE } else { u32::MAX },
+            pace: Pace::new(settings.samples_per_dispatch, if queued { queue::PATHS / queue::TILE } else { u32::MAX }),
             stage,
             bands,
             timeline,
@@ -204,6 +210,11 @@ impl Renderer {
     /// What the pipeline is specialised for.
     pub fn features(&self) -> &Features {
         &self.features
+    }
+
+    /// What it renders with.
+    pub fn settings(&self) -> &RenderSettings {
+        &self.settings
     }
 
     /// Figures of the tree, if there is one.
@@ -238,151 +249,51 @@ impl Renderer {
         Ok(())
     }
 
+    /// Samples adaptively, or no longer so, from now on.
+    ///
+    /// # Errors
+    /// The goal makes no sense, or the image or the number of samples is too small for an estimate.
+    pub fn set_adaptive(&mut self, adaptive: Option<Adaptive>) -> Result<(), RenderError> {
+        if let Some(adaptive) = &adaptive {
+            adaptive.check(u64::from(self.width) * u64::from(self.height), self.settings.samples)?;
+        }
+        self.settings.adaptive = adaptive;
+        Ok(())
+    }
+
     /// What the last rendering did.
     pub fn statistics(&self) -> &RenderStatistics {
         &self.statistics
     }
 
-    /// Renders until all samples are done, the time limit is over, or `on_progress` breaks; then reads the film.
+    /// Renders until all samples are done, the noise is reached, the time limit is over, or `on_progress` breaks; then
+    /// reads the film.
     ///
     /// `on_progress` is called after every dispatch.
     ///
     /// # Errors
     /// The device fails, or the driver cuts loops short.
     pub fn render(&mut self, mut on_progress: impl FnMut(&Progress) -> ControlFlow<()>) -> Result<Film, RenderError> {
-        let start = Instant::now();
         let RenderStatistics { setup_seconds, compile_seconds, .. } = self.statistics;
         self.statistics = RenderStatistics { setup_seconds, compile_seconds, ..RenderStatistics::default() };
+        let mut watch = Watch::new(self.settings.time_limit, &mut on_progress);
         self.clear_film()?;
-        let pixels = u64::from(self.width) * u64::from(self.height);
-        let total = pixels * u64::from(self.settings.samples);
-        let bands: Vec<_> = self.bands.iter().map(|b| (b.first, b.slots)).collect();
-        let mut plan = Plan::new(&bands, self.settings.samples, self.settings.samples_per_dispatch, self.most_samples);
-        let mut in_flight: VecDeque<(Ticket, Work, Instant, usize)> = VecDeque::new();
-        let mut done_before_repeat = None;
-        let mut stop = false;
-        let mut last_finished = start;
-        loop {
-            while !stop && in_flight.len() < IN_FLIGHT {
-                let Some(work) = plan.next() else { break };
-                let readback = (self.statistics.dispatches % IN_FLIGHT as u64) as usize;
-                let ticket = self.submit(&work, readback)?;
-                self.statistics.dispatches += 1;
-                in_flight.push_back((ticket, work, Instant::now(), readback));
-            }
-            let Some((ticket, work, submitted, readback)) = in_flight.pop_front() else { break };
-            let stages = self.timeline.wait(&ticket)?;
-            let now = Instant::now();
-            // The device works on one submission at a time: this one began when its predecessor ended.
-            let seconds = now.duration_since(submitted.max(last_finished)).as_secs_f64();
-            last_finished = now;
-            let counters = self.read_counters(readback)?;
-            if counters.truncated > 0 {
-                return Err(RenderError::Truncated { count: counters.truncated });
-            }
-            self.statistics.add(&counters, &stages);
-            let done = self.statistics.samples;
-            plan.measured(&work, seconds);
-            if in_flight.is_empty() && plan.is_over() && done < total && !stop {
-                // Samples that ran out of loop budget are done again, as long as that gets any further.
-                if done_before_repeat.replace(done) == Some(done) {
-                    return Err(RenderError::Stuck { budget: self.loop_budget });
-                }
-                plan.repeat();
-            }
-            let progress = Progress { done, total, elapsed: start.elapsed() };
-            let late = self.settings.time_limit.is_some_and(|limit| {
-                // A pass that would not end in time is not begun; the first one always is.
-                progress.elapsed + Duration::from_secs_f64(seconds) > limit
-            });
-            if done < total && (late || on_progress(&progress).is_break()) {
-                stop = true;
-            } else if done == total {
-                let _ = on_progress(&progress);
-            }
-        }
-        let film = self.read_film()?;
-        self.statistics.stopped = self.statistics.samples < total;
-        self.statistics.samples_per_pixel = film.counts().iter().copied().min().unwrap_or(0);
-        self.statistics.render_seconds = start.elapsed().as_secs_f64();
-        Ok(film)
-    }
-
-    /// Compiles the pipeline for good: some drivers do so only when it first runs.
-    fn warm_up(&mut self) -> Result<(), RenderError> {
-        let push = Push { end_slot: 0, ..self.push };
-        let (pipeline, set) = (&self.pipeline, &self.bands[0].set);
-        let ticket = self.timeline.submit(|r| r.dispatch(pipeline, set, bytemuck::bytes_of(&push), [1, 1, 1]))?;
-        self.timeline.wait(&ticket)?;
-        Ok(())
-    }
-
-    fn clear_film(&mut self) -> Result<(), RenderError> {
-        let (bands, counters, queue_pool) = (&self.bands, &self.counters, &self.queue[1]);
-        let ticket = self.timeline.submit(|r| {
-            for band in bands {
-                r.clear(&band.film);
-            }
-            r.clear(queue_pool);
-            r.clear(counters);
-            r.barrier(Access::Transfer, Access::Compute);
-        })?;
-        self.timeline.wait(&ticket)?;
-        Ok(())
-    }
-
-    fn submit(&mut self, work: &Work, readback: usize) -> Result<Ticket, RenderError> {
-        let band = &self.bands[work.band];
-        let push = Push {
-            first_slot: work.first_slot,
-            end_slot: work.end_slot,
-            target_samples: work.target_samples,
-            max_new_samples: work.new_samples,
-            band_first: band.first,
-            ..self.push
+        let film = match self.settings.adaptive {
+            None => self.render_uniform(&mut watch)?,
+            Some(adaptive) => self.render_adaptive(&adaptive, &mut watch)?,
         };
-        let groups = (work.end_slot - work.first_slot).div_ceil(self.slots_per_group);
-        let stage = self.stage;
-        let (pipeline, counters, readback) = (&self.pipeline, &self.counters, &self.readbacks[readback]);
-        let ticket = self.timeline.submit(|r| {
-            r.timed(stage, |r| r.dispatch(pipeline, &band.set, bytemuck::bytes_of(&push), [groups, 1, 1]));
-            // Counters: read what this dispatch counted, then start the next one from zero. The film needs the
-            // same order: the next dispatch may go on with the same pixels.
-            r.barrier(Access::Compute, Access::Transfer);
-            r.copy(counters, 0, readback, 0, size_of::<Counters>() as u64);
-            r.barrier(Access::Transfer, Access::Transfer);
-            r.clear(counters);
-            r.barrier(Access::Transfer, Access::Compute);
-            r.barrier(Access::Compute, Access::Compute);
-            r.barrier(Access::Transfer, Access::Host);
-        })?;
-        Ok(ticket)
-    }
-
-    fn read_counters(&self, readback: usize) -> Result<Counters, RenderError> {
-        let bytes = mapped(&self.readbacks[readback])?;
-        Ok(*bytemuck::from_bytes(&bytes[..size_of::<Counters>()]))
-    }
-
-    fn read_film(&mut self) -> Result<Film, RenderError> {
-        let mut film = Film::new(self.width, self.height);
-        for band in &self.bands {
-            let bytes = u64::from(band.slots) * size_of::<FilmSlot>() as u64;
-            let readback = Buffer::new(&self.device, "film readback", bytes, Usage::Readback)?;
-            let ticket = self.timeline.submit(|r| {
-                r.barrier(Access::Compute, Access::Transfer);
-                r.copy(&band.film, 0, &readback, 0, bytes);
-                r.barrier(Access::Transfer, Access::Host);
-            })?;
-            self.timeline.wait(&ticket)?;
-            film.read_slots(band.first, bytemuck::cast_slice(&mapped(&readback)?[..bytes as usize]));
-        }
+        self.statistics.count_pixels(&film);
+        self.statistics.render_seconds = watch.elapsed().as_secs_f64();
         Ok(film)
     }
-}
 
-fn mapped(buffer: &Buffer) -> Result<&[u8], RenderError> {
-    buffer.mapped().ok_or_else(|| RenderError::Settings("the driver does not map read-back memory".to_owned()))
+    /// The same number of samples in every pixel.
+    fn render_uniform(&mut self, watch: &mut Watch<'_>) -> Result<Film, RenderError> {
+        watch.total = u64::from(self.width) * u64::from(self.height) * u64::from(self.settings.samples);
+        self.pass(self.whole_film(), 0, self.settings.samples, watch)?;
+        self.statistics.stopped = self.statistics.samples < watch.total;
+        self.read_film()
+    }
 }
 
 pub(crate) fn push_constants(scene: &Scene, settings: &RenderSettings) -> Push {

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use super::error::RenderError;
 use crate::scene::Scene;
 
 use super::features::Feature;
@@ -51,11 +52,48 @@ pub enum Scheduler {
     Queue,
 }
 
+/// Samples where they do most for the noise of the image, until it is low enough.
+///
+/// The noise of an image is √(mean of v/(x² + 0.01)) over pixels and channels: x is the radiance, v the variance that its
+/// estimate has by chance. It is the root of the `relMSE` that [`compare`](crate::image::metrics::compare) finds
+/// against the exact image. 0.01 is low noise, 0.1 a preview.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Adaptive {
+    /// The noise at which sampling stops, above 0 (or 0, if `mean_samples` stops it).
+    pub noise: f64,
+    /// Stop at the latest when more samples per pixel than this would be taken in the mean.
+    pub mean_samples: Option<u32>,
+}
+
+impl Adaptive {
+    /// Stops at a noise.
+    pub fn to_noise(noise: f64) -> Self {
+        Self { noise, mean_samples: None }
+    }
+
+    /// Checks the goal for an image of `pixels` with at most `samples` each.
+    pub(super) fn check(&self, pixels: u64, samples: u32) -> Result<(), RenderError> {
+        let fail = |problem: String| Err(RenderError::Settings(problem));
+        if !self.noise.is_finite() || self.noise < 0.0 || (self.noise == 0.0 && self.mean_samples.is_none()) {
+            return fail(format!("the noise to stop at is {}, expected a number above 0", self.noise));
+        }
+        if samples < 2 {
+            return fail(format!("noise cannot be estimated from {samples} sample per pixel, expected at least 2"));
+        }
+        if pixels < 2 {
+            return fail("adaptive sampling needs an image of at least 2 pixels, found 1".to_owned());
+        }
+        Ok(())
+    }
+}
+
 /// Settings of a rendering. [`RenderSettings::of`] takes them from the scene; the default has no samples.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RenderSettings {
-    /// Samples per pixel.
+    /// Samples per pixel; with adaptive sampling, the most that a pixel gets.
     pub samples: u32,
+    /// Sample adaptively; `None`: all pixels alike.
+    pub adaptive: Option<Adaptive>,
     /// Selects the random numbers; images of different seeds are independent.
     pub seed: u32,
     /// Random numbers.

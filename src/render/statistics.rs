@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use crate::gpu::StageTime;
 
+use super::film::Film;
 use super::layout::Counters;
 
 /// How far a rendering is.
@@ -11,10 +12,23 @@ use super::layout::Counters;
 pub struct Progress {
     /// Samples done, over all pixels.
     pub done: u64,
-    /// Samples to do, over all pixels.
+    /// Samples to do, over all pixels; with adaptive sampling, as many as are expected.
     pub total: u64,
     /// Time since the first dispatch.
     pub elapsed: Duration,
+}
+
+/// What adaptive sampling reached. Noise is defined at [`Adaptive`](super::Adaptive).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AdaptiveStatistics {
+    /// Estimated noise of the image.
+    pub noise: f64,
+    /// Estimated noise of the tile of 8×8 pixels that has the most.
+    pub noisiest_tile: f64,
+    /// Times that samples were handed out.
+    pub rounds: u32,
+    /// Samples, over all pixels, that served decisions only and are not in the film.
+    pub unused_samples: u64,
 }
 
 /// What a rendering did.
@@ -30,6 +44,12 @@ pub struct RenderStatistics {
     pub samples: u64,
     /// Fewest samples of any pixel.
     pub samples_per_pixel: u32,
+    /// Mean of the samples in the pixels' means.
+    pub mean_samples_per_pixel: f64,
+    /// Most samples of any pixel.
+    pub most_samples_per_pixel: u32,
+    /// What adaptive sampling reached, if it came as far as an estimate.
+    pub adaptive: Option<AdaptiveStatistics>,
     /// Closest-hit rays.
     pub rays: u64,
     /// Shadow rays.
@@ -47,6 +67,14 @@ pub struct RenderStatistics {
 }
 
 impl RenderStatistics {
+    /// Fewest, mean and most samples of the film's pixels.
+    pub(super) fn count_pixels(&mut self, film: &Film) {
+        let counts = film.counts();
+        self.samples_per_pixel = counts.iter().copied().min().unwrap_or(0);
+        self.most_samples_per_pixel = counts.iter().copied().max().unwrap_or(0);
+        self.mean_samples_per_pixel = counts.iter().map(|&n| f64::from(n)).sum::<f64>() / counts.len() as f64;
+    }
+
     /// Adds what one dispatch counted, and how long its stages took.
     pub(super) fn add(&mut self, counters: &Counters, stages: &[StageTime]) {
         self.samples += u64::from(counters.samples);

@@ -1,4 +1,5 @@
-//! OpenEXR: 32-bit float, ZIP compressed, with the noise estimate as the layer `variance`.
+//! OpenEXR: 32-bit float, ZIP compressed, with the noise estimate as the layer `variance` and the numbers of samples
+//! as the 32-bit integer channel `samples`.
 
 use std::io::{self, Cursor, Write};
 
@@ -19,10 +20,12 @@ use crate::image::{Image, Metadata, Variance};
 const PREFIX: &str = "photolith.";
 /// The attribute that holds [`Variance::batches`].
 const BATCHES: &str = "photolith.variance.batches";
+/// The channel that holds the number of samples of each pixel.
+const COUNTS: &str = "samples";
 const COLOR: [&str; 3] = ["R", "G", "B"];
 const VARIANCE: [&str; 3] = ["variance.R", "variance.G", "variance.B"];
 
-/// Writes channels R, G, B and, where there is an estimate, variance.R, variance.G, variance.B.
+/// Writes channels R, G, B and, where known, variance.R, variance.G, variance.B and samples.
 pub(super) fn encode(image: &Image, metadata: &Metadata, writer: &mut impl Write) -> io::Result<()> {
     let mut channels = SmallVec::new();
     let mut add = |names: [&str; 3], values: &[[f32; 3]]| {
@@ -35,6 +38,9 @@ pub(super) fn encode(image: &Image, metadata: &Metadata, writer: &mut impl Write
     if let Some(variance) = image.variance() {
         add(VARIANCE, &variance.of_mean);
         attributes.other.insert(text(BATCHES), AttributeValue::Text(text(&variance.batches.to_string())));
+    }
+    if let Some(counts) = image.counts() {
+        channels.push(AnyChannel::new(COUNTS, FlatSamples::U32(counts.to_vec())));
     }
     for (key, value) in metadata.iter() {
         attributes.other.insert(text(&format!("{PREFIX}{key}")), AttributeValue::Text(text(value)));
@@ -109,7 +115,13 @@ pub(super) fn decode(bytes: &[u8]) -> Result<(Image, Metadata), DecodeError> {
     };
     // The sizes were checked with the headers.
     let (width, height) = (layer.size.0 as u32, layer.size.1 as u32);
-    let image = Image::from_pixels(width, height, triple(layer, &COLOR.map(|c| format!("{prefix}{c}")))?)?;
+    let mut image = Image::from_pixels(width, height, triple(layer, &COLOR.map(|c| format!("{prefix}{c}")))?)?;
+    // Other programs' channels of that name may hold something else.
+    if let Some(FlatSamples::U32(counts)) = channel(layer, COUNTS).map(|c| &c.sample_data)
+        && counts.len() == image.pixels().len()
+    {
+        image = image.with_counts(counts.clone())?;
+    }
 
     let mut metadata = Metadata::new();
     let mut batches = None;

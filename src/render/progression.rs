@@ -1,0 +1,126 @@
+//! An image on its way to a noise, sampled adaptively without bias.
+//!
+//! Counts that depend on the samples they count bias an image: pixels that happen to look converged, often because
+//! they have missed rare bright light, stop early (Kirk and Arvo, "Unbiased sampling techniques for image synthesis",
+//! SIGGRAPH 1991). So the pixels of each tile are two halves, like the fields of a chessboard, which share no random
+//! numbers. Each half decides for itself, from its own samples alone, which counts it would need; then the halves
+//! exchange their counts. A pixel's mean is over a number of samples that is independent of them, and therefore
+//! unbiased, whatever the decisions are. Samples beyond the count that the other half asks for serve decisions only
+//! and are left out; nothing else is lost, least of all the convergence of one long Sobol sequence in each pixel.
+
+use super::allocation::{Allocation, Estimate, Goal, Ladder};
+use super::film::{Film, pixel_of_slot};
+use super::layout::FilmSlot;
+use super::tiles::{TILE, Tile, half_of, richardson};
+
+/// The tiles, and what the halves have decided.
+#[derive(Debug)]
+pub(crate) struct Progression {
+    pub ladder: Ladder,
+    pub tiles: Vec<Tile>,
+    /// Half h is sampled to the rungs of both, and keeps those of half 1 − h.
+    halves: [Allocation; 2],
+}
+
+impl Progression {
+    /// No samples yet.
+    pub fn new(ladder: Ladder, width: u32, height: u32) -> Self {
+        let tiles_x = width.div_ceil(8) as usize;
+        let count = tiles_x * height.div_ceil(8) as usize;
+        let half = Allocation::new(tiles_x, count, &ladder);
+        let tiles = (0..count).map(|t| Tile::new(t as u32, width, height)).collect();
+        Self { tiles, halves: [half.clone(), half], ladder }
+    }
+
+    /// Tiles that have not reached the rungs of both halves, in increasing order.
+    pub fn wanting(&self) -> impl Iterator<Item = usize> {
+        let wanted = |&t: &usize| self.halves.iter().any(|h| h.rungs()[t] >= self.tiles[t].next_rung());
+        (0..self.tiles.len()).filter(wanted)
+    }
+
+    /// Whether both halves have come to an end.
+    pub fn is_finished(&self) -> bool {
+        self.halves.iter().all(Allocation::is_finished)
+    }
+
+    /// Mean samples per pixel that the goal is expected to take.
+    pub fn expected_samples(&self) -> f64 {
+        self.halves.iter().map(|h| h.expected_samples).fold(0.0, f64::max)
+    }
+
+    /// Lets both halves decide.
+    pub fn decide(&mut self, goal: &Goal) {
+        for (h, half) in self.halves.iter_mut().enumerate().filter(|(_, half)| !half.is_finished()) {
+            let estimates: Vec<_> =
+                self.tiles.iter().zip(half.rungs()).map(|(tile, &rung)| tile.estimate(h, rung)).collect();
+            half.step(&self.ladder, &estimates, goal);
+        }
+        for (t, tile) in self.tiles.iter_mut().enumerate() {
+            tile.forget_below(self.halves.iter().map(|h| h.rungs()[t]).min().unwrap_or(0));
+        }
+    }
+
+    /// The rung that the pixels of a slot of a tile are kept at: the one that the other half decided on.
+    fn rung(&self, tile: usize, half: usize) -> usize {
+        self.halves[1 - half].rungs()[tile]
+    }
+
+    /// Puts the pixels into the film.
+    pub fn develop(&self, film: &mut Film) {
+        self.develop_at(film, |tile, half| self.rung(tile, half));
+    }
+
+    /// As [`Self::develop`], but each half by its own counts: biased, for the test that shows it.
+    #[cfg(test)]
+    pub fn develop_by_own_counts(&self, film: &mut Film) {
+        self.develop_at(film, |tile, half| self.halves[half].rungs()[tile]);
+    }
+
+    fn develop_at(&self, film: &mut Film, rung_of: impl Fn(usize, usize) -> usize) {
+        for (t, tile) in self.tiles.iter().enumerate() {
+            for i in 0..TILE {
+                let rung = rung_of(t, half_of(i));
+                let pixel = pixel_of_slot((t * TILE + i) as u32, film.width(), film.height());
+                if let (Some(pixel), Some(sum)) = (pixel, tile.sum(i, rung)) {
+                    film.put(pixel, sum, self.ladder.count(rung));
+                }
+            }
+        }
+    }
+
+    /// Puts pixels that have not reached their rungs into the film, as far as they have come.
+    pub fn develop_partly(&self, film: &mut Film, first: u32, slots: &[FilmSlot]) {
+        for (i, slot) in slots.iter().enumerate() {
+            let index = first as usize + i;
+            let tile = index / TILE;
+            let unfinished = self.rung(tile, half_of(index % TILE)) >= self.tiles[tile].next_rung();
+            let pixel = pixel_of_slot(index as u32, film.width(), film.height());
+            if let (Some(pixel), true) = (pixel, unfinished) {
+                film.put(pixel, std::array::from_fn(|c| slot.total(c)), slot.count);
+            }
+        }
+    }
+
+    /// The noise of the image and that of its noisiest tile: root of the mean relative variance. `None` before there
+    /// are two rungs. Each half is judged at the counts of the other one, which its own luck has not chosen.
+    pub fn noise(&self) -> Option<(f64, f64)> {
+        if self.tiles.iter().any(|tile| tile.next_rung() < 2) {
+            return None;
+        }
+        let at = |t: usize, back: usize| {
+            let estimate = |half: usize| {
+                let rung = self.rung(t, half).min(self.tiles[t].next_rung() - 1);
+                self.tiles[t].estimate(half, rung - back.min(rung))
+            };
+            let (a, b) = (estimate(0), estimate(1));
+            Estimate { error: a.error + b.error, values: a.values + b.values }
+        };
+        let all: Vec<_> = (0..self.tiles.len()).map(|t| at(t, 0)).collect();
+        let error: f64 = all.iter().map(|e| e.error).sum();
+        let values: f64 = all.iter().map(|e| e.values).sum();
+        let before: f64 = (0..self.tiles.len()).map(|t| at(t, 1).error).sum();
+        let part = if before > 0.0 { richardson(error / before) } else { 1.0 };
+        let noisiest = all.iter().map(|e| e.error / e.values).fold(0.0, f64::max);
+        Some(((part * error / values).sqrt(), (part * noisiest).sqrt()))
+    }
+}

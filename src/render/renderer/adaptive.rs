@@ -1,0 +1,84 @@
+//! Adaptive sampling on the device: passes over the tiles that are wanted, until the goal is reached.
+
+use super::super::allocation::{Goal, Ladder};
+use super::super::error::RenderError;
+use super::super::film::Film;
+use super::super::plan::tile_spans;
+use super::super::progression::Progression;
+use super::super::settings::Adaptive;
+use super::super::statistics::AdaptiveStatistics;
+use super::super::tiles::TILE;
+use super::Renderer;
+use super::passes::Watch;
+
+impl Renderer {
+    /// Renders until both halves of the image have reached the goal.
+    pub(super) fn render_adaptive(&mut self, adaptive: &Adaptive, watch: &mut Watch<'_>) -> Result<Film, RenderError> {
+        let goal = Goal { variance: adaptive.noise.powi(2), mean_samples: adaptive.mean_samples.map(f64::from) };
+        let ladder = Ladder::new(self.settings.samples, adaptive.mean_samples);
+        let mut image = Progression::new(ladder, self.width, self.height);
+        let pixels = u64::from(self.width) * u64::from(self.height);
+        let mut rounds = 0;
+        let complete = loop {
+            watch.total = (image.expected_samples() * pixels as f64) as u64;
+            if image.wanting().next().is_some() {
+                self.raise(&mut image, watch)?;
+                rounds += 1;
+                if image.wanting().next().is_some() {
+                    break false;
+                }
+            } else if image.is_finished() {
+                break true;
+            } else if watch.stop {
+                break false;
+            } else {
+                image.decide(&goal);
+            }
+        };
+        let mut film = Film::new(self.width, self.height);
+        image.develop(&mut film);
+        if !complete {
+            // What was sampled on the way to rungs that are wanted is kept.
+            self.read_slots(&self.whole_film(), |first, slots| image.develop_partly(&mut film, first, slots))?;
+        }
+        let used: u64 = film.counts().iter().map(|&n| u64::from(n)).sum();
+        let noise = image.noise();
+        self.statistics.stopped = !complete && noise.is_none_or(|(noise, _)| noise > adaptive.noise);
+        self.statistics.adaptive = noise.map(|(noise, noisiest_tile)| AdaptiveStatistics {
+            noise,
+            noisiest_tile,
+            rounds,
+            unused_samples: self.statistics.samples.saturating_sub(used),
+        });
+        Ok(film)
+    }
+
+    /// Brings tiles to the rungs that are wanted of them, from the lowest up, and reads them; or less far if the watch
+    /// says stop.
+    fn raise(&mut self, image: &mut Progression, watch: &mut Watch<'_>) -> Result<(), RenderError> {
+        let bands: Vec<_> = self.bands.iter().map(|b| b.first).collect();
+        for rung in 0..image.ladder.len() {
+            let spans = tile_spans(image.wanting().filter(|&t| image.tiles[t].next_rung() == rung), &bands);
+            if spans.is_empty() {
+                continue;
+            }
+            let done = if rung > 0 { image.ladder.count(rung - 1) } else { 0 };
+            let before = self.statistics.samples;
+            let pixels = self.pixels(&spans);
+            self.pass(spans.clone(), done, image.ladder.count(rung), watch)?;
+            if self.statistics.samples - before < pixels * u64::from(image.ladder.count(rung) - done) {
+                return Ok(());
+            }
+            let Progression { ladder, tiles, .. } = image;
+            self.read_slots(&spans, |first, slots| {
+                for (i, slots) in slots.chunks_exact(TILE).enumerate() {
+                    tiles[first as usize / TILE + i].read(ladder, slots);
+                }
+            })?;
+            if watch.stop {
+                return Ok(());
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,203 @@
+//! What the device does for a rendering: passes over the film, and reading it. Every wait of the host is in this file.
+
+use std::collections::VecDeque;
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+use super::super::error::RenderError;
+use super::super::film::{Film, pixels_in};
+use super::super::layout::{Counters, FilmSlot, Push};
+use super::super::plan::{Plan, Span, Work};
+use super::super::statistics::Progress;
+use super::{IN_FLIGHT, Renderer};
+use crate::gpu::{Access, Buffer, Ticket, Usage};
+
+/// When a rendering has to end, and who wants to know how far it is.
+pub(super) struct Watch<'a> {
+    start: Instant,
+    last_finished: Instant,
+    limit: Option<Duration>,
+    on_progress: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    /// Samples to do, over all pixels: for the reports of progress only.
+    pub total: u64,
+    /// No further dispatch may begin.
+    pub stop: bool,
+}
+
+impl<'a> Watch<'a> {
+    /// Begins now.
+    pub fn new(limit: Option<Duration>, on_progress: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Self {
+        let start = Instant::now();
+        Self { start, last_finished: start, limit, on_progress, total: 0, stop: false }
+    }
+
+    /// Time since the beginning.
+    pub fn elapsed(&self) -> Duration {
+        self.start.elapsed()
+    }
+}
+
+impl Renderer {
+    /// All slots of the film, a span for each band.
+    pub(super) fn whole_film(&self) -> Vec<Span> {
+        let span = |(band, b): (usize, &super::Band)| Span { band, first_slot: b.first, end_slot: b.first + b.slots };
+        self.bands.iter().enumerate().map(span).collect()
+    }
+
+    /// Pixels in `spans`.
+    pub(super) fn pixels(&self, spans: &[Span]) -> u64 {
+        spans.iter().map(|s| pixels_in(s.first_slot, s.end_slot, self.width, self.height)).sum()
+    }
+
+    /// Brings the pixels of `spans` from `done` samples to `samples`, or less far if the watch says stop.
+    pub(super) fn pass(
+        &mut self,
+        spans: Vec<Span>,
+        done: u32,
+        samples: u32,
+        watch: &mut Watch<'_>,
+    ) -> Result<(), RenderError> {
+        let end = self.statistics.samples + self.pixels(&spans) * u64::from(samples - done);
+        let mut plan = Plan::new(spans, done, samples, &self.pace);
+        let mut in_flight: VecDeque<(Ticket, Work, Instant, usize)> = VecDeque::new();
+        let mut done_before_repeat = None;
+        loop {
+            while !watch.stop && in_flight.len() < IN_FLIGHT {
+                let Some(work) = plan.next(&self.pace) else { break };
+                let readback = (self.statistics.dispatches % IN_FLIGHT as u64) as usize;
+                let ticket = self.submit(&work, readback)?;
+                self.statistics.dispatches += 1;
+                in_flight.push_back((ticket, work, Instant::now(), readback));
+            }
+            let Some((ticket, work, submitted, readback)) = in_flight.pop_front() else { return Ok(()) };
+            let stages = self.timeline.wait(&ticket)?;
+            let now = Instant::now();
+            // The device works on one submission at a time: this one began when its predecessor ended.
+            let seconds = now.duration_since(submitted.max(watch.last_finished)).as_secs_f64();
+            watch.last_finished = now;
+            let counters = self.read_counters(readback)?;
+            if counters.truncated > 0 {
+                return Err(RenderError::Truncated { count: counters.truncated });
+            }
+            self.statistics.add(&counters, &stages);
+            let done = self.statistics.samples;
+            if !plan.is_repeating() {
+                self.pace.measured(&work, seconds);
+            }
+            if in_flight.is_empty() && plan.is_over() && done < end && !watch.stop {
+                // Samples that ran out of loop budget are done again, as long as that gets any further.
+                if done_before_repeat.replace(done) == Some(done) {
+                    return Err(RenderError::Stuck { budget: self.loop_budget });
+                }
+                plan.repeat(&self.pace);
+            }
+            let progress = Progress { done, total: watch.total.max(done), elapsed: watch.elapsed() };
+            // A dispatch that would not end in time is not begun; the first one always is.
+            let late = watch.limit.is_some_and(|limit| progress.elapsed + Duration::from_secs_f64(seconds) > limit);
+            watch.stop |= (watch.on_progress)(&progress).is_break() || late;
+        }
+    }
+
+    /// Compiles the pipeline for good: some drivers do so only when it first runs.
+    pub(super) fn warm_up(&mut self) -> Result<(), RenderError> {
+        let push = Push { end_slot: 0, ..self.push };
+        let (pipeline, set) = (&self.pipeline, &self.bands[0].set);
+        let ticket = self.timeline.submit(|r| r.dispatch(pipeline, set, bytemuck::bytes_of(&push), [1, 1, 1]))?;
+        self.timeline.wait(&ticket)?;
+        Ok(())
+    }
+
+    /// Begins a rendering: no samples, nothing counted.
+    pub(super) fn clear_film(&mut self) -> Result<(), RenderError> {
+        let (bands, counters, queue_pool) = (&self.bands, &self.counters, &self.queue[1]);
+        let ticket = self.timeline.submit(|r| {
+            for band in bands {
+                r.clear(&band.film);
+            }
+            r.clear(queue_pool);
+            r.clear(counters);
+            r.barrier(Access::Transfer, Access::Compute);
+        })?;
+        self.timeline.wait(&ticket)?;
+        Ok(())
+    }
+
+    fn submit(&mut self, work: &Work, readback: usize) -> Result<Ticket, RenderError> {
+        let (bands, slots_per_group, stage) = (&self.bands, self.slots_per_group, self.stage);
+        let (pipeline, counters, readback) = (&self.pipeline, &self.counters, &self.readbacks[readback]);
+        let common = Push { target_samples: work.target_samples, max_new_samples: work.new_samples, ..self.push };
+        let ticket = self.timeline.submit(|r| {
+            r.timed(stage, |r| {
+                for (i, span) in work.spans.iter().enumerate() {
+                    if i > 0 {
+                        // Spans share counters and queue regions.
+                        r.barrier(Access::Compute, Access::Compute);
+                    }
+                    let band = &bands[span.band];
+                    let push =
+                        Push { first_slot: span.first_slot, end_slot: span.end_slot, band_first: band.first, ..common };
+                    let groups = span.slots().div_ceil(slots_per_group);
+                    r.dispatch(pipeline, &band.set, bytemuck::bytes_of(&push), [groups, 1, 1]);
+                }
+            });
+            // Counters: read what this dispatch counted, then start the next one from zero. The film needs the
+            // same order: the next dispatch may go on with the same pixels.
+            r.barrier(Access::Compute, Access::Transfer);
+            r.copy(counters, 0, readback, 0, size_of::<Counters>() as u64);
+            r.barrier(Access::Transfer, Access::Transfer);
+            r.clear(counters);
+            r.barrier(Access::Transfer, Access::Compute);
+            r.barrier(Access::Compute, Access::Compute);
+            r.barrier(Access::Transfer, Access::Host);
+        })?;
+        Ok(ticket)
+    }
+
+    fn read_counters(&self, readback: usize) -> Result<Counters, RenderError> {
+        let bytes = mapped(&self.readbacks[readback])?;
+        Ok(*bytemuck::from_bytes(&bytes[..size_of::<Counters>()]))
+    }
+
+    /// Reads the whole film.
+    pub(super) fn read_film(&mut self) -> Result<Film, RenderError> {
+        let mut film = Film::new(self.width, self.height);
+        self.read_slots(&self.whole_film(), |first, slots| film.read_slots(first, slots))?;
+        Ok(film)
+    }
+
+    /// Reads slots of the film; `visit` gets each span's first slot and its slots.
+    pub(super) fn read_slots(
+        &mut self,
+        spans: &[Span],
+        mut visit: impl FnMut(u32, &[FilmSlot]),
+    ) -> Result<(), RenderError> {
+        let bytes = |slots: u32| u64::from(slots) * size_of::<FilmSlot>() as u64;
+        for spans in spans.chunk_by(|a, b| a.band == b.band) {
+            let band = &self.bands[spans[0].band];
+            let total = spans.iter().map(|s| bytes(s.slots())).sum();
+            let readback = Buffer::new(&self.device, "film readback", total, Usage::Readback)?;
+            let ticket = self.timeline.submit(|r| {
+                r.barrier(Access::Compute, Access::Transfer);
+                let mut end = 0;
+                for span in spans {
+                    let size = bytes(span.slots());
+                    r.copy(&band.film, bytes(span.first_slot - band.first), &readback, end, size);
+                    end += size;
+                }
+                r.barrier(Access::Transfer, Access::Host);
+            })?;
+            self.timeline.wait(&ticket)?;
+            let mut rest: &[FilmSlot] = bytemuck::cast_slice(&mapped(&readback)?[..total as usize]);
+            for span in spans {
+                let (slots, after) = rest.split_at(span.slots() as usize);
+                visit(span.first_slot, slots);
+                rest = after;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn mapped(buffer: &Buffer) -> Result<&[u8], RenderError> {
+    buffer.mapped().ok_or_else(|| RenderError::Settings("the driver does not map read-back memory".to_owned()))
+}
