@@ -1,4 +1,4 @@
-// The film: per slot, 3 vec4: sum.rgb and the sample count (as bits), then compensation.rgb and residue.rgb.
+// The film: per slot, 3 texels: sum.rgb and the sample count (as bits), then compensation.rgb and residue.rgb.
 //
 // A sum is three floats that overlap by no more than a bit: 72 bits. Two would be 48, which is too few for samples that
 // are alike: at a sum of 1e8 a sample of 0.1 is rounded at 3.5e-7, always to the same side, a drift of 1e-7 after 1e9
@@ -17,17 +17,23 @@ struct FilmPixel {
     uint count;
 };
 
+// Samples of a slot so far.
+uint film_count(uint slot) {
+    return floatBitsToUint(imageLoad(film_texels, int(FILM_ROWS * (slot - band_first))).w);
+}
+
 FilmPixel film_load(uint slot) {
-    uint row = FILM_ROWS * (slot - band_first);
-    vec4 a = film[row];
-    return FilmPixel(a.xyz, film[row + 1u].xyz, film[row + 2u].xyz, floatBitsToUint(a.w));
+    int row = int(FILM_ROWS * (slot - band_first));
+    vec4 a = imageLoad(film_texels, row);
+    return FilmPixel(a.xyz, imageLoad(film_texels, row + 1).xyz, imageLoad(film_texels, row + 2).xyz,
+                     floatBitsToUint(a.w));
 }
 
 void film_store(uint slot, FilmPixel p) {
-    uint row = FILM_ROWS * (slot - band_first);
-    film[row] = vec4(p.sum, uintBitsToFloat(p.count));
-    film[row + 1u] = vec4(p.compensation, 0.0);
-    film[row + 2u] = vec4(p.residue, 0.0);
+    int row = int(FILM_ROWS * (slot - band_first));
+    imageStore(film_texels, row, vec4(p.sum, uintBitsToFloat(p.count)));
+    imageStore(film_texels, row + 1, vec4(p.compensation, 0.0));
+    imageStore(film_texels, row + 2, vec4(p.residue, 0.0));
 }
 
 // a + b = sum + error exactly where |a| >= |b| (Dekker 1971).

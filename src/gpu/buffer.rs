@@ -16,6 +16,8 @@ pub(crate) enum Usage {
     Storage,
     /// Read by shaders through a typed view; on the device.
     Texel(vk::Format),
+    /// Read and written by shaders through a typed view; on the device.
+    StorageTexel(vk::Format),
     /// Written by the host, source of copies.
     Upload,
     /// Read by the host, destination of copies.
@@ -27,6 +29,7 @@ pub(crate) struct Buffer {
     pub raw: vk::Buffer,
     pub view: vk::BufferView,
     pub bytes: u64,
+    usage: Usage,
     allocation: Option<Allocation>,
     device: Arc<Device>,
 }
@@ -57,14 +60,15 @@ impl Buffer {
                     MemoryLocation::GpuOnly,
                 )
             }
-            Usage::Texel(_) => {
+            Usage::Texel(_) | Usage::StorageTexel(_) => {
                 if bytes / 16 > device.info.max_texel_elements {
                     return Err(too_large(device.info.max_texel_elements.saturating_mul(16), "texel buffer"));
                 }
-                (
-                    vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER | vk::BufferUsageFlags::TRANSFER_DST,
-                    MemoryLocation::GpuOnly,
-                )
+                let shader = match usage {
+                    Usage::Texel(_) => vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER,
+                    _ => vk::BufferUsageFlags::STORAGE_TEXEL_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC,
+                };
+                (shader | vk::BufferUsageFlags::TRANSFER_DST, MemoryLocation::GpuOnly)
             }
             Usage::Upload => (vk::BufferUsageFlags::TRANSFER_SRC, MemoryLocation::CpuToGpu),
             Usage::Readback => (vk::BufferUsageFlags::TRANSFER_DST, MemoryLocation::GpuToCpu),
@@ -74,7 +78,7 @@ impl Buffer {
         // SAFETY: a live device; the size is not 0.
         let raw = unsafe { device.raw.create_buffer(&info, None) }.map_err(|e| no_memory(e.to_string()))?;
         let mut buffer =
-            Self { raw, view: vk::BufferView::null(), bytes, allocation: None, device: Arc::clone(device) };
+            Self { raw, view: vk::BufferView::null(), bytes, usage, allocation: None, device: Arc::clone(device) };
         device.name(raw, name);
         // SAFETY: `raw` was just made with this device.
         let requirements = unsafe { device.raw.get_buffer_memory_requirements(raw) };
@@ -99,13 +103,22 @@ impl Buffer {
             buffer.allocation = Some(allocation);
             bound.map_err(|e| no_memory(e.to_string()))?;
         }
-        if let Usage::Texel(format) = usage {
+        if let Usage::Texel(format) | Usage::StorageTexel(format) = usage {
             let view = vk::BufferViewCreateInfo::default().buffer(raw).format(format).range(vk::WHOLE_SIZE);
             // SAFETY: the buffer is bound and has the texel usage; the range was checked above.
             buffer.view = check("vkCreateBufferView", unsafe { device.raw.create_buffer_view(&view, None) })?;
             device.name(buffer.view, name);
         }
         Ok(buffer)
+    }
+
+    /// How shaders see the buffer.
+    pub fn descriptor_type(&self) -> vk::DescriptorType {
+        match self.usage {
+            Usage::Texel(_) => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
+            Usage::StorageTexel(_) => vk::DescriptorType::STORAGE_TEXEL_BUFFER,
+            _ => vk::DescriptorType::STORAGE_BUFFER,
+        }
     }
 
     /// The mapped bytes, where the memory is visible to the host.

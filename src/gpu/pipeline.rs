@@ -66,19 +66,12 @@ pub(crate) struct BindingSet {
 impl BindingSet {
     /// Makes the layout and writes the descriptors. The buffers must outlive the set's use.
     pub fn new(device: &Arc<Device>, bindings: &[Binding<'_>], push_bytes: u32) -> Result<Self, GpuError> {
-        let kind = |buffer: &Buffer| {
-            if buffer.view == vk::BufferView::null() {
-                vk::DescriptorType::STORAGE_BUFFER
-            } else {
-                vk::DescriptorType::UNIFORM_TEXEL_BUFFER
-            }
-        };
         let layout_bindings: Vec<_> = bindings
             .iter()
             .map(|b| {
                 vk::DescriptorSetLayoutBinding::default()
                     .binding(b.number)
-                    .descriptor_type(kind(b.buffer))
+                    .descriptor_type(b.buffer.descriptor_type())
                     .descriptor_count(1)
                     .stage_flags(vk::ShaderStageFlags::COMPUTE)
             })
@@ -103,12 +96,16 @@ impl BindingSet {
         }
         // SAFETY: the set layout was just made with this device; both arrays outlive the call.
         set.layout = check("vkCreatePipelineLayout", unsafe { raw.create_pipeline_layout(&info, None) })?;
-        let count = |wanted| bindings.iter().filter(|b| kind(b.buffer) == wanted).count() as u32;
-        let sizes: Vec<_> = [vk::DescriptorType::STORAGE_BUFFER, vk::DescriptorType::UNIFORM_TEXEL_BUFFER]
-            .into_iter()
-            .map(|ty| vk::DescriptorPoolSize { ty, descriptor_count: count(ty) })
-            .filter(|s| s.descriptor_count > 0)
-            .collect();
+        let count = |wanted| bindings.iter().filter(|b| b.buffer.descriptor_type() == wanted).count() as u32;
+        let sizes: Vec<_> = [
+            vk::DescriptorType::STORAGE_BUFFER,
+            vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
+            vk::DescriptorType::STORAGE_TEXEL_BUFFER,
+        ]
+        .into_iter()
+        .map(|ty| vk::DescriptorPoolSize { ty, descriptor_count: count(ty) })
+        .filter(|s| s.descriptor_count > 0)
+        .collect();
         let info = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
         // SAFETY: live device; `sizes` is not empty, since a set has bindings, and outlives the call.
         set.pool = check("vkCreateDescriptorPool", unsafe { raw.create_descriptor_pool(&info, None) })?;
@@ -126,7 +123,7 @@ impl BindingSet {
             .iter()
             .enumerate()
             .map(|(i, b)| {
-                let ty = kind(b.buffer);
+                let ty = b.buffer.descriptor_type();
                 let write =
                     vk::WriteDescriptorSet::default().dst_set(set.set).dst_binding(b.number).descriptor_type(ty);
                 if ty == vk::DescriptorType::STORAGE_BUFFER {

@@ -28,6 +28,8 @@ use super::tables::Tables;
 use super::upload::upload;
 use passes::Watch;
 
+/// Pixels of a band: 192 MiB.
+const MOST_BAND_SLOTS: u64 = 1 << 22;
 /// Submissions in flight.
 const IN_FLIGHT: usize = 2;
 
@@ -58,7 +60,7 @@ pub struct Renderer {
     statistics: RenderStatistics,
 }
 
-/// A part of the film that fits into one storage buffer.
+/// A part of the film that fits into one texel buffer.
 struct Band {
     first: u32,
     slots: u32,
@@ -95,7 +97,8 @@ impl Renderer {
 
         let (width, height) = (scene.film.width, scene.film.height);
         let slots = slot_count(width, height);
-        let band_slots = (device.info.max_storage_range / size_of::<FilmSlot>() as u64 / 64 * 64).min(1 << 26);
+        let texels = size_of::<FilmSlot>() as u64 / 16;
+        let band_slots = (device.info.max_texel_elements / texels / 64 * 64).min(MOST_BAND_SLOTS);
         if slots > u64::from(u32::MAX) / 2 {
             return Err(RenderError::Settings(format!("an image of {width}×{height} pixels is too large")));
         }
@@ -127,13 +130,14 @@ impl Renderer {
             };
         let regions = if queued { facts.queue_regions } else { 0 };
         let queue_pool = Buffer::new(device, "queue pool", u64::from(regions / 8), Usage::Storage)?;
-        let queue_buffer = Buffer::new(device, "queue", u64::from(regions) * queue::REGION_BYTES, Usage::Storage)?;
+        let queue_buffer =
+            Buffer::new(device, "queue", u64::from(regions) * queue::REGION_BYTES, Usage::StorageTexel(float4))?;
 
         let mut bands = Vec::new();
         let mut first = 0u64;
         while first < slots {
             let count = (slots - first).min(band_slots);
-            let film = Buffer::new(device, "film", count * size_of::<FilmSlot>() as u64, Usage::Storage)?;
+            let film = Buffer::new(device, "film", count * size_of::<FilmSlot>() as u64, Usage::StorageTexel(float4))?;
             let numbers = [binding::TREE, binding::SHAPES, binding::SOBOL, binding::LIGHTS];
             let mut bindings: Vec<_> =
                 numbers.iter().zip(&uploads).map(|(&number, (buffer, _))| Binding { number, buffer }).collect();

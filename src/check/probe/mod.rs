@@ -104,7 +104,8 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
         let storage = |name, bytes: usize| Buffer::new(device, name, bytes as u64, Usage::Storage);
         let input = storage("probe input", BATCH * size_of::<I>())?;
         let output = storage("probe output", BATCH * size_of::<O>())?;
-        let film = storage("film", film_slots.max(1) * size_of::<FilmSlot>())?;
+        let film_bytes = (film_slots.max(1) * size_of::<FilmSlot>()) as u64;
+        let film = Buffer::new(device, "film", film_bytes, Usage::StorageTexel(float4))?;
         let counters = storage("counters", size_of::<Counters>())?;
         let mut buffers = Vec::new();
         for (name, _, format, bytes) in &sources {

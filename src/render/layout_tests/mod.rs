@@ -109,9 +109,9 @@ fn bindings() {
         (binding::SHAPES, "shape_texels", false),
         (binding::SOBOL, "sobol_texels", false),
         (binding::LIGHTS, "light_texels", false),
-        (binding::FILM, "Film", true),
+        (binding::FILM, "film_texels", false),
         (binding::COUNTERS, "Counters", true),
-        (binding::QUEUE, "Queue", true),
+        (binding::QUEUE, "light_of_paths", false),
         (binding::QUEUE_POOL, "QueuePool", true),
     ]
     .map(|(number, name, storage)| (0, number, name.to_owned(), storage));
