@@ -146,7 +146,7 @@ void advance(uvec2 tile_corner, uint tile, uint samples, inout Held h, inout Poc
             later = shadow_needs_tree(shadow, hidden) && wanted;
             if (wanted && !hidden && !later) h.radiance += shadow.radiance;
         }
-        if (held && !alive && !later) imageStore(light_of_paths, int(region + h.slot), vec4(h.radiance, 1.0));
+        if (held && !alive && !later) path_light[region + h.slot] = vec4(h.radiance, 1.0);
 
         // Next rays of living paths and first rays of new ones.
         bool begins = !alive && !later && run.left > 0u && pocket_room(pocket);
@@ -208,9 +208,9 @@ void main() {
     region = r * PATHS;
     uint samples = min(max_new_samples, PATHS / TILE);
     for (uint i = gl_SubgroupInvocationID; i < TILE * samples; i += gl_SubgroupSize) {
-        imageStore(light_of_paths, int(region + i), vec4(0.0));
+        path_light[region + i] = vec4(0.0);
     }
-    subgroupMemoryBarrierImage();
+    subgroupMemoryBarrierBuffer();
     loops += TILE * samples / gl_SubgroupSize;
     uint tiles_x = (width + 7u) / 8u;
     uvec2 tile_corner = 8u * uvec2((tile / 64u) % tiles_x, (tile / 64u) / tiles_x);
@@ -224,7 +224,7 @@ void main() {
         if (!subgroupAny(w.entry != 0u || pocket_waiting(pocket) != 0u)) break;
         walk_pockets(pocket, w, run, h);
     }
-    subgroupMemoryBarrierImage();
+    subgroupMemoryBarrierBuffer();
 
     // ---- the film, in the order of the samples, up to the first sample that did not end
     uint committed = 0u;
@@ -235,7 +235,7 @@ void main() {
             FilmPixel film_pixel = film_load(tile + p);
             uint first = film_pixel.count;
             for (uint s = 0u; s < samples; ++s) {
-                vec4 light = imageLoad(light_of_paths, int(region + s * TILE + p));
+                vec4 light = path_light[region + s * TILE + p];
                 if (light.w == 0.0 || film_pixel.count >= target_samples) break;
                 bad += film_add(film_pixel, light.xyz) ? 0u : 1u;
             }

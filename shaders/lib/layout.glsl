@@ -81,12 +81,12 @@ layout(binding = 0) uniform samplerBuffer tree_texels;     // 4 texels a record,
 layout(binding = 1) uniform samplerBuffer shape_texels;    // spheres and materials, see surface.glsl
 layout(binding = 2) uniform usamplerBuffer sobol_texels;   // see sampler.glsl
 layout(binding = 3) uniform samplerBuffer light_texels;    // see light/
-// Texel buffers also where they are written: on lavapipe a vec4 of a storage buffer is 4 scalar accesses for each lane,
-// all of them unrolled, which took half of the time that the kernels took to compile.
+// A texel buffer although it is written: on lavapipe a vec4 of a storage buffer is 4 scalar accesses for each lane, all
+// of them unrolled, and the film's took half of the time that a kernel took to compile.
 layout(rgba32f, binding = 4) uniform imageBuffer film_texels;   // FILM_ROWS texels a slot, see film.glsl
 const uint FILM_ROWS = 3u;
 layout(std430, binding = 5) buffer Counters { uint counters[]; };
-layout(rgba32f, binding = 6) coherent uniform imageBuffer light_of_paths;   // see path_queue.comp
+layout(std430, binding = 6) coherent buffer PathLight { vec4 path_light[]; };   // see path_queue.comp
 layout(std430, binding = 7) coherent buffer QueuePool { uint pool[]; };
 
 // Indices into `counters`.

@@ -130,8 +130,7 @@ impl Renderer {
             };
         let regions = if queued { facts.queue_regions } else { 0 };
         let queue_pool = Buffer::new(device, "queue pool", u64::from(regions / 8), Usage::Storage)?;
-        let queue_buffer =
-            Buffer::new(device, "queue", u64::from(regions) * queue::REGION_BYTES, Usage::StorageTexel(float4))?;
+        let queue_buffer = Buffer::new(device, "queue", u64::from(regions) * queue::REGION_BYTES, Usage::Storage)?;
 
         let mut bands = Vec::new();
         let mut first = 0u64;

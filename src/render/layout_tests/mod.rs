@@ -111,7 +111,7 @@ fn bindings() {
         (binding::LIGHTS, "light_texels", false),
         (binding::FILM, "film_texels", false),
         (binding::COUNTERS, "Counters", true),
-        (binding::QUEUE, "light_of_paths", false),
+        (binding::QUEUE, "PathLight", true),
         (binding::QUEUE_POOL, "QueuePool", true),
     ]
     .map(|(number, name, storage)| (0, number, name.to_owned(), storage));
