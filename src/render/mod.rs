@@ -9,6 +9,7 @@ mod kernels;
 pub(crate) mod layout;
 #[cfg(test)]
 mod layout_tests;
+mod light_list;
 mod lights;
 mod mutation;
 mod plan;

@@ -1,6 +1,7 @@
 //! The cases, by topic. The numbers of their rows in the literature of renderer tests are not kept: names are.
 
 mod determinism;
+mod emitters;
 mod energy;
 mod film;
 mod glass;
@@ -27,6 +28,7 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
         tree::CASES,
         glass::CASES,
         light::CASES,
+        emitters::CASES,
         energy::CASES,
         scale::CASES,
         film::CASES,
