@@ -3,6 +3,8 @@
 #ifndef MATH_GLSL
 #define MATH_GLSL
 
+#include "layout.glsl"
+
 const float PI = 3.14159265358979;
 const float TWO_PI = 6.28318530717959;
 #define INFINITY uintBitsToFloat(0x7f800000u)
@@ -44,6 +46,8 @@ vec2 cos_sin_2pi(float u) {
     float a2 = a * a;
     float s = a * (1.0 + a2 * (-1.6666667e-1 + a2 * (8.3333333e-3 + a2 * (-1.9841270e-4 + a2 * 2.7557319e-6))));
     float c = 1.0 + a2 * (-0.5 + a2 * (4.1666667e-2 + a2 * (-1.3888889e-3 + a2 * 2.4801587e-5)));
+    // What Vulkan allows the built-in functions.
+    if (MUTATION == MUTATE_SINCOS) s += 4.8828125e-4;
     int k = int(quadrant);
     bool odd = (k & 1) != 0;
     float x = odd ? s : c;
@@ -54,6 +58,7 @@ vec2 cos_sin_2pi(float u) {
 // Natural logarithm of a normal x > 0; error < 2 ulp + 1e-7. Vulkan's log may be off by 5% near 1.
 // x = m·2^e with m in [√½, √2); log m = 2 atanh((m − 1)/(m + 1)) by its series.
 float log_accurate(float x) {
+    if (MUTATION == MUTATE_LOG) return log(x);
     uint bits = floatBitsToUint(x);
     int e = int(bits - 0x3f3504f3u) >> 23;
     float m = uintBitsToFloat(bits - (uint(e) << 23));

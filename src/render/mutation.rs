@@ -32,11 +32,21 @@ pub enum Mutation {
     NonFiniteSamples = 13,
     /// Boxes of triangles are not widened by an ulp (on the host).
     ThinBoxes = 14,
+    /// The film's sums are two floats.
+    TwoFloatSum = 15,
+    /// Sine and cosine as inaccurate as Vulkan allows the built-in ones to be.
+    BuiltInSinCos = 16,
+    /// The built-in logarithm.
+    BuiltInLog = 17,
+    /// Fresnel's equations in plain single precision, without their limits.
+    PlainFresnel = 18,
+    /// Points on triangles by the distance along the ray instead of barycentrics.
+    PointAlongRay = 19,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 19] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -51,6 +61,11 @@ impl Mutation {
         Self::UnguardedRays,
         Self::NonFiniteSamples,
         Self::ThinBoxes,
+        Self::TwoFloatSum,
+        Self::BuiltInSinCos,
+        Self::BuiltInLog,
+        Self::PlainFresnel,
+        Self::PointAlongRay,
     ];
 
     /// What is broken, in words.
@@ -70,6 +85,11 @@ impl Mutation {
             Self::UnguardedRays => "rays that are not finite enter the tree",
             Self::NonFiniteSamples => "NaN and infinite samples added to the film",
             Self::ThinBoxes => "boxes of triangles not widened by an ulp",
+            Self::TwoFloatSum => "film summed in two floats instead of three",
+            Self::BuiltInSinCos => "sine and cosine as inaccurate as Vulkan allows",
+            Self::BuiltInLog => "the driver's logarithm",
+            Self::PlainFresnel => "Fresnel's equations in plain single precision, without their limits",
+            Self::PointAlongRay => "points on triangles by o + t·d instead of barycentrics",
         }
     }
 }

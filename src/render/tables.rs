@@ -255,7 +255,7 @@ fn shines(light: &Light) -> bool {
     light.radiance != [0.0; 3]
 }
 
-/// Builds the tree. Exact copies of a triangle are left out: the first of them is what rays hit, and thousands of them
+/// Builds the tree. Exact copies of a primitive are left out: the first of them is what rays hit, and thousands of them
 /// would all have to be visited.
 fn build_tree(
     primitives: &mut Vec<Primitive>,
@@ -289,15 +289,11 @@ fn build_tree(
 fn is_copy(a: &Primitive, b: &Primitive) -> bool {
     match (a, b) {
         (Primitive::Triangle { vertices: a, .. }, Primitive::Triangle { vertices: b, .. }) => a == b,
+        (Primitive::Sphere { center: a, radius: r, .. }, Primitive::Sphere { center: b, radius: s, .. }) => {
+            a == b && r == s
+        }
         _ => false,
     }
-}
-
-/// Whether single precision leaves the triangle an area. The products of differences of floats are exact in f64 but
-/// for their last bits.
-fn has_area([a, b, c]: [glam::Vec3; 3]) -> bool {
-    let [a, b, c] = [a, b, c].map(|p| p.as_dvec3());
-    (b - a).cross(c - a) != DVec3::ZERO
 }
 
 /// Adds the triangles of a mesh that have an area in single precision; returns their indices in the mesh.
@@ -313,11 +309,7 @@ fn add_triangles(
     let mut added = Vec::with_capacity(mesh.triangles.len());
     for (index, (triangle, &material)) in mesh.triangles.iter().zip(&mesh.triangle_materials).enumerate() {
         let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
-        let vertices = [a, b, c].map(|p| space.point32(p));
-        // A line or a point has no inside, and rounding must not give it one.
-        if !has_area(vertices) {
-            continue;
-        }
+        let Some(vertices) = space.triangle32([a, b, c]) else { continue };
         added.push(index);
         let normal = (b - a).cross(c - a);
         let normal = normal.try_normalize().unwrap_or(DVec3::Z);

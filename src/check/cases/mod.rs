@@ -6,6 +6,7 @@ mod energy;
 mod film;
 mod glass;
 mod light;
+mod lights;
 mod oracle;
 mod sampling;
 mod scale;
@@ -28,6 +29,7 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
         tree::CASES,
         glass::CASES,
         light::CASES,
+        lights::CASES,
         emitters::CASES,
         energy::CASES,
         scale::CASES,

@@ -47,6 +47,8 @@ impl Kernel {
     pub const LOOP: Self = Self { name: "probe loop", spirv: ARITHMETIC, function: 1 };
     /// Synthetic samples into the film.
     pub const ACCUMULATE: Self = Self { name: "probe accumulate", spirv: ACCUMULATE, function: 0 };
+    /// The same after a first sample of 10⁸.
+    pub const ACCUMULATE_AFTER_FIREFLY: Self = Self { function: 1, ..Self::ACCUMULATE };
 }
 
 /// Two words of four floats.
