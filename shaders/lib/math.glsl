@@ -58,14 +58,14 @@ vec2 cos_sin_2pi(float u) {
 // Natural logarithm of a normal x > 0; error < 2 ulp + 1e-7. Vulkan's log may be off by 5% near 1.
 // x = m·2^e with m in [√½, √2); log m = 2 atanh((m − 1)/(m + 1)) by its series.
 float log_accurate(float x) {
-    if (MUTATION == MUTATE_LOG) return log(x);
     uint bits = floatBitsToUint(x);
     int e = int(bits - 0x3f3504f3u) >> 23;
     float m = uintBitsToFloat(bits - (uint(e) << 23));
     float r = (m - 1.0) / (m + 1.0);
     float r2 = r * r;
     float series = r2 * (0.33333333 + r2 * (0.2 + r2 * (0.14285714 + r2 * 0.11111111)));
-    return float(e) * 0.69314718 + 2.0 * (r + r * series);
+    float allowed = MUTATION == MUTATE_LOG ? 4.7683716e-7 : 0.0;
+    return float(e) * 0.69314718 + 2.0 * (r + r * series) + allowed;
 }
 
 // Two unit vectors that make a right-handed orthonormal basis with the unit vector n (Duff et al., JCGT 2017).

@@ -64,7 +64,7 @@ Surface surface_of_record(int record, vec3 o, vec3 d, float t) {
     vec3 p0 = b.x * q0.xyz;
     vec3 p1 = b.y * q1.xyz;
     vec3 p2 = b.z * q2.xyz;
-    vec3 p = MUTATION == MUTATE_POINT ? o + t * d : p0 + p1 + p2;
+    vec3 p = p0 + p1 + p2;
     const float gamma7 = 4.2e-7;
     float curvature = 0.0;
     float offset = MUTATION == MUTATE_OFFSET ? 0.0 : gamma7 * dot(abs(p0) + abs(p1) + abs(p2), abs(n));

@@ -22,7 +22,6 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::TwoFloatSum => &["film/after-firefly"],
         Mutation::BuiltInSinCos => &["sampling/cos-sin"],
         Mutation::BuiltInLog => &["sampling/log"],
-        Mutation::PlainFresnel => &["glass/fresnel", "glass/fresnel-grazing"],
-        Mutation::PointAlongRay => &["triangles/spawn-flat"],
+        Mutation::PlainFresnel => &["glass/fresnel"],
     }
 }
