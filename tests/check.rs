@@ -127,11 +127,24 @@ fn reports_are_well_formed() {
     assert!(xml.ends_with("</testsuites>\n"));
 
     // Two drivers side by side.
-    let page = markdown(&[report.clone(), report]);
+    let mut other = report.clone();
+    other.devices[0].driver = "another".to_owned();
+    let page = markdown(&[report.clone(), other]);
     let row = page.lines().find(|l| l.starts_with("| `energy/black`")).unwrap();
     let head = page.lines().find(|l| l.starts_with("| case | what")).unwrap();
     assert_eq!(row.matches(" | ").count(), head.matches(" | ").count(), "{row}");
     assert!(head.ends_with("| A | B |"), "{head}");
+
+    // Two runs of one driver.
+    let split = |keep: &str| {
+        let mut part = report.clone();
+        part.devices[0].cases.retain(|c| c.name == keep);
+        part
+    };
+    let page = markdown(&[split("energy/black"), split("sampling/log")]);
+    let head = page.lines().find(|l| l.starts_with("| case | what")).unwrap();
+    assert!(head.ends_with("| threshold | A |"), "{head}");
+    assert!(page.contains("2 of 2 pass") && page.find("`sampling/log`") < page.find("`energy/black`"), "{page}");
 }
 
 #[test]

@@ -52,7 +52,7 @@ void film_add_channel(inout float sum, inout float compensation, inout float res
     float s, e, c, r;
     two_sum(sum, x, s, e);
     two_sum(compensation, e, c, r);
-    precise float low = residue + r;
+    precise float low = MUTATION == MUTATE_RESIDUE ? 0.0 : residue + r;
     // Renormalise, or the lower parts would in the end be plain sums themselves.
     float middle;
     fast_two_sum(s, c, sum, middle);

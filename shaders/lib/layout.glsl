@@ -75,6 +75,10 @@ const uint MUTATE_SPHERE = 10u;
 const uint MUTATE_FILM = 11u;
 const uint MUTATE_GUARD = 12u;
 const uint MUTATE_FINITE = 13u;
+const uint MUTATE_RESIDUE = 15u;
+const uint MUTATE_SINCOS = 16u;
+const uint MUTATE_LOG = 17u;
+const uint MUTATE_FRESNEL = 18u;
 
 // ---- bindings
 layout(binding = 0) uniform samplerBuffer tree_texels;     // 4 texels a record, see intersect/tree.glsl

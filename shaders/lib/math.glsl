@@ -3,6 +3,8 @@
 #ifndef MATH_GLSL
 #define MATH_GLSL
 
+#include "layout.glsl"
+
 const float PI = 3.14159265358979;
 const float TWO_PI = 6.28318530717959;
 #define INFINITY uintBitsToFloat(0x7f800000u)
@@ -44,6 +46,8 @@ vec2 cos_sin_2pi(float u) {
     float a2 = a * a;
     float s = a * (1.0 + a2 * (-1.6666667e-1 + a2 * (8.3333333e-3 + a2 * (-1.9841270e-4 + a2 * 2.7557319e-6))));
     float c = 1.0 + a2 * (-0.5 + a2 * (4.1666667e-2 + a2 * (-1.3888889e-3 + a2 * 2.4801587e-5)));
+    // What Vulkan allows the built-in functions.
+    if (MUTATION == MUTATE_SINCOS) s += 4.8828125e-4;
     int k = int(quadrant);
     bool odd = (k & 1) != 0;
     float x = odd ? s : c;
@@ -60,7 +64,8 @@ float log_accurate(float x) {
     float r = (m - 1.0) / (m + 1.0);
     float r2 = r * r;
     float series = r2 * (0.33333333 + r2 * (0.2 + r2 * (0.14285714 + r2 * 0.11111111)));
-    return float(e) * 0.69314718 + 2.0 * (r + r * series);
+    float allowed = MUTATION == MUTATE_LOG ? 4.7683716e-7 : 0.0;
+    return float(e) * 0.69314718 + 2.0 * (r + r * series) + allowed;
 }
 
 // Two unit vectors that make a right-handed orthonormal basis with the unit vector n (Duff et al., JCGT 2017).

@@ -146,15 +146,25 @@ impl Lab {
         self.kernel(scene, function.kernel(), 1)?.run(inputs)
     }
 
-    /// A kernel that needs no particular scene.
+    /// A kernel specialised for `scene`.
     pub(crate) fn kernel<I: Pod, O: Pod>(
         &self,
         scene: &Scene,
         kernel: Kernel,
         film_slots: usize,
     ) -> Result<Probe<I, O>, CheckError> {
-        let settings = self.settings(scene);
-        let (_, tables) = tables_of(scene, &settings);
-        Probe::new(&self.context, kernel, scene, &tables, &settings, film_slots)
+        self.kernel_with(scene, &self.settings(scene), kernel, film_slots)
+    }
+
+    /// The same with other settings.
+    pub(crate) fn kernel_with<I: Pod, O: Pod>(
+        &self,
+        scene: &Scene,
+        settings: &RenderSettings,
+        kernel: Kernel,
+        film_slots: usize,
+    ) -> Result<Probe<I, O>, CheckError> {
+        let (_, tables) = tables_of(scene, settings);
+        Probe::new(&self.context, kernel, scene, &tables, settings, film_slots)
     }
 }

@@ -2,13 +2,14 @@
 
 use std::fmt::Write;
 
+use super::cases;
 use super::mutations::held_by;
-use super::report::{DeviceReport, Report, Verdict};
+use super::report::{Report, Verdict, combined};
 use crate::render::Mutation;
 
 /// The page docs/accuracy.md: what was measured on each device, side by side.
 pub fn markdown(reports: &[Report]) -> String {
-    let devices: Vec<&DeviceReport> = reports.iter().flat_map(|r| &r.devices).collect();
+    let devices = combined(reports);
     let mut page = String::from(
         "# Accuracy\n\n\
          Written by `photolith check --markdown`; `photolith check` measures the same on any Vulkan device. Each case \
@@ -55,6 +56,8 @@ pub fn markdown(reports: &[Report]) -> String {
             names.push(&case.name);
         }
     }
+    // In the order of the suite, whatever was run first.
+    names.sort_by_key(|name| cases().position(|c| c.name == *name).unwrap_or(usize::MAX));
     let mut topic = "";
     for name in names {
         let this = name.split('/').next().unwrap_or("");
@@ -64,8 +67,8 @@ pub fn markdown(reports: &[Report]) -> String {
             heads(&mut page, devices.len());
             let _ = writeln!(page, "|---|---|---|---|---|{}", "---|".repeat(devices.len()));
         }
-        let found: Vec<_> = devices.iter().map(|d| d.cases.iter().find(|c| c.name == name)).collect();
-        let Some(case) = found.iter().copied().flatten().next() else { continue };
+        let found: Vec<_> = devices.iter().map(|d| (d.full, d.cases.iter().find(|c| c.name == name))).collect();
+        let Some(case) = found.iter().find_map(|f| f.1) else { continue };
         let _ = write!(
             page,
             "| `{name}` | {} | {} | {} | {} |",
@@ -74,8 +77,12 @@ pub fn markdown(reports: &[Report]) -> String {
             cell(&case.quantity),
             number(case.threshold)
         );
-        for case in found {
+        for (full, case) in found {
             let text = case.map_or("–".to_owned(), |c| match (c.verdict, c.measured) {
+                // What was not counted on the quick sizes is told with its size.
+                (Verdict::Pass, Some(m)) if full => {
+                    format!("{} ({}; {:.0} s)", number(m), cell(&c.detail), c.seconds)
+                }
                 (Verdict::Pass, Some(m)) => number(m),
                 (verdict, Some(m)) => format!("{} ({})", number(m), verdict.word()),
                 (verdict, None) => verdict.word().to_owned(),

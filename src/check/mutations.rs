@@ -19,5 +19,9 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::UnguardedRays => &["tree/non-finite-steps"],
         Mutation::NonFiniteSamples => &["scale/overflow"],
         Mutation::ThinBoxes => &["tree/axis-aligned"],
+        Mutation::TwoFloatSum => &["film/after-firefly"],
+        Mutation::BuiltInSinCos => &["sampling/cos-sin"],
+        Mutation::BuiltInLog => &["sampling/log"],
+        Mutation::PlainFresnel => &["glass/fresnel"],
     }
 }

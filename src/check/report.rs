@@ -132,3 +132,24 @@ impl Report {
         Self { schema: SCHEMA.to_owned(), version: env!("CARGO_PKG_VERSION").to_owned(), devices }
     }
 }
+
+/// Runs of the same driver on the same host at the same sizes, put together: of a case that was run twice the later run
+/// counts.
+pub(super) fn combined(reports: &[Report]) -> Vec<DeviceReport> {
+    let mut all: Vec<DeviceReport> = Vec::new();
+    for next in reports.iter().flat_map(|r| &r.devices) {
+        let key = |d: &DeviceReport| (d.device.clone(), d.driver.clone(), d.host_cpu.clone(), d.full);
+        let Some(known) = all.iter_mut().find(|known| key(known) == key(next)) else {
+            all.push(next.clone());
+            continue;
+        };
+        for case in &next.cases {
+            match known.cases.iter_mut().find(|c| c.name == case.name) {
+                Some(old) => *old = case.clone(),
+                None => known.cases.push(case.clone()),
+            }
+        }
+        known.seconds = known.cases.iter().map(|c| c.seconds).sum();
+    }
+    all
+}

@@ -210,3 +210,22 @@ pub(crate) fn room() -> Scene {
     scene.light(v(5.0, 38.0, 10.0), 40_000.0);
     scene
 }
+
+/// A box of a room with lamps of all kinds, some of which touch what they light, a mirror, glass and a point light.
+pub(crate) fn lamps() -> Scene {
+    let mut scene = empty();
+    scene.camera.target = v(0.0, -0.25, -5.0);
+    scene.integrator.max_depth = 4;
+    let (lo, hi) = (v(-3.0, -2.0, -8.0), v(3.0, 2.5, 2.0));
+    scene.cuboid(lo, hi, diffuse(0.625));
+    // On the floor: a sphere that touches it, and a screen that stands on it.
+    scene.sphere(v(-1.5, -1.25, -5.0), 0.75, emitter(2.0));
+    scene.quad([v(1.0, -2.0, -6.5), v(2.5, -2.0, -5.0), v(2.5, 0.0, -5.0), v(1.0, 0.0, -6.5)], emitter(1.5));
+    scene.quad([v(-1.0, 2.25, -6.0), v(1.0, 2.25, -6.0), v(1.0, 2.25, -4.0), v(-1.0, 2.25, -4.0)], emitter(3.0));
+    let (positions, triangles) = icosphere(v(0.25, 0.5, -5.5), 0.625, 1);
+    scene.mesh(&positions, &triangles, emitter(1.0));
+    scene.sphere(v(0.5, -1.25, -4.25), 0.5, glass(1.5));
+    scene.sphere(v(-1.75, 0.75, -5.5), 0.625, mirror(0.875));
+    scene.light(v(0.0, 1.5, -2.0), 20.0);
+    scene
+}

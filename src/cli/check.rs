@@ -56,7 +56,7 @@ pub struct CheckArgs {
     markdown: Option<PathBuf>,
 
     /// JSON of an earlier run, say with another driver, to stand beside this one in the Markdown table (may be given
-    /// more than once)
+    /// more than once; runs of one driver at one size share a column)
     #[arg(long, value_name = "FILE", requires = "markdown")]
     with: Vec<PathBuf>,
 

@@ -77,8 +77,11 @@ pub(crate) fn select(scene: &Scene, space: &RenderSpace, test: TriangleTest) -> 
 fn join(mesh: &Mesh, scene: &Scene, space: &RenderSpace) -> Vec<Facet> {
     let mut facets: Vec<Facet> = Vec::new();
     for (triangle, &material) in mesh.triangles.iter().zip(&mesh.triangle_materials) {
-        let [a, b, c] = triangle.map(|i| space.point(mesh.positions[i as usize]));
-        // A line or a point has no inside.
+        let corners = triangle.map(|i| mesh.positions[i as usize]);
+        if space.triangle32(corners).is_none() {
+            continue;
+        }
+        let [a, b, c] = corners.map(|p| space.point(p));
         let Some(normal) = (b - a).cross(c - a).try_normalize() else { continue };
         let emits = matches!(scene.materials[material as usize].surface, Surface::Emitter { .. });
         let next = Facet { corners: [a, b, c, c], normal, material, emits };

@@ -12,6 +12,7 @@ pub(crate) mod kernels;
 pub(crate) mod layout;
 #[cfg(test)]
 mod layout_tests;
+mod light_list;
 mod lights;
 mod mutation;
 mod plan;

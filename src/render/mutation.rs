@@ -32,11 +32,19 @@ pub enum Mutation {
     NonFiniteSamples = 13,
     /// Boxes of triangles are not widened by an ulp (on the host).
     ThinBoxes = 14,
+    /// The film's sums are two floats.
+    TwoFloatSum = 15,
+    /// Sine and cosine as inaccurate as Vulkan allows the built-in ones to be.
+    BuiltInSinCos = 16,
+    /// The logarithm as inaccurate as Vulkan allows the built-in one to be.
+    BuiltInLog = 17,
+    /// Fresnel's equations in plain single precision, without their limits.
+    PlainFresnel = 18,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 18] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -51,6 +59,10 @@ impl Mutation {
         Self::UnguardedRays,
         Self::NonFiniteSamples,
         Self::ThinBoxes,
+        Self::TwoFloatSum,
+        Self::BuiltInSinCos,
+        Self::BuiltInLog,
+        Self::PlainFresnel,
     ];
 
     /// What is broken, in words.
@@ -70,6 +82,10 @@ impl Mutation {
             Self::UnguardedRays => "rays that are not finite enter the tree",
             Self::NonFiniteSamples => "NaN and infinite samples added to the film",
             Self::ThinBoxes => "boxes of triangles not widened by an ulp",
+            Self::TwoFloatSum => "film summed in two floats instead of three",
+            Self::BuiltInSinCos => "sine and cosine as inaccurate as Vulkan allows",
+            Self::BuiltInLog => "logarithm as inaccurate as Vulkan allows",
+            Self::PlainFresnel => "Fresnel's equations in plain single precision, without their limits",
         }
     }
 }

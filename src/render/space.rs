@@ -57,6 +57,15 @@ impl RenderSpace {
         self.point(p).as_vec3()
     }
 
+    /// The corners of a triangle in single precision; `None` if that leaves it no area. A line or a point has no
+    /// inside, and rounding must not give it one: of a point every ray passes on the inner side of each "edge".
+    pub fn triangle32(&self, corners: [DVec3; 3]) -> Option<[Vec3; 3]> {
+        let rounded = corners.map(|p| self.point32(p));
+        // The products of differences of floats are exact in f64 but for their last bits.
+        let [a, b, c] = rounded.map(|p| p.as_dvec3());
+        ((b - a).cross(c - a) != DVec3::ZERO).then_some(rounded)
+    }
+
     pub fn length(&self, l: f64) -> f64 {
         l * self.scale
     }

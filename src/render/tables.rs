@@ -12,6 +12,7 @@ use crate::scene::{self, Scene, Sphere, Surface};
 use super::facets::{self, Facet};
 use super::features::Features;
 use super::layout::{constant, kind};
+use super::light_list::LightList;
 use super::lights::{Light, LightShape, LightTable};
 use super::mutation::Mutation;
 use super::settings::{RenderSettings, Sampler};
@@ -59,19 +60,16 @@ impl Tables {
             constant.iter().map(|&i| spheres::classify(&scene.spheres[i], scene, space)).collect();
 
         let visible: Vec<_> = spheres::visible_lights(scene).collect();
-        let mut lights: Vec<Light> = visible.iter().map(|l| point_light(l, space)).filter(shines).collect();
+        let lights: Vec<Light> = visible.iter().map(|l| point_light(l, space)).filter(shines).collect();
         let points = lights.len();
-        let mut add_light = |shape: LightShape, material: u32| match scene.materials[material as usize].surface {
-            Surface::Emitter { radiance } if radiance != [0.0; 3] => {
-                lights.push(Light { shape, radiance });
-                lights.len() as i32 - 1
-            }
-            _ => -1,
+        let mut lights = LightList::new(lights);
+        let emitted = |material: u32| match scene.materials[material as usize].surface {
+            Surface::Emitter { radiance } if radiance != [0.0; 3] => Some(radiance),
+            _ => None,
         };
-        let sphere_shape = |s: &Sphere| LightShape::Sphere {
-            center: space.point(s.center),
-            radius: space.length(s.radius),
-            inward: s.inward,
+        let add_sphere = |lights: &mut LightList, s: &Sphere| match emitted(s.material) {
+            Some(radiance) => lights.add_sphere(space.point(s.center), space.length(s.radius), s.inward, radiance),
+            None => -1,
         };
 
         let materials: Vec<_> = scene.materials.iter().map(|m| material_texel(&m.surface)).collect();
@@ -80,7 +78,7 @@ impl Tables {
             let [x, y, z] = s.center;
             shapes.push([x, y, z, s.curvature]);
             shapes.push(materials[s.material as usize]);
-            let light = add_light(sphere_shape(&scene.spheres[i]), s.material);
+            let light = add_sphere(&mut lights, &scene.spheres[i]);
             shapes.push([f32::from_bits(light as u32), 0.0, 0.0, 0.0]);
         }
         let (facets, in_constants) = facets::select(scene, space, settings.triangle_test);
@@ -89,9 +87,13 @@ impl Tables {
             shapes.push([n.x, n.y, n.z, f.normal.dot(f.corners[0]) as f32]);
             shapes.push(materials[f.material as usize]);
             let [a, b, c, d] = f.corners;
-            let shape =
-                if f.is_triangle() { LightShape::Triangle([a, b, c]) } else { LightShape::Parallelogram([a, b, d]) };
-            let light = add_light(shape, f.material);
+            let light = match emitted(f.material) {
+                Some(radiance) if f.is_triangle() => {
+                    lights.add_polygon(LightShape::Triangle([a, b, c]), &[a, b, c], radiance)
+                }
+                Some(radiance) => lights.add_polygon(LightShape::Parallelogram([a, b, d]), &f.corners, radiance),
+                None => -1,
+            };
             shapes.push([f32::from_bits(light as u32), 0.0, 0.0, 0.0]);
         }
         let first_material = shapes.len() as u32;
@@ -107,17 +109,22 @@ impl Tables {
                 radius: space.length(sphere.radius) as f32,
                 inward: sphere.inward,
                 surface: first_material + sphere.material,
-                light: add_light(sphere_shape(sphere), sphere.material),
+                light: add_sphere(&mut lights, sphere),
             });
         }
         let mut first_triangle = 0;
         for (mesh, &constant) in scene.meshes.iter().zip(&in_constants) {
             if !constant {
-                let added = add_triangles(mesh, space, first_material, &mut add_light, &mut shapes, &mut primitives);
+                let mut add = |corners: [DVec3; 3], material: u32| match emitted(material) {
+                    Some(radiance) => lights.add_polygon(LightShape::Triangle(corners), &corners, radiance),
+                    None => -1,
+                };
+                let added = add_triangles(mesh, space, first_material, &mut add, &mut shapes, &mut primitives);
                 origins.extend(added.into_iter().map(|i| Origin::Triangle(first_triangle + i)));
             }
             first_triangle += mesh.triangles.len();
         }
+        let lights = lights.into_vec();
         let light_table = LightTable::of(&lights);
         let mut tables = Self {
             shapes,
@@ -256,7 +263,7 @@ fn shines(light: &Light) -> bool {
     light.radiance != [0.0; 3]
 }
 
-/// Builds the tree. Exact copies of a triangle are left out: the first of them is what rays hit, and thousands of them
+/// Builds the tree. Exact copies of a primitive are left out: the first of them is what rays hit, and thousands of them
 /// would all have to be visited.
 fn build_tree(
     primitives: &mut Vec<Primitive>,
@@ -291,19 +298,12 @@ fn build_tree(
 
 fn is_copy(a: &Primitive, b: &Primitive) -> bool {
     match (a, b) {
-        // Lights are sampled one by one: each of them must be there to be hit.
-        (Primitive::Triangle { vertices: a, light: -1, .. }, Primitive::Triangle { vertices: b, light: -1, .. }) => {
-            a == b
+        (Primitive::Triangle { vertices: a, .. }, Primitive::Triangle { vertices: b, .. }) => a == b,
+        (Primitive::Sphere { center: a, radius: r, .. }, Primitive::Sphere { center: b, radius: s, .. }) => {
+            a == b && r == s
         }
         _ => false,
     }
-}
-
-/// Whether single precision leaves the triangle an area. The products of differences of floats are exact in f64 but
-/// for their last bits.
-fn has_area([a, b, c]: [glam::Vec3; 3]) -> bool {
-    let [a, b, c] = [a, b, c].map(|p| p.as_dvec3());
-    (b - a).cross(c - a) != DVec3::ZERO
 }
 
 /// Adds the triangles of a mesh that have an area in single precision; returns their indices in the mesh.
@@ -311,7 +311,7 @@ fn add_triangles(
     mesh: &crate::scene::Mesh,
     space: &RenderSpace,
     first_material: u32,
-    add_light: &mut impl FnMut(LightShape, u32) -> i32,
+    add_light: &mut impl FnMut([DVec3; 3], u32) -> i32,
     shapes: &mut Vec<[f32; 4]>,
     primitives: &mut Vec<Primitive>,
 ) -> Vec<usize> {
@@ -319,11 +319,7 @@ fn add_triangles(
     let mut added = Vec::with_capacity(mesh.triangles.len());
     for (index, (triangle, &material)) in mesh.triangles.iter().zip(&mesh.triangle_materials).enumerate() {
         let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
-        let vertices = [a, b, c].map(|p| space.point32(p));
-        // A line or a point has no inside, and rounding must not give it one.
-        if !has_area(vertices) {
-            continue;
-        }
+        let Some(vertices) = space.triangle32([a, b, c]) else { continue };
         added.push(index);
         let normal = (b - a).cross(c - a);
         let normal = normal.try_normalize().unwrap_or(DVec3::Z);
@@ -338,7 +334,7 @@ fn add_triangles(
             -1
         };
         primitives.push(Primitive::Triangle {
-            light: add_light(LightShape::Triangle([a, b, c].map(|p| space.point(p))), material),
+            light: add_light([a, b, c].map(|p| space.point(p)), material),
             vertices,
             normal: normal.as_vec3(),
             surface: first_material + material,

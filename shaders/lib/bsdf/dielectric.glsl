@@ -18,11 +18,13 @@ float fresnel(float cos_i, float eta, out float cos_t) {
     two_sum(eta2, -1.0, excess, excess_low);
     two_sum(excess, cos2, sum, sum_low);
     float k = sum + ((sum_low + excess_low) + (eta2_low + cos2_low));
+    if (MUTATION == MUTATE_FRESNEL) k = (eta2 - 1.0) + cos2;
     float root = sqrt(k > 0.0 ? k : 0.0);
     cos_t = root / eta;
     float parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
     float perpendicular = (cos_i - root) / (cos_i + root);
     float f = 0.5 * (parallel * parallel + perpendicular * perpendicular);
+    if (MUTATION == MUTATE_FRESNEL) return f;
     // Grazing and total reflection exactly; equal indices are invisible at any angle.
     f = k > 0.0 && cos_i > 0.0 ? f : 1.0;
     return eta == 1.0 ? 0.0 : (f < 1.0 ? f : 1.0);

@@ -52,7 +52,9 @@ bool between_edges(Facet f, Across r) {
     float x = edge_side(d, a);
     float least = lower(lower(u, v), lower(w, x));
     float most = upper(upper(u, v), upper(w, x));
-    return least >= 0.0 || most <= 0.0;
+    // Either all on one side, or all on the other. Both hold where all are 0: the polygon is too small for the precision
+    // at its distance, or seen edge on, and must not count as met all over its plane.
+    return (least >= 0.0) != (most <= 0.0);
 }
 
 #define FACET_CONSTANTS(n, base)                                        \

@@ -1,9 +1,11 @@
 //! The same bits, however the work is cut up.
 
+use std::ops::ControlFlow;
+
 use crate::check::lab::Rendered;
 use crate::check::scenes::room;
 use crate::check::{Case, CheckError, Lab, Measured};
-use crate::render::{Accel, RenderSettings, Scheduler};
+use crate::render::{Accel, RenderSettings, Renderer, Scheduler};
 
 pub(super) const CASES: &[Case] = &[
     Case {
@@ -54,6 +56,15 @@ pub(super) const CASES: &[Case] = &[
         full_only: false,
         measure: |lab| variants(lab, &[|s| s.accel = Accel::None]),
     },
+    Case {
+        name: "determinism/stopped",
+        what: "a rendering that is stopped before its end, as by a time limit",
+        oracle: "the image of as many samples as were done",
+        quantity: "pixels whose bits differ",
+        threshold: 0.0,
+        full_only: false,
+        measure: stopped,
+    },
 ];
 
 type Change = fn(&mut RenderSettings);
@@ -72,4 +83,24 @@ fn variants(lab: &Lab, changes: &[Change]) -> Result<Measured, CheckError> {
         return Ok(Measured::new(f64::INFINITY, format!("only {lit} pixels are lit")));
     }
     Ok(Measured::new(differ as f64, format!("{} variant(s), 1024 pixels", changes.len())))
+}
+
+fn stopped(lab: &Lab) -> Result<Measured, CheckError> {
+    let mut scene = room();
+    scene.integrator.samples = 64;
+    let mut settings = lab.settings(&scene);
+    settings.samples_per_dispatch = Some(3);
+    let mut renderer = Renderer::new(&lab.context, &scene, &settings)?;
+    let film =
+        renderer.render(|p| if 4 * p.done > p.total { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })?;
+    let statistics = renderer.statistics().clone();
+    let done = film.counts()[0];
+    // The same sampler, for which 64 samples or some of them make no difference.
+    settings.samples = done;
+    let expected = lab.render_with(&scene, &settings)?;
+    let differ = expected.differing(&Rendered { film, statistics });
+    if done == 0 || done == 64 {
+        return Ok(Measured::new(f64::INFINITY, format!("{done} of 64 samples were done")));
+    }
+    Ok(Measured::new(differ as f64, format!("stopped after {done} of 64 samples")))
 }

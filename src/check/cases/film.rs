@@ -5,15 +5,26 @@ use crate::check::scenes::room;
 use crate::check::statistics::{relative, worst};
 use crate::check::{Case, CheckError, Lab, Measured};
 
-pub(super) const CASES: &[Case] = &[Case {
-    name: "film/long-sum",
-    what: "4e6 (full: 1e9) synthetic samples a pixel, in dispatches of 65,000 or less",
-    oracle: "exact sums in integers",
-    quantity: "worst relative error of the mean",
-    threshold: 1e-8,
-    full_only: false,
-    measure: long_sum,
-}];
+pub(super) const CASES: &[Case] = &[
+    Case {
+        name: "film/long-sum",
+        what: "4e6 (full: 1e9) synthetic samples a pixel, in dispatches of 65,000 or less",
+        oracle: "exact sums in integers",
+        quantity: "worst relative error of the mean",
+        threshold: 1e-8,
+        full_only: false,
+        measure: long_sum,
+    },
+    Case {
+        name: "film/after-firefly",
+        what: "4e6 samples of 0.1 after one of 1e8",
+        oracle: "exact sums",
+        quantity: "relative error of what was added",
+        threshold: 1e-8,
+        full_only: false,
+        measure: after_firefly,
+    },
+];
 
 /// shaders/lib/sampler.glsl, hash.
 fn hash(mut x: u32) -> u32 {
@@ -54,4 +65,17 @@ fn long_sum(lab: &Lab) -> Result<Measured, CheckError> {
         errors.push(relative(constant, f64::from(0.1f32) * f64::from(total)));
     }
     Ok(Measured::new(worst(errors), format!("{total} samples a pixel, {slots} pixels")))
+}
+
+fn after_firefly(lab: &Lab) -> Result<Measured, CheckError> {
+    let (slots, per_dispatch, dispatches) = (8u32, 50_000u32, 80u32);
+    let mut probe = lab.kernel::<[u32; 4], [u32; 4]>(&room(), Kernel::ACCUMULATE_AFTER_FIREFLY, slots as usize)?;
+    let film = probe.accumulate(slots, per_dispatch, dispatches)?;
+    let total = per_dispatch * dispatches;
+    let exact = f64::from(0.1f32) * f64::from(total);
+    let error = |sums: &crate::render::layout::FilmSlot| {
+        let complete = sums.count == total + 1;
+        if complete { relative(sums.total(2) - 1e8, exact) } else { f64::INFINITY }
+    };
+    Ok(Measured::new(worst(film.iter().map(error)), format!("{total} samples a pixel, {slots} pixels")))
 }

@@ -18,7 +18,7 @@ pub(super) const CASES: &[Case] = &[
         what: "reflectance over all angles, indices 1/3 to 3, dense around the critical angle",
         oracle: "f64",
         quantity: "worst absolute error (infinite: outside [0, 1])",
-        threshold: 3e-4,
+        threshold: 1e-5,
         full_only: false,
         measure: fresnel,
     },

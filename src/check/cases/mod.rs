@@ -1,10 +1,12 @@
 //! The cases, by topic. The numbers of their rows in the literature of renderer tests are not kept: names are.
 
 mod determinism;
+mod emitters;
 mod energy;
 mod film;
 mod glass;
 mod light;
+mod lights;
 mod oracle;
 mod sampling;
 mod scale;
@@ -27,6 +29,8 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
         tree::CASES,
         glass::CASES,
         light::CASES,
+        lights::CASES,
+        emitters::CASES,
         energy::CASES,
         scale::CASES,
         film::CASES,

@@ -1,6 +1,6 @@
 //! Whole images against the path tracer in double precision.
 
-use crate::check::scenes::{Build, diffuse, emitter, empty, glass, icosphere, mirror, room, v};
+use crate::check::scenes::{Build, diffuse, emitter, empty, glass, icosphere, lamps, mirror, room, v};
 use crate::check::{Case, CheckError, Lab, Measured};
 use crate::oracle::{self, OracleSettings};
 use crate::render::RenderSettings;
@@ -33,6 +33,15 @@ pub(super) const CASES: &[Case] = &[
         threshold: 1.0,
         full_only: false,
         measure: |lab| against_oracle(lab, &smooth_mesh()),
+    },
+    Case {
+        name: "oracle/lamps",
+        what: "a room with lamps that are spheres, facets and a mesh, some of which touch what they light",
+        oracle: "path tracer in f64",
+        quantity: "the same",
+        threshold: 1.0,
+        full_only: false,
+        measure: |lab| against_oracle(lab, &lamps()),
     },
 ];
 

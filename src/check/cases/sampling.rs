@@ -10,6 +10,7 @@ use crate::check::rng::Rng;
 use crate::check::scenes::room;
 use crate::check::statistics::{chi_squared_p, correlation, kolmogorov, worst};
 use crate::check::{Case, CheckError, Lab, Measured};
+use crate::render::RenderSettings;
 use crate::scene::PixelFilter;
 
 pub(super) const CASES: &[Case] = &[
@@ -87,7 +88,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "sampling/correlation",
-        what: "neighbouring pixels, rows and dimensions",
+        what: "neighbouring pixels, rows, dimensions and seeds",
         oracle: "|r| < 5/√n",
         quantity: "worst |r|√n",
         threshold: 5.0,
@@ -264,12 +265,18 @@ fn bin(u: f64, n: usize) -> usize {
 }
 
 fn pairs(lab: &Lab, inputs: &[[u32; 4]]) -> Result<Vec<[f64; 2]>, CheckError> {
+    pairs_of_seed(lab, 0, inputs)
+}
+
+fn pairs_of_seed(lab: &Lab, seed: u32, inputs: &[[u32; 4]]) -> Result<Vec<[f64; 2]>, CheckError> {
     let mut scene = room();
     // Table levels for up to 2^20 samples; paths longer than the table's dimensions.
     scene.integrator.samples = 1 << 20;
     scene.integrator.max_depth = 16;
     let words: Vec<_> = inputs.iter().map(|i| Words::of_bits(*i)).collect();
-    let outputs = lab.function_in(&scene, Function::SamplePair, &words)?;
+    let settings = RenderSettings { seed, ..lab.settings(&scene) };
+    let kernel = Function::SamplePair.kernel();
+    let outputs: Vec<Words> = lab.kernel_with(&scene, &settings, kernel, 1)?.run(&words)?;
     Ok(outputs.iter().map(|o| [f64::from(o.x[0]), f64::from(o.x[1])]).collect())
 }
 
@@ -339,8 +346,15 @@ fn uncorrelated(lab: &Lab) -> Result<Measured, CheckError> {
     let one = pairs(lab, &(0..n).map(|i| [i, 3, 1, 1]).collect::<Vec<_>>())?;
     let both: Vec<_> = one.iter().map(|v| (v[0], v[1])).collect();
     off = off.max(correlation(&both).abs() * f64::from(n).sqrt());
+    for seed in [1, 2, 0x8000_0000] {
+        let other = pairs_of_seed(lab, seed, &(0..n).map(|i| [i, 3, 1, 1]).collect::<Vec<_>>())?;
+        for c in 0..2 {
+            let both: Vec<_> = one.iter().zip(&other).map(|(a, b)| (a[c], b[c])).collect();
+            off = off.max(correlation(&both).abs() * f64::from(n).sqrt());
+        }
+    }
     // Mean directions must not drift with the pixel either.
     let ordered: Vec<_> = one.iter().enumerate().map(|(i, v)| (i as f64 * PI, v[0])).collect();
     off = off.max(correlation(&ordered).abs() * f64::from(n).sqrt());
-    Ok(Measured::new(off, format!("{n} samples, 6 offsets")))
+    Ok(Measured::new(off, format!("{n} samples, 6 offsets, 3 seeds")))
 }

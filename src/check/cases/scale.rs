@@ -4,10 +4,10 @@ use glam::DVec3;
 
 use crate::check::cases::light::translate;
 use crate::check::lab::Rendered;
-use crate::check::scenes::{Build, diffuse, empty, room, v};
+use crate::check::scenes::{Build, diffuse, empty, lamps, room, v};
 use crate::check::statistics::{relative, worst};
 use crate::check::{Case, CheckError, Lab, Measured};
-use crate::scene::{Light, Scene};
+use crate::scene::{Light, Scene, Surface};
 
 pub(super) const CASES: &[Case] = &[
     Case {
@@ -63,6 +63,15 @@ pub(super) const CASES: &[Case] = &[
         threshold: 1e-5,
         full_only: false,
         measure: axes,
+    },
+    Case {
+        name: "scale/lamps",
+        what: "a room lit by emitters × 2^±20, radiance × 2^±40",
+        oracle: "the room as it is, × 2^±40",
+        quantity: "pixels whose single-precision mean differs",
+        threshold: 0.0,
+        full_only: false,
+        measure: brighter_lamps,
     },
 ];
 
@@ -185,4 +194,26 @@ fn axes(lab: &Lab) -> Result<Measured, CheckError> {
     }
     let turned = lab.render(&other)?;
     Ok(Measured::new(mean_difference(&turned, &image, 1.0), "1024 pixels"))
+}
+
+fn brighter_lamps(lab: &Lab) -> Result<Measured, CheckError> {
+    let mut scene = lamps();
+    scene.size(32, 4);
+    // Of a point light, the power goes with the square of lengths.
+    scene.lights.clear();
+    let image = lab.render(&scene)?.film.mean();
+    let mut differ = 0;
+    for k in [-20, 20] {
+        let factor = 2f64.powi(2 * k);
+        let mut other = scaled(&scene, 2f64.powi(k), 1.0);
+        for material in &mut other.materials {
+            if let Surface::Emitter { radiance } = &mut material.surface {
+                *radiance = radiance.map(|x| x * factor);
+            }
+        }
+        let other = lab.render(&other)?.film.mean();
+        let same = |a: &[f32; 3], b: &[f32; 3]| (0..3).all(|c| f64::from(a[c]) * factor == f64::from(b[c]));
+        differ += image.iter().zip(&other).filter(|(a, b)| !same(a, b)).count();
+    }
+    Ok(Measured::new(differ as f64, "2 × 1024 pixels"))
 }

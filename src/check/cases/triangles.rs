@@ -60,7 +60,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "triangles/degenerate",
-        what: "a closed mesh among triangles without area",
+        what: "closed meshes (in constants, and in the tree) among triangles without area in single precision",
         oracle: "the mesh alone",
         quantity: "rays with another hit",
         threshold: 0.0,
@@ -201,49 +201,65 @@ fn two_tests(lab: &Lab) -> Result<Measured, CheckError> {
 
 fn degenerate(lab: &Lab) -> Result<Measured, CheckError> {
     let mut rng = Rng::new(32);
-    let (positions, triangles) = icosphere(v(0.0, 0.0, -3.0), 1.0, 2);
-    let mut alone = empty();
-    alone.mesh(&positions, &triangles, diffuse(0.5));
-    let mut among = alone.clone();
-    let mesh = &mut among.meshes[0];
-    for i in 0..300u32 {
-        let n = mesh.positions.len() as u32;
-        let a = v(0.0, 0.0, -3.0) + 1.5 * rng.in_ball();
-        let a = a.as_vec3().as_dvec3();
-        match i % 3 {
-            // A point, a line with a point twice, and three points of a line along an axis.
-            0 => mesh.triangles.push([i % 12; 3]),
-            1 => mesh.triangles.push([i % 12, i % 12, (i + 5) % 12]),
-            _ => {
-                mesh.positions.extend([a, a + v(0.25, 0.0, 0.0), a + v(0.5, 0.0, 0.0)]);
-                mesh.triangles.push([n, n + 1, n + 2]);
+    let (mut differ, mut traced) = (0, 0);
+    // A mesh that is held in constants and one in the tree.
+    for (levels, flat) in [(0, 40), (2, 300)] {
+        let (positions, triangles) = icosphere(v(0.0, 0.0, -3.0), 1.0, levels);
+        let mut alone = empty();
+        alone.mesh(&positions, &triangles, diffuse(0.5));
+        let mut among = alone.clone();
+        let mesh = &mut among.meshes[0];
+        for i in 0..flat {
+            add_degenerate(mesh, i, v(0.0, 0.0, -3.0) + 1.5 * rng.in_ball());
+        }
+        let mut probes = [lab.closest(&alone)?, lab.closest(&among)?];
+        let points = &among.meshes[0].positions;
+        let rays: Vec<(DVec3, DVec3)> = (0..lab.size(1 << 16, 1 << 22))
+            .map(|_| {
+                let origin = rng.in_cube(0.5).as_vec3().as_dvec3();
+                (origin, (points[rng.below(points.len())] - origin).normalize())
+            })
+            .collect();
+        let mut hits = Vec::new();
+        for probe in &mut probes {
+            let scale = probe.scale();
+            let inputs: Vec<_> = rays.iter().map(|(o, d)| RayInput::new((scale * *o).as_vec3(), d.as_vec3())).collect();
+            let records = probe.run(&inputs)?;
+            hits.push(records.iter().map(|r| (f64::from(r.t) / scale, r.id < 0)).collect::<Vec<_>>());
+            let added =
+                |primitive| matches!(primitive, Some(crate::oracle::Primitive::Triangle(_, t)) if t >= triangles.len());
+            if records.iter().any(|r| added(probe.primitive(r.id))) {
+                return Ok(Measured::new(f64::INFINITY, "a degenerate triangle was hit"));
             }
         }
-        mesh.triangle_materials.push(0);
+        differ += hits[0].iter().zip(&hits[1]).filter(|(a, b)| a.1 != b.1 || (!a.1 && a.0 != b.0)).count();
+        traced += rays.len();
     }
-    let mut probes = [lab.closest(&alone)?, lab.closest(&among)?];
-    let scales = [probes[0].scale(), probes[1].scale()];
-    let points: Vec<_> = among.meshes[0].positions.clone();
-    let rays: Vec<(DVec3, DVec3)> = (0..lab.size(1 << 16, 1 << 22))
-        .map(|_| {
-            let origin = rng.in_cube(0.5).as_vec3().as_dvec3();
-            (origin, (points[rng.below(points.len())] - origin).normalize())
-        })
-        .collect();
-    let mut hits = Vec::new();
-    for (probe, scale) in probes.iter_mut().zip(scales) {
-        let inputs: Vec<_> = rays.iter().map(|(o, d)| RayInput::new((scale * *o).as_vec3(), d.as_vec3())).collect();
-        let records = probe.run(&inputs)?;
-        hits.push(records.iter().map(|r| (f64::from(r.t) / scale, r.id < 0)).collect::<Vec<_>>());
-        if records.iter().any(|r| {
-            matches!(probe.primitive(r.id),
-            Some(crate::oracle::Primitive::Triangle(_, t)) if t >= triangles.len())
-        }) {
-            return Ok(Measured::new(f64::INFINITY, "a degenerate triangle was hit"));
+    Ok(Measured::new(differ as f64, format!("{traced} rays, 40 and 300 degenerate triangles")))
+}
+
+/// Adds a triangle that has no area, or none in single precision.
+fn add_degenerate(mesh: &mut crate::scene::Mesh, i: u32, at: DVec3) {
+    let n = mesh.positions.len() as u32;
+    let at = at.as_vec3().as_dvec3();
+    let corners = match i % 4 {
+        // A point, and a line with a point twice.
+        0 => [i % 12; 3],
+        1 => [i % 12, i % 12, (i + 5) % 12],
+        // Three points of a line along an axis.
+        2 => {
+            mesh.positions.extend([at, at + v(0.25, 0.0, 0.0), at + v(0.5, 0.0, 0.0)]);
+            [n, n + 1, n + 2]
         }
-    }
-    let differ = hits[0].iter().zip(&hits[1]).filter(|(a, b)| a.1 != b.1 || (!a.1 && a.0 != b.0)).count();
-    Ok(Measured::new(differ as f64, format!("{} rays, 300 degenerate triangles", rays.len())))
+        // Smaller than what single precision tells apart, by itself or from where rays start.
+        _ => {
+            let at = if i % 8 == 3 { at } else { 1e-12 * at };
+            mesh.positions.extend([at, at + v(1e-12, 0.0, 0.0), at + v(0.0, 1e-12, 0.0)]);
+            [n, n + 1, n + 2]
+        }
+    };
+    mesh.triangles.push(corners);
+    mesh.triangle_materials.push(0);
 }
 
 fn non_finite(_lab: &Lab) -> Result<Measured, CheckError> {

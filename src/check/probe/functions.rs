@@ -47,6 +47,8 @@ impl Kernel {
     pub const LOOP: Self = Self::function("probe loop", ARITHMETIC, 1);
     /// Synthetic samples into the film.
     pub const ACCUMULATE: Self = Self::function("probe accumulate", ACCUMULATE, 0);
+    /// The same after a first sample of 10⁸.
+    pub const ACCUMULATE_AFTER_FIREFLY: Self = Self::function("probe accumulate", ACCUMULATE, 1);
 }
 
 /// Two words of four floats.

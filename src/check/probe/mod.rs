@@ -2,6 +2,7 @@
 //! double precision on the host. They are compiled from the same files as the path tracer.
 
 mod functions;
+mod lights;
 mod rays;
 mod traversal;
 
@@ -21,6 +22,7 @@ use crate::scene::Scene;
 use super::CheckError;
 
 pub(crate) use functions::{Function, Operations, Words};
+pub(crate) use lights::{Density, DensityQuery, LightPoint, LightQuery};
 pub(crate) use rays::{HitRecord, INSIDE, OcclusionRecord, PathInput, PathRecord, RayInput, RayProbe};
 pub(crate) use traversal::{Query, Traced, Traversal};
 

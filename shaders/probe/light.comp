@@ -1,0 +1,33 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Sampling of lights and its density, over arrays of arguments. Three words in, two words out; check/probe/lights.rs
+// names them.
+
+#include "io.glsl"
+#include "../lib/light/tree.glsl"
+
+const uint PROBE_LIGHT_SAMPLE = 0u;
+const uint PROBE_LIGHT_PDF = 1u;
+
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i >= end_slot) return;
+    vec4 from = input_floats(3u * i);
+    vec4 n = input_floats(3u * i + 1u);
+    vec4 w = input_floats(3u * i + 2u);
+    if (PROBE == PROBE_LIGHT_SAMPLE) {
+        // from | u of the choice;  n;  u of the point
+        float probability;
+        int light = light_choose(from.xyz, n.xyz, from.w, probability);
+        LightSample s = light_sample(from.xyz, n.xyz, from.w, w.xy);
+        probe_out[2u * i] = uvec4(floatBitsToUint(s.point), uint(light));
+        output_floats(2u * i + 1u, vec4(s.radiance, s.pdf));
+    }
+    if (PROBE == PROBE_LIGHT_PDF) {
+        // from | light;  n | distance;  cosine at the light
+        int light = floatBitsToInt(from.w);
+        float pdf = light_pdf(from.xyz, n.xyz, light, n.w, w.x);
+        output_floats(2u * i, vec4(pdf, light_probability(from.xyz, n.xyz, light), 0.0, 0.0));
+        output_floats(2u * i + 1u, vec4(0.0));
+    }
+}

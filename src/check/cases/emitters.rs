@@ -1,0 +1,334 @@
+//! Light of emitting spheres and meshes, where it is known in closed form.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use crate::check::probe::{PathInput, RayInput};
+use crate::check::rng::Rng;
+use crate::check::scenes::{Build, diffuse, emitter, empty, glass, grid, icosphere, mirror, v};
+use crate::check::statistics::{mean_and_error, worst, z_score};
+use crate::check::{Case, CheckError, Lab, Measured};
+use crate::scene::Scene;
+
+pub(super) const CASES: &[Case] = &[
+    Case {
+        name: "emitters/seen",
+        what: "lamps (a sphere, an inward sphere, a facet, a mesh) seen from their front and from behind",
+        oracle: "their radiance, and 0",
+        quantity: "pixels with another value",
+        threshold: 0.0,
+        full_only: false,
+        measure: seen,
+    },
+    Case {
+        name: "emitters/furnace",
+        what: "mirrors and glass of reflectance 1 inside a lamp of radiance 1, a sphere and a box",
+        oracle: "1",
+        quantity: "worst error of a pixel",
+        threshold: 1e-5,
+        full_only: false,
+        measure: furnace,
+    },
+    Case {
+        name: "emitters/spheres",
+        what: "a floor under spherical lamps: near, touching it, tiny and close by, and of a millionth of the distance",
+        oracle: "Lρ (r/d)² cosθ",
+        quantity: "worst deviation of a mean in standard errors",
+        threshold: 4.0,
+        full_only: false,
+        measure: spheres,
+    },
+    Case {
+        name: "emitters/polygons",
+        what: "a floor under lamps of triangles: a rectangle, a triangle almost on it, a box, a tessellated sphere",
+        oracle: "Lambert's formula: Lρ/2π Σ Θ Γ·n over the edges of what faces the floor",
+        quantity: "worst deviation of a mean in standard errors",
+        threshold: 4.0,
+        full_only: false,
+        measure: polygons,
+    },
+    Case {
+        name: "emitters/copies",
+        what: "lamps each of whose faces is there twice, and two equal spheres",
+        oracle: "the lamp once: of copies the first is met",
+        quantity: "worst deviation of a mean in standard errors",
+        threshold: 4.0,
+        full_only: false,
+        measure: copies,
+    },
+    Case {
+        name: "emitters/enclosed-body",
+        what: "a sphere of reflectance 0.75 inside a lamp of radiance 1, a sphere and a box",
+        oracle: "the reflectance",
+        quantity: "worst deviation of a mean in standard errors",
+        threshold: 4.0,
+        full_only: false,
+        measure: enclosed_body,
+    },
+    Case {
+        name: "emitters/flux",
+        what: "a closed diffuse sphere around lamps: off centre with depth 1, and at the centre with depth 64",
+        oracle: "all flux arrives: Lρ r²/R², and the geometric series of what the lamp does not absorb",
+        quantity: "worst deviation of a mean in standard errors",
+        threshold: 4.0,
+        full_only: false,
+        measure: flux,
+    },
+];
+
+fn seen(lab: &Lab) -> Result<Measured, CheckError> {
+    let radiance = 4.75;
+    let at = v(0.25, -0.125, -4.0);
+    let square = |scene: &mut Scene, n: u32, back: bool| {
+        let x = if back { v(-2.0, 0.0, 0.5) } else { v(2.0, 0.0, -0.5) };
+        let (positions, triangles) = grid(at, x, v(0.0, 2.0, 0.25), n);
+        scene.mesh(&positions, &triangles, emitter(radiance));
+    };
+    type Lamp<'a> = (f64, &'a dyn Fn(&mut Scene));
+    let lamps: [Lamp; 8] = [
+        (radiance, &|s| s.sphere(at, 1.5, emitter(radiance))),
+        (0.0, &|s| {
+            s.sphere(at, 1.5, emitter(radiance));
+            s.spheres[0].inward = true;
+        }),
+        (0.0, &|s| s.sphere(at, 5.0, emitter(radiance))),
+        (radiance, &|s| {
+            s.sphere(at, 5.0, emitter(radiance));
+            s.spheres[0].inward = true;
+        }),
+        (radiance, &|s| square(s, 1, false)),
+        (0.0, &|s| square(s, 1, true)),
+        (radiance, &|s| square(s, 8, false)),
+        (0.0, &|s| square(s, 8, true)),
+    ];
+    let mut wrong = 0;
+    for (expected, build) in lamps {
+        let mut scene = empty();
+        build(&mut scene);
+        scene.camera.target = at;
+        scene.camera.horizontal_fov = 20.0;
+        scene.size(8, 16);
+        wrong += lab.render(&scene)?.film.mean().iter().filter(|x| **x != [expected as f32; 3]).count();
+    }
+    Ok(Measured::new(wrong as f64, "8 lamps, 64 pixels each"))
+}
+
+/// A closed lamp around the origin that shines inward: a sphere, or a box of triangles.
+fn enclose(scene: &mut Scene, boxed: bool, radiance: f64) {
+    let center = v(0.25, -0.125, -2.0);
+    if boxed {
+        scene.cuboid(center - 6.0, center + v(5.0, 7.0, 6.0), emitter(radiance));
+        if let Some(mesh) = scene.meshes.last_mut() {
+            mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        }
+    } else {
+        scene.sphere(center, 9.0, emitter(radiance));
+        scene.spheres[0].inward = true;
+    }
+}
+
+fn furnace(lab: &Lab) -> Result<Measured, CheckError> {
+    let mut off = 0.0;
+    for boxed in [false, true] {
+        let mut scene = empty();
+        enclose(&mut scene, boxed, 1.0);
+        scene.integrator.max_depth = 256;
+        scene.sphere(v(-1.0, 0.0, -5.0), 1.0, mirror(1.0));
+        scene.sphere(v(1.0, 0.5, -5.0), 1.0, glass(1.5));
+        let (positions, triangles) = icosphere(v(0.0, -1.5, -5.0), 0.75, 2);
+        scene.mesh(&positions, &triangles, mirror(1.0));
+        scene.size(32, lab.size(16, 1024) as u32);
+        off = worst(lab.render(&scene)?.channel(1).iter().map(|x| (x - 1.0).abs()).chain([off]));
+    }
+    Ok(Measured::new(off, "2 × 1024 pixels"))
+}
+
+/// Radiance of `scene` along rays that start near each point and run against its normal.
+fn looking_at(lab: &Lab, scene: &Scene, points: &[(DVec3, DVec3)], height: f64) -> Result<Vec<f64>, CheckError> {
+    let mut rng = Rng::new(61);
+    let scale = lab.scatter(scene)?.scale();
+    let paths: Vec<_> = points
+        .iter()
+        .enumerate()
+        .map(|(i, (point, normal))| {
+            let start = (scale * (*point + height * *normal - scene.camera.position)).as_vec3();
+            PathInput::new(RayInput::new(start, -normal.as_vec3()), rng.bits() & 4095, i as u32)
+        })
+        .collect();
+    Ok(lab.radiance(scene, &paths)?.iter().map(|r| r.y).collect())
+}
+
+const FLOOR: f64 = 0.75;
+
+/// A floor at y = −1, wide enough that it is met under every lamp of these cases.
+fn floor() -> Scene {
+    let mut scene = empty();
+    scene.quad([v(-8.0, -1.0, 8.0), v(8.0, -1.0, 8.0), v(8.0, -1.0, -8.0), v(-8.0, -1.0, -8.0)], diffuse(FLOOR));
+    scene.integrator.max_depth = 1;
+    // The tables are made for a camera outside of all lamps.
+    scene.camera.position = v(0.0, 4.0, 8.0);
+    scene
+}
+
+/// Deviation of what the floor shows at `point`, in standard errors.
+fn floor_deviation(lab: &Lab, scene: &Scene, point: DVec3, exact: f64) -> Result<f64, CheckError> {
+    let n = lab.size(1 << 13, 1 << 18);
+    // From so near that no lamp is in between.
+    let seen = looking_at(lab, scene, &vec![(point, DVec3::Y); n], 1e-4)?;
+    Ok(z_score(&seen, exact))
+}
+
+fn spheres(lab: &Lab) -> Result<Measured, CheckError> {
+    let mut deviations = Vec::new();
+    let point = v(0.5, -1.0, -0.25);
+    // Where the lamp is, seen from the point, and its radius: all of it above the floor.
+    for (to, radius, radiance) in [
+        (v(1.0, 3.0, -0.5), 1.0, 2.0),
+        (v(0.0, 1.001, 0.0), 1.0, 3.0),
+        (v(0.25, 1.0, 0.125), 1.0, 1.0),
+        (v(-3.0, 2.0, 1.0), 1e-6, 1e12),
+        (v(0.01, 0.02, 0.0), 0.015, 1.0),
+    ] {
+        let mut scene = floor();
+        scene.sphere(point + to, radius, emitter(radiance));
+        let exact = radiance * FLOOR * (radius / to.length()).powi(2) * to.y / to.length();
+        deviations.push(floor_deviation(lab, &scene, point, exact)?);
+    }
+    Ok(Measured::new(worst(deviations.iter().copied()), format!("{} lamps", deviations.len())))
+}
+
+/// Irradiance at `point`, normal +y, of radiance 1 from the front of triangles that are wholly above it (Lambert 1760;
+/// Baum, Rushmeier and Winget, SIGGRAPH 1989). What faces the point must not hide itself.
+fn lambert(point: DVec3, positions: &[DVec3], triangles: &[[u32; 3]]) -> f64 {
+    let mut sum = 0.0;
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|i| positions[i as usize] - point);
+        if (b - a).cross(c - a).dot(a) >= 0.0 {
+            continue;
+        }
+        for (p, q) in [(a, b), (b, c), (c, a)] {
+            // Counter-clockwise from the point, so that the edges' normals point inward.
+            sum += p.angle_between(q) * q.cross(p).normalize_or_zero().y;
+        }
+    }
+    sum.abs() / 2.0
+}
+
+/// Lamps above the floor, each with the point beneath it.
+fn lamps(copies: usize) -> Vec<(Scene, DVec3, f64)> {
+    let square = grid(v(0.0, 1.0, 0.0), v(0.75, 0.25, 0.0), v(0.0, 0.25, 1.0), 1);
+    let low = (vec![v(-0.5, -0.99, 0.5), v(0.75, -0.95, 0.25), v(0.0, -0.98, -0.75)], vec![[0, 1, 2]]);
+    let cuboid = crate::check::scenes::cuboid(v(-0.5, 0.0, -0.5), v(1.0, 0.75, 0.25));
+    let ball = icosphere(v(0.25, 0.25, 0.5), 1.0, 2);
+    // The ball is so large a mesh that it is traced through the tree.
+    [square, low, cuboid, ball]
+        .into_iter()
+        .map(|(positions, mut triangles)| {
+            let point = v(0.125, -1.0, -0.25);
+            let positions: Vec<_> = positions.iter().map(|p| p.as_vec3().as_dvec3()).collect();
+            let exact = FLOOR / PI * 3.0;
+            // The front of flat lamps is below.
+            if triangles.len() != 12 && triangles.len() != 320 {
+                let n = triangles[0].map(|i| positions[i as usize]);
+                if (n[1] - n[0]).cross(n[2] - n[0]).y > 0.0 {
+                    triangles.iter_mut().for_each(|t| t.swap(1, 2));
+                }
+            }
+            let irradiance = lambert(point, &positions, &triangles);
+            let mut scene = floor();
+            scene.mesh(&positions, &triangles.repeat(copies), emitter(3.0));
+            (scene, point, exact * irradiance)
+        })
+        .collect()
+}
+
+fn polygons(lab: &Lab) -> Result<Measured, CheckError> {
+    let mut deviations = Vec::new();
+    for (scene, point, exact) in lamps(1) {
+        deviations.push(floor_deviation(lab, &scene, point, exact)?);
+    }
+    Ok(Measured::new(worst(deviations.iter().copied()), format!("{} lamps", deviations.len())))
+}
+
+fn copies(lab: &Lab) -> Result<Measured, CheckError> {
+    let mut deviations = Vec::new();
+    for (i, (scene, point, exact)) in lamps(2).into_iter().enumerate() {
+        // Facets, and a mesh in the tree.
+        if i >= 2 {
+            deviations.push(floor_deviation(lab, &scene, point, exact)?);
+        }
+    }
+    let mut scene = floor();
+    let (point, to) = (v(0.5, -1.0, -0.25), v(1.0, 3.0, -0.5));
+    scene.sphere(point + to, 1.0, emitter(2.0));
+    scene.sphere(point + to, 1.0, emitter(2.0));
+    deviations.push(floor_deviation(lab, &scene, point, 2.0 * FLOOR * to.y / to.length().powi(3))?);
+    Ok(Measured::new(worst(deviations.iter().copied()), format!("{} lamps", deviations.len())))
+}
+
+fn enclosed_body(lab: &Lab) -> Result<Measured, CheckError> {
+    let mut rng = Rng::new(62);
+    let center = v(0.25, 0.5, -3.0);
+    let points: Vec<_> = (0..lab.size(1 << 15, 1 << 20))
+        .map(|_| {
+            let n = rng.direction();
+            (center + n, n)
+        })
+        .collect();
+    let mut deviations = Vec::new();
+    for boxed in [false, true] {
+        let mut scene = empty();
+        enclose(&mut scene, boxed, 1.0);
+        scene.sphere(center, 1.0, diffuse(0.75));
+        deviations.push(z_score(&looking_at(lab, &scene, &points, 0.125)?, 0.75));
+    }
+    Ok(Measured::new(worst(deviations), format!("2 × {} points", points.len())))
+}
+
+fn flux(lab: &Lab) -> Result<Measured, CheckError> {
+    let (rho, shell, radius, radiance) = (0.5, 3.0f64, 1.25f64, 7.0);
+    let mut rng = Rng::new(63);
+    // From just beneath the shell, at points uniform in area.
+    let points: Vec<_> = (0..lab.size(1 << 15, 1 << 20))
+        .map(|_| {
+            let n = rng.direction();
+            (shell * n, -n)
+        })
+        .collect();
+    let absorbed = (radius / shell).powi(2);
+    let series = |depth: i32, q: f64| (1.0 - q.powi(depth)) / (1.0 - q);
+    let ball = icosphere(v(0.25, -0.5, 0.75), radius, 2);
+    let area: f64 =
+        ball.1.iter().map(|t| t.map(|i| ball.0[i as usize])).map(|[a, b, c]| (b - a).cross(c - a).length() / 2.0).sum();
+    let (mut deviations, mut details) = (Vec::new(), Vec::new());
+    for lamp in 0..3 {
+        let mut scene = empty();
+        scene.sphere(DVec3::ZERO, shell, diffuse(rho));
+        let (area, gain) = match lamp {
+            0 => {
+                scene.sphere(v(1.0, 0.5, -0.25), radius, emitter(radiance));
+                (4.0 * PI * radius * radius, 1.0)
+            }
+            1 => {
+                scene.mesh(&ball.0, &ball.1, emitter(radiance));
+                (area, 1.0)
+            }
+            _ => {
+                scene.sphere(DVec3::ZERO, radius, emitter(radiance));
+                // Of what the shell sends back, the lamp takes its share.
+                (4.0 * PI * radius * radius, series(64, (1.0 - absorbed) * rho))
+            }
+        };
+        scene.integrator.max_depth = if lamp == 2 { 64 } else { 1 };
+        // The camera, which the tables are made for, is inside of the shell and outside of the lamps.
+        scene.camera.position = v(-1.5, -1.0, -1.0);
+        scene.camera.target = v(-2.0, -1.0, -1.0);
+        let exact = rho / PI * radiance * PI * area / (4.0 * PI * shell * shell) * gain;
+        let seen = looking_at(lab, &scene, &points, 0.0625)?;
+        let (mean, error) = mean_and_error(&seen);
+        deviations.push(z_score(&seen, exact));
+        details.push(format!("{:+.1e} ± {:.1e}", mean / exact - 1.0, error / exact));
+    }
+    Ok(Measured::new(worst(deviations), details.join(", ")))
+}

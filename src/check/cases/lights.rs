@@ -1,0 +1,336 @@
+//! The functions that sample lights: where they point, with what density, and which light they choose.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::DVec3;
+
+use crate::check::probe::{Density, DensityQuery, Kernel, LightPoint, LightQuery};
+use crate::check::rng::Rng;
+use crate::check::scenes::{Build, diffuse, emitter, empty, icosphere, v};
+use crate::check::statistics::{chi_squared_p, relative, worst};
+use crate::check::{Case, CheckError, Lab, Measured};
+use crate::render::space::RenderSpace;
+use crate::scene::Scene;
+
+pub(super) const CASES: &[Case] = &[
+    Case {
+        name: "lights/density",
+        what: "points sampled on spheres (from outside, from inside, far), a triangle and a parallelogram; u from 0 to 1 − 2^-24",
+        oracle: "on the lamp; density per solid angle in f64, and the one that a ray which hits the point assumes",
+        quantity: "worst relative error of a density × cosine at the lamp (infinite: not on the lamp)",
+        threshold: 1e-5,
+        full_only: false,
+        measure: density,
+    },
+    Case {
+        name: "lights/chi-squared",
+        what: "directions to spheres, points on triangles and parallelograms, the choice among 40 lights",
+        oracle: "χ² against the density, α = 0.01 over all (Šidák)",
+        quantity: "least p-value needed over the least found (infinite: a light is lost)",
+        threshold: 1.0,
+        full_only: false,
+        measure: chi_squared,
+    },
+    Case {
+        name: "lights/zero-area",
+        what: "a point light among lamps without area: points, lines, triangles and spheres too small for single precision",
+        oracle: "the point light alone; densities are finite",
+        quantity: "worst relative difference of a pixel (infinite: a number that is not finite)",
+        threshold: 1e-6,
+        full_only: false,
+        measure: zero_area,
+    },
+];
+
+/// 1 − 2^-24: the largest number that the sampler gives.
+const LAST: f32 = 1.0 - 5.960_464_5e-8;
+
+#[derive(Clone, Copy)]
+enum Lamp {
+    Sphere {
+        center: DVec3,
+        radius: f64,
+        inward: bool,
+    },
+    /// A corner and its neighbours; all of them, or half of them.
+    Flat {
+        corner: DVec3,
+        edges: [DVec3; 2],
+        half: bool,
+    },
+}
+
+impl Lamp {
+    fn scene(self) -> Scene {
+        let mut scene = empty();
+        // Sets the size of render space.
+        scene.sphere(v(0.0, 0.0, 5.0), 1.0, diffuse(0.5));
+        match self {
+            Self::Sphere { center, radius, inward } => {
+                scene.sphere(center, radius, emitter(1.0));
+                scene.spheres[1].inward = inward;
+            }
+            Self::Flat { corner, edges: [e, f], half: true } => {
+                scene.mesh(&[corner, corner + e, corner + f], &[[0, 1, 2]], emitter(1.0));
+            }
+            Self::Flat { corner, edges: [e, f], half: false } => {
+                scene.quad([corner, corner + e, corner + e + f, corner + f], emitter(1.0));
+            }
+        }
+        scene
+    }
+
+    /// Distance of `p` from the lamp's surface, the cosine of the way from there to `from`, and the density per solid
+    /// angle of the point, as seen from `from`.
+    fn density(self, p: DVec3, from: DVec3) -> (f64, f64, f64) {
+        let way = from - p;
+        match self {
+            Self::Sphere { center, radius, inward } => {
+                let n = (p - center).normalize() * if inward { -1.0 } else { 1.0 };
+                let cosine = way.normalize().dot(n);
+                let sin2 = radius * radius / center.distance_squared(from);
+                let pdf = if inward {
+                    way.length_squared() / (4.0 * PI * radius * radius * cosine)
+                } else {
+                    1.0 / (TAU * (sin2 / (1.0 + (1.0 - sin2).sqrt())))
+                };
+                ((p.distance(center) - radius).abs(), cosine, pdf)
+            }
+            Self::Flat { corner, edges: [e, f], half } => {
+                let n = e.cross(f);
+                let area = n.length() / if half { 2.0 } else { 1.0 };
+                let cosine = way.normalize().dot(n.normalize());
+                ((p - corner).dot(n.normalize()).abs(), cosine, way.length_squared() / (area * cosine))
+            }
+        }
+    }
+}
+
+fn flat(half: bool) -> Lamp {
+    Lamp::Flat { corner: v(-0.5, 1.0, -2.0), edges: [v(1.5, 0.25, 0.5), v(0.25, -0.5, 1.25)], half }
+}
+
+fn lamps() -> [Lamp; 5] {
+    let ball = |center, radius, inward| Lamp::Sphere { center, radius, inward };
+    [
+        ball(v(0.5, 1.0, -3.0), 1.0, false),
+        ball(v(-2.0, 1.0, -3.0), 1e-3, false),
+        ball(v(0.25, 0.0, 0.5), 4.0, true),
+        flat(true),
+        flat(false),
+    ]
+}
+
+fn sampled(lab: &Lab, scene: &Scene, queries: &[LightQuery]) -> Result<Vec<LightPoint>, CheckError> {
+    lab.kernel(scene, Kernel::LIGHT_SAMPLE, 1)?.run(queries)
+}
+
+fn query(from: DVec3, normal: DVec3, choice: f32, point: [f32; 2]) -> LightQuery {
+    let [from, normal] = [from, normal].map(|x| x.as_vec3().to_array());
+    LightQuery { from, choice, normal, unused: 0.0, point, unused2: [0.0; 2] }
+}
+
+fn position(p: [f32; 3]) -> DVec3 {
+    DVec3::from(p.map(f64::from))
+}
+
+fn density(lab: &Lab) -> Result<Measured, CheckError> {
+    let mut rng = Rng::new(71);
+    let mut errors = Vec::new();
+    let mut lit = 0;
+    for lamp in lamps() {
+        let scene = lamp.scene();
+        let scale = RenderSpace::of(&scene).length(1.0);
+        let queries: Vec<_> = (0..lab.size(1 << 14, 1 << 20))
+            .map(|_| {
+                let mut u = || [0.0, LAST, 0.5, 5.960_464_5e-8, rng.uniform() as f32][rng.below(5)];
+                let (choice, point) = (u(), [u(), u()]);
+                query(scale * rng.in_ball(), rng.direction(), choice, point)
+            })
+            .collect();
+        let points = sampled(lab, &scene, &queries)?;
+        let (mut expected, mut hits) = (Vec::new(), Vec::new());
+        for (q, s) in queries.iter().zip(&points).filter(|(_, s)| s.radiance[0] > 0.0) {
+            let (from, p) = (position(q.from), position(s.point));
+            let (off, cosine, pdf) = lamp.density(p / scale, from / scale);
+            let size = p.length() + from.length() + scale * 4.0;
+            if !s.pdf.is_finite() || s.light != 0 || off * scale > 1e-5 * size || cosine <= 0.0 {
+                errors.push(f64::INFINITY);
+                continue;
+            }
+            errors.push(relative(f64::from(s.pdf), pdf) * cosine);
+            expected.push((pdf, cosine));
+            hits.push(DensityQuery {
+                from: q.from,
+                light: s.light,
+                normal: q.normal,
+                distance: p.distance(from) as f32,
+                cosine: cosine as f32,
+                unused: [0.0; 3],
+            });
+        }
+        let densities: Vec<Density> = lab.kernel(&scene, Kernel::LIGHT_PDF, 1)?.run(&hits)?;
+        errors.extend(densities.iter().zip(&expected).map(|(d, e)| relative(f64::from(d.pdf), e.0) * e.1));
+        lit += hits.len();
+    }
+    if lit < 5000 {
+        errors.push(f64::INFINITY);
+    }
+    Ok(Measured::new(worst(errors), format!("5 lamps, {lit} points")))
+}
+
+fn bin(u: f64) -> usize {
+    ((u * 16.0) as usize).min(15)
+}
+
+fn chi_squared(lab: &Lab) -> Result<Measured, CheckError> {
+    let mut rng = Rng::new(72);
+    let n = lab.size(1 << 16, 1 << 22);
+    let mut p_values = Vec::new();
+    for lamp in lamps() {
+        let scene = lamp.scene();
+        let scale = RenderSpace::of(&scene).length(1.0);
+        let from = v(0.125, -0.25, 0.375);
+        let queries: Vec<_> = (0..n)
+            .map(|_| query(scale * from, v(0.0, 0.8, -0.6), 0.5, [rng.uniform() as f32, rng.uniform() as f32]))
+            .collect();
+        let mut counts = vec![0.0; 256];
+        for s in sampled(lab, &scene, &queries)? {
+            let p = position(s.point) / scale;
+            // Two numbers that are uniform if the density is what it should be.
+            let (a, b) = match lamp {
+                Lamp::Sphere { center, inward: true, .. } => {
+                    let m = (p - center).normalize();
+                    (m.z / 2.0 + 0.5, m.y.atan2(m.x) / TAU + 0.5)
+                }
+                Lamp::Sphere { center, radius, .. } => {
+                    let axis = (center - from).normalize();
+                    let (tangent, bitangent) = axis.any_orthonormal_pair();
+                    let d = (p - from).normalize();
+                    let sin2_max = radius * radius / center.distance_squared(from);
+                    let sin2 = axis.cross(d).length_squared();
+                    let depth = |sin2: f64| sin2 / (1.0 + (1.0 - sin2).sqrt());
+                    (depth(sin2) / depth(sin2_max), d.dot(bitangent).atan2(d.dot(tangent)) / TAU + 0.5)
+                }
+                Lamp::Flat { corner, edges: [e, f], half } => {
+                    let normal = e.cross(f);
+                    let along = |x: DVec3, y: DVec3| x.cross(y).dot(normal) / normal.length_squared();
+                    let (a, b) = (along(p - corner, f), along(e, p - corner));
+                    if half { ((a + b) * (a + b), b / (a + b)) } else { (a, b) }
+                }
+            };
+            counts[bin(a) * 16 + bin(b)] += 1.0;
+        }
+        p_values.push(chi_squared_p(&counts, &vec![n as f64 / 256.0; 256]));
+    }
+
+    let scene = many();
+    let scale = RenderSpace::of(&scene).length(1.0);
+    let mut lost = 0;
+    for (from, normal) in [(v(0.0, -1.0, -3.0), DVec3::Y), (v(2.0, 1.0, -6.0), v(-0.6, 0.0, 0.8))] {
+        let queries: Vec<_> = (0..n).map(|_| query(scale * from, normal, rng.uniform() as f32, [0.25, 0.75])).collect();
+        let lights = scene.lights.len() + scene.spheres.len() + scene.triangle_count();
+        let mut counts = vec![0.0; lights];
+        for s in sampled(lab, &scene, &queries)? {
+            if let Ok(light) = usize::try_from(s.light) {
+                counts[light] += 1.0;
+            }
+        }
+        let all: Vec<_> = (0..lights)
+            .map(|light| DensityQuery {
+                from: (scale * from).as_vec3().to_array(),
+                light: light as i32,
+                normal: normal.as_vec3().to_array(),
+                distance: 1.0,
+                cosine: 1.0,
+                unused: [0.0; 3],
+            })
+            .collect();
+        let densities: Vec<Density> = lab.kernel(&scene, Kernel::LIGHT_PDF, 1)?.run(&all)?;
+        let expected: Vec<f64> = densities.iter().map(|d| f64::from(d.probability) * n as f64).collect();
+        p_values.push(chi_squared_p(&counts, &expected));
+        // Point lights come first, spheres that are no constants last: what is above the surface must have a chance.
+        let above = |p: DVec3| (p - from).dot(normal) > 0.0;
+        let points = scene.lights.iter().map(|crate::scene::Light::Point { position, .. }| above(*position));
+        let balls = scene.spheres.iter().map(|s| above(s.center));
+        let last = densities.iter().skip(lights - scene.spheres.len());
+        let all = points.zip(&densities).chain(balls.zip(last));
+        lost += all.filter(|(above, d)| *above && d.probability == 0.0).count();
+    }
+    if lost > 0 {
+        return Ok(Measured::new(f64::INFINITY, format!("{lost} lights cannot be chosen")));
+    }
+    let least = p_values.iter().copied().fold(1.0, f64::min);
+    let needed = 1.0 - 0.99f64.powf(1.0 / p_values.len() as f64);
+    Ok(Measured::new(needed / least, format!("{} tests of {n} samples, least p {least:.2e}", p_values.len())))
+}
+
+/// Points, spheres and triangles that shine.
+fn many() -> Scene {
+    let mut rng = Rng::new(73);
+    let mut scene = empty();
+    for i in 0..10 {
+        let mut at = || v(rng.between(-4.0, 4.0), rng.between(-2.0, 4.0), rng.between(-9.0, 0.0));
+        scene.light(at(), 10f64.powi(i % 3));
+        let center = at();
+        scene.sphere(center, 0.125, emitter(f64::from(1 + i)));
+    }
+    let (positions, triangles) = icosphere(v(0.5, 2.0, -4.0), 0.75, 0);
+    scene.mesh(&positions, &triangles, emitter(5.0));
+    scene
+}
+
+fn zero_area(lab: &Lab) -> Result<Measured, CheckError> {
+    let mut with = empty();
+    with.quad([v(-4.0, -1.0, 0.0), v(4.0, -1.0, 0.0), v(4.0, -1.0, -8.0), v(-4.0, -1.0, -8.0)], diffuse(0.75));
+    with.sphere(v(0.5, 0.0, -5.0), 1.0, diffuse(0.5));
+    with.integrator.max_depth = 2;
+    with.size(32, 16);
+    let mut without = with.clone();
+    for scene in [&mut with, &mut without] {
+        scene.light(v(1.0, 3.0, -2.0), 100.0);
+    }
+    let lamp = emitter(1.0);
+    for (i, radius) in [1e-30, 1e-25, 1e-20, 1e-12].into_iter().enumerate() {
+        with.sphere(v(-1.5 + i as f64, 0.5, -4.0), radius, lamp.clone());
+    }
+    // Just above the floor, too.
+    with.sphere(v(0.0, -1.0 + 1e-6, -3.0), 1e-30, lamp.clone());
+    let at = v(-0.5, 1.0, -4.0);
+    for size in [1e-12, 1e-8] {
+        with.mesh(&[at, at + v(size, 0.0, 0.0), at + v(0.0, size, size)], &[[0, 1, 2]], lamp.clone());
+    }
+    let tiny = 1.2e-19;
+    // Around the origin, where the camera is, coordinates can be that small.
+    with.mesh(&[DVec3::ZERO, v(tiny, 0.0, 0.0), v(0.0, 0.0, tiny)], &[[0, 1, 2]], lamp.clone());
+    with.mesh(&[at, at + v(0.5, 0.0, 0.0), at + v(1.0, 0.0, 0.0)], &[[0, 1, 2], [0, 0, 1], [1, 1, 1]], lamp.clone());
+    let (positions, triangles) = (vec![at; 300], (0..100).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect::<Vec<_>>());
+    with.mesh(&positions, &triangles, lamp);
+    let (image, expected) = (lab.render(&with)?, lab.render(&without)?);
+    let mut off = worst(image.channel(0).iter().zip(expected.channel(0)).map(|(a, b)| relative(*a, b)));
+    // The lamps alone.
+    with.lights.clear();
+    let dark = lab.render(&with)?;
+    let mut rng = Rng::new(74);
+    let scale = RenderSpace::of(&with).length(1.0);
+    let queries: Vec<_> = (0..lab.size(1 << 13, 1 << 18))
+        .map(|i| {
+            let from = scale * v(rng.between(-2.0, 2.0), -1.0, rng.between(-6.0, -1.0));
+            let u = |i: usize| [0.0, 0.25, 0.5, 0.75, LAST][i % 5];
+            query(from, DVec3::Y, rng.uniform() as f32, [u(i), u(i / 5)])
+        })
+        .collect();
+    let points = sampled(lab, &with, &queries)?;
+    let finite = |s: &&LightPoint| s.pdf.is_finite() && s.radiance.iter().chain(&s.point).all(|x| x.is_finite());
+    let bad = points.len() - points.iter().filter(finite).count();
+    let counted = image.statistics.bad_samples + dark.statistics.bad_samples;
+    let light = worst(dark.channel(0));
+    let detail = format!(
+        "{bad} of {} densities and {counted} samples are not finite; alone the lamps give {light:.0e}; {off:.1e}",
+        points.len()
+    );
+    if bad > 0 || counted > 0 || light > 1e-20 {
+        off = f64::INFINITY;
+    }
+    Ok(Measured::new(off, detail))
+}
