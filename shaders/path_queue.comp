@@ -30,7 +30,6 @@ layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
 const uint TILE = 64u;                  // pixels of a workgroup
 const uint PATHS = 1u << SLOT_BITS;     // paths of a workgroup in one dispatch
 const uint RUN = 8u;                    // samples of a pixel that a lane draws at once
-const uint STEPS = 2u;                  // through the tree, before lanes that are done fetch their next ray
 const uint CHECK_PATHS = 4u;            // steps of the paths from one count of the lanes to the next
 const uint CHECK_WALKS = 4u;            // fetches from one count to the next
 
@@ -58,25 +57,29 @@ struct Run {
 
 // Runs for the lanes that have none, as long as there are any.
 void draw_runs(uvec2 tile_corner, uint tile, uint samples, inout Run run) {
-    bool wanted = run.left == 0u;
     uint runs = TILE * ((samples + RUN - 1u) / RUN);
-    if (next_run >= runs) return;
-    uvec4 ballot = subgroupBallot(wanted);
-    uint number = next_run + subgroupBallotExclusiveBitCount(ballot);
-    next_run += subgroupBallotBitCount(ballot);
-    if (!wanted || number >= runs) return;
-    uint p = number % TILE;
-    uint first = number / TILE * RUN;
-    uvec2 at = tile_corner + uvec2(p & 7u, p >> 3);
-    uint done = film_count(tile + p);
-    run.slot = p + first * TILE;
-    run.pixel = at.y * width + at.x;
-    run.key = pixel_key(run.pixel);
-    run.index = done + first;
-    // A pixel that is ahead of the others just ends sooner.
-    uint end = min(target_samples, done + samples);
-    bool real = at.x < width && at.y < height && tile + p < end_slot;
-    run.left = real && run.index < end ? min(RUN, end - run.index) : 0u;
+    // A run may turn out to be empty: then its lane draws again.
+    while (next_run < runs && subgroupAny(run.left == 0u)) {
+        bool wanted = run.left == 0u;
+        uvec4 ballot = subgroupBallot(wanted);
+        uint number = next_run + subgroupBallotExclusiveBitCount(ballot);
+        next_run += subgroupBallotBitCount(ballot);
+        loops += 1u;
+        if (wanted && number < runs) {
+            uint p = number % TILE;
+            uint first = number / TILE * RUN;
+            uvec2 at = tile_corner + uvec2(p & 7u, p >> 3);
+            uint done = film_count(tile + p);
+            run.slot = p + first * TILE;
+            run.pixel = at.y * width + at.x;
+            run.key = pixel_key(run.pixel);
+            run.index = done + first;
+            // A pixel that is ahead of the others just ends sooner.
+            uint end = min(target_samples, done + samples);
+            bool real = at.x < width && at.y < height && tile + p < end_slot;
+            run.left = real && run.index < end ? min(RUN, end - run.index) : 0u;
+        }
+    }
 }
 
 // One of the regions that no other workgroup holds. There are more of them than workgroups can run at one time.
@@ -173,6 +176,12 @@ void advance(uvec2 tile_corner, uint tile, uint samples, inout Held h, inout Poc
     }
 }
 
+void walk_on(inout PocketWalk w) {
+    if (w.walk.current == FINISHED) return;
+    walk_step(w.walk, w.ray, w.leaving, w.shadow);
+    if (PATH_STATS) steps += 1u;
+}
+
 // Walks the tree for as long as most lanes have a ray to walk with, and then a while longer if that is all there is
 // to do.
 void walk_pockets(inout Pocket pocket, inout PocketWalk w, Run run, Held h) {
@@ -185,13 +194,10 @@ void walk_pockets(inout Pocket pocket, inout PocketWalk w, Run run, Held h) {
             uint count = lanes(w.entry != 0u);
             if (count == 0u || (count < ENOUGH_WALKS && lanes(able(h, pocket, run)) >= ENOUGH_PATHS)) break;
         }
-        for (uint i = 0u; i < STEPS; ++i) {
-            if (w.walk.current != FINISHED) {
-                walk_step(w.walk, w.ray, w.leaving, w.shadow);
-                if (PATH_STATS) steps += 1u;
-            }
-        }
-        loops += STEPS + 1u;
+        // Two steps from one fetch to the next.
+        walk_on(w);
+        walk_on(w);
+        loops += 1u;
         pocket_finish(pocket, w);
     }
 }

@@ -17,8 +17,8 @@ fn small_budget(name: &str, scheduler: Scheduler) -> u32 {
         ("cat", Scheduler::Inline) => 1500,
         (_, Scheduler::Inline) => 400,
         ("cat", Scheduler::Queue | Scheduler::Auto) => 20_000,
-        ("cornell", Scheduler::Queue | Scheduler::Auto) => 9000,
-        (_, Scheduler::Queue | Scheduler::Auto) => 30_000,
+        ("cornell", Scheduler::Queue | Scheduler::Auto) => 4000,
+        (_, Scheduler::Queue | Scheduler::Auto) => 15_000,
     }
 }
 

@@ -60,7 +60,8 @@ impl Module {
             (71, [id, decoration, value]) => drop(self.decorations.insert((*id, *decoration), *value)),
             (72, [id, member, OFFSET, value]) => drop(self.offsets.insert((*id, *member), *value as usize)),
             (21, [id, bits, _]) | (22, [id, bits]) => drop(self.sizes.insert(*id, *bits as usize / 8)),
-            (23, [id, component, count]) => {
+            // Booleans have no size.
+            (23, [id, component, count]) if self.sizes.contains_key(component) => {
                 let bytes = self.sizes[component] * *count as usize;
                 self.sizes.insert(*id, bytes);
             }
