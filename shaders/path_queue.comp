@@ -203,7 +203,7 @@ void walk_pockets(inout Pocket pocket, inout PocketWalk w, Run run, Held h) {
 }
 
 void main() {
-    uint tile = first_slot + gl_WorkGroupID.x * TILE;
+    uint tile = first_slot + group_of_work() * TILE;
     if (tile >= end_slot || max_new_samples == 0u) return;
     // The host asks for workgroups of one subgroup; a device that cuts them up must not go on.
     if (gl_NumSubgroups != 1u) {

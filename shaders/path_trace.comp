@@ -13,7 +13,7 @@ layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
 #include "lib/trace.glsl"
 
 void main() {
-    uint slot = first_slot + gl_GlobalInvocationID.x;
+    uint slot = first_slot + group_of_work() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
     uint pixel;
     if (slot >= end_slot || !pixel_of_slot(slot, pixel)) return;
     FilmPixel film_pixel = film_load(slot);

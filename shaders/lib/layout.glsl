@@ -115,6 +115,7 @@ layout(push_constant, std430) uniform Push {
     uint target_samples;    // per pixel, in all
     uint max_new_samples;   // per pixel, in this dispatch
     uint band_first;        // first slot of the film buffer
+    uint group_stride;      // workgroup i of n takes the work of number i·stride mod n, see pixel_order.glsl
 };
 
 #endif

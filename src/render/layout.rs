@@ -93,6 +93,7 @@ pub(crate) struct Push {
     pub target_samples: u32,
     pub max_new_samples: u32,
     pub band_first: u32,
+    pub group_stride: u32,
 }
 
 /// Material kinds; a positive kind is a dielectric's index of refraction.

@@ -135,6 +135,7 @@ fn push_constants() {
         ("target_samples", offset_of!(Push, target_samples)),
         ("max_new_samples", offset_of!(Push, max_new_samples)),
         ("band_first", offset_of!(Push, band_first)),
+        ("group_stride", offset_of!(Push, group_stride)),
     ]
     .map(|(name, offset)| (name.to_owned(), offset));
     for (kernel, interface) in kernels() {

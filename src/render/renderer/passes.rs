@@ -134,9 +134,14 @@ impl Renderer {
                         r.barrier(Access::Compute, Access::Compute);
                     }
                     let band = &bands[span.band];
-                    let push =
-                        Push { first_slot: span.first_slot, end_slot: span.end_slot, band_first: band.first, ..common };
                     let groups = span.slots().div_ceil(slots_per_group);
+                    let push = Push {
+                        first_slot: span.first_slot,
+                        end_slot: span.end_slot,
+                        band_first: band.first,
+                        group_stride: stride(groups),
+                        ..common
+                    };
                     r.dispatch(pipeline, &band.set, bytemuck::bytes_of(&push), [groups, 1, 1]);
                 }
             });
@@ -200,4 +205,39 @@ impl Renderer {
 
 fn mapped(buffer: &Buffer) -> Result<&[u8], RenderError> {
     buffer.mapped().ok_or_else(|| RenderError::Settings("the driver does not map read-back memory".to_owned()))
+}
+
+/// A number without a common divisor with `groups`, such that its multiples, modulo `groups`, are spread evenly: near
+/// the golden section, unless products with numbers below `groups` would not fit into 32 bits.
+fn stride(groups: u32) -> u32 {
+    let coprime = |n: u32| {
+        let (mut a, mut b) = (groups, n);
+        while b > 0 {
+            (a, b) = (b, a % b);
+        }
+        a == 1
+    };
+    let most = (u32::MAX / groups.max(1)).min((f64::from(groups) * 0.618_034) as u32);
+    (1..=most).rev().find(|&n| coprime(n)).unwrap_or(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::stride;
+
+    #[test]
+    fn multiples_of_the_stride_meet_every_group_once() {
+        for groups in (1..200).chain([1024, 65_536, 524_288, 1_000_003]) {
+            let stride = stride(groups);
+            let mut met = vec![false; groups as usize];
+            for i in 0..groups {
+                let group = i.checked_mul(stride).expect("32 bits") % groups;
+                assert!(!std::mem::replace(&mut met[group as usize], true), "{groups} groups, stride {stride}");
+            }
+        }
+        // No thread's share is a part of the image: of two halves each has half of either.
+        let (groups, stride) = (1024, stride(1024));
+        let upper = (0..groups / 2).filter(|i| i * stride % groups < groups / 2).count();
+        assert!((246..=266).contains(&upper), "{upper}");
+    }
 }
