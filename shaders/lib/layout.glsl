@@ -100,7 +100,7 @@ const uint COUNT_RAYS = 2u;        // closest-hit rays
 const uint COUNT_SHADOW = 3u;      // shadow rays
 const uint COUNT_STEPS = 4u;       // steps through the tree (with PATH_STATS)
 const uint COUNT_TREE_RAYS = 5u;   // rays that entered the tree (with PATH_STATS)
-const uint COUNT_TRUNCATED = 6u;   // invocations whose loop nothing in the shader ended, workgroups of more than one subgroup
+const uint COUNT_TRUNCATED = 6u;   // loops that nothing in the shader ended, workgroups of several subgroups
 
 layout(push_constant, std430) uniform Push {
     vec4 camera_right;      // xyz: half the image plane's width at distance 1; w: pixel width in these units
