@@ -82,24 +82,21 @@ void draw_runs(uvec2 tile_corner, uint tile, uint samples, inout Run run) {
     }
 }
 
-// One of the regions that no other workgroup holds. There are more of them than workgroups can run at one time.
+// One of the regions that no other workgroup holds. On CPUs there are more of them than workgroups run at one time;
+// elsewhere a workgroup may have to wait for one that runs.
 uint acquire_region() {
     uint r = 0u;
     if (subgroupElect()) {
-        if (REGIONS == 0u) {
-            r = gl_WorkGroupID.x;
-        } else {
-            bool found = false;
-            uint word = gl_WorkGroupID.x % (REGIONS / 32u);
-            while (!found) {
-                int bit = findLSB(~pool[word]);
-                if (bit >= 0) {
-                    uint mask = 1u << uint(bit);
-                    found = (atomicOr(pool[word], mask) & mask) == 0u;
-                    r = word * 32u + uint(bit);
-                }
-                word = (word + 1u) % (REGIONS / 32u);
+        bool found = false;
+        uint word = gl_WorkGroupID.x % (REGIONS / 32u);
+        while (!found) {
+            int bit = findLSB(~pool[word]);
+            if (bit >= 0) {
+                uint mask = 1u << uint(bit);
+                found = (atomicOr(pool[word], mask) & mask) == 0u;
+                r = word * 32u + uint(bit);
             }
+            word = (word + 1u) % (REGIONS / 32u);
         }
     }
     memoryBarrierBuffer();
@@ -108,7 +105,7 @@ uint acquire_region() {
 
 void release_region(uint r) {
     memoryBarrierBuffer();
-    if (REGIONS > 0u && subgroupElect()) atomicAnd(pool[r / 32u], ~(1u << (r % 32u)));
+    if (subgroupElect()) atomicAnd(pool[r / 32u], ~(1u << (r % 32u)));
 }
 
 // Whether a lane has a path to go on with, or may begin one.

@@ -4,15 +4,16 @@
 #extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_vote : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
-// Rays and nothing else, to measure how many a second can be traced: the walk of the path tracer, scheduled as in
-// path_queue.comp. A workgroup is one subgroup, which owns a run of rays; lanes that are done fetch the next ones.
+// Rays and nothing else, to measure how many a second can be traced: the walk of the path tracer. A workgroup is one
+// subgroup, which owns a run of rays; when enough lanes are done they fetch the next ones. path_queue.comp does without
+// that counting: there each lane has rays of its own to go on with.
 // Records: check/probe/traversal.rs.
 
 #include "io.glsl"
 #include "../lib/path.glsl"
 #include "../lib/trace.glsl"
 
-const uint RUN = 512u;      // rays of a workgroup
+const uint RUN = 512u;      // rays of a workgroup; check/probe/traversal.rs has the same
 
 // Not a constant: the path tracer's loop has rays of both kinds.
 bool any_hit = max_new_samples != 0u;

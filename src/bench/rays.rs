@@ -100,7 +100,7 @@ pub struct RaySet {
 /// Makes the rays of a scene and times them.
 ///
 /// # Errors
-/// The device fails, or no ray meets the scene.
+/// The device fails, or its limits or memory are exceeded.
 pub fn measure(
     context: &Context,
     scene: &Scene,

@@ -118,7 +118,7 @@ pub enum SchedulerArg {
     Auto,
     /// Each lane walks the tree at once
     Inline,
-    /// Each subgroup parks rays in a queue and traces them together
+    /// Paths that need the tree wait, until a whole subgroup walks it together
     Queue,
 }
 

@@ -168,7 +168,8 @@ impl Pipeline {
         // Whatever the alignment of the bytes.
         let words: Vec<u32> = spirv.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
-        // SAFETY: the SPIR-V was made by glslang in the build script.
+        // SAFETY: the SPIR-V was made by glslang in the build script, or is the user's own (`spirv_folder`), who
+        // answers for it.
         let module = check("vkCreateShaderModule", unsafe { device.raw.create_shader_module(&info, None) })?;
         device.name(module, name);
         let map: Vec<_> = specialization

@@ -17,8 +17,10 @@ pub fn prefer_wide_vectors() {
     if !has_wide_vectors() || env::var_os(WIDTH).is_some() || env::var_os(CACHE).is_some() {
         return;
     }
-    let home = || env::var_os("HOME").map(|home| PathBuf::from(home).join(".cache"));
-    let Some(folder) = env::var_os("XDG_CACHE_HOME").map(PathBuf::from).or_else(home) else { return };
+    // A relative path is to be ignored (XDG Base Directory Specification), and an empty one is relative.
+    let absolute = |name: &str| env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let home = || absolute("HOME").map(|home| home.join(".cache"));
+    let Some(folder) = absolute("XDG_CACHE_HOME").or_else(home) else { return };
     let folder = folder.join("photolith").join("mesa-512");
     if std::fs::create_dir_all(&folder).is_err() {
         return;

@@ -9,10 +9,10 @@ pub(crate) struct DriverFacts {
     pub loop_budget: u32,
     /// Invocations of a workgroup.
     pub workgroup_size: u32,
-    /// Rays that need the tree are queued: pays where a subgroup is a SIMD register of a CPU, whose idle lanes cost
-    /// as much as busy ones.
+    /// Paths that need the tree wait for each other ([`Scheduler::Queue`](super::Scheduler::Queue)): pays where a
+    /// subgroup is a SIMD register of a CPU, whose idle lanes cost as much as busy ones.
     pub queue: bool,
-    /// Queue regions: more than workgroups run at one time.
+    /// Regions for the light of paths, which the workgroups that run share: a workgroup that finds none free waits.
     pub queue_regions: u32,
 }
 

@@ -1,4 +1,5 @@
-//! What host and shader share: the numbers of shaders/lib/layout.glsl, sphere.glsl, tree.glsl and point.glsl.
+//! What host and shader share: the numbers of shaders/lib/layout.glsl, and of sphere.glsl, facet.glsl,
+//! intersect/tree.glsl, light/tree.glsl and point.glsl.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -59,7 +60,9 @@ pub(crate) mod binding {
     pub const LIGHTS: u32 = 3;
     pub const FILM: u32 = 4;
     pub const COUNTERS: u32 = 5;
+    /// The light of the queue's paths.
     pub const QUEUE: u32 = 6;
+    /// Which regions of it are taken, a bit each.
     pub const QUEUE_POOL: u32 = 7;
 }
 
@@ -121,7 +124,7 @@ pub(crate) mod queue {
     pub const TILE: u32 = 64;
     /// Paths of a workgroup in one dispatch.
     pub const PATHS: u32 = 2048;
-    /// Bytes of a workgroup's region: a vec4 for each path.
+    /// Bytes of a workgroup's region: a vec4 for each path, its light.
     pub const REGION_BYTES: u64 = 16 * PATHS as u64;
 }
 

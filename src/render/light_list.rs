@@ -1,7 +1,7 @@
 //! The lights of a scene, each of them once.
 //!
-//! Where surfaces lie on each other rays meet the first one, so that a copy of a lamp (a face that is twice in a file, a
-//! mesh that was loaded twice) adds no light. Sampling must not find it either.
+//! Where surfaces lie on each other rays meet the first one, so that a copy of a lamp (a face that is twice in a file,
+//! a mesh that was loaded twice) adds no light. Sampling must not find it either.
 
 use std::collections::HashMap;
 
@@ -32,7 +32,8 @@ impl LightList {
     /// Adds a sphere that emits, likewise.
     pub fn add_sphere(&mut self, center: DVec3, radius: f64, inward: bool, radiance: Rgb) -> i32 {
         let shape = LightShape::Sphere { center, radius, inward };
-        self.add(Light { shape, radiance }, &[center, DVec3::splat(radius)])
+        // The centre twice: centre and radius must not change places when they are sorted.
+        self.add(Light { shape, radiance }, &[center, center, DVec3::splat(radius)])
     }
 
     pub fn into_vec(self) -> Vec<Light> {
@@ -81,6 +82,8 @@ mod tests {
         assert_eq!(list.add_sphere(DVec3::X, 1.0, false, [2.0; 3]), 2);
         assert_eq!(list.add_sphere(DVec3::X, 1.0, true, [2.0; 3]), -1);
         assert_eq!(list.add_sphere(DVec3::X, 2.0, false, [2.0; 3]), 3);
-        assert_eq!(list.into_vec().len(), 4);
+        assert_eq!(list.add_sphere(DVec3::splat(3.0), 4.0, false, [2.0; 3]), 4);
+        assert_eq!(list.add_sphere(DVec3::splat(4.0), 3.0, false, [2.0; 3]), 5, "radius and centre exchanged");
+        assert_eq!(list.into_vec().len(), 6);
     }
 }

@@ -54,7 +54,7 @@ pub struct Renderer {
     counters: Buffer,
     readbacks: Vec<Buffer>,
     _tables: Vec<Buffer>,
-    /// The queue's regions, and which of them are taken.
+    /// The light of the queue's paths, in regions, and which of these are taken.
     queue: [Buffer; 2],
     device: Arc<Device>,
     statistics: RenderStatistics,

@@ -48,14 +48,15 @@ pub enum Scheduler {
     Auto,
     /// Each lane walks the tree at once.
     Inline,
-    /// Each subgroup parks such rays in a queue of its own and traces them together.
+    /// Paths whose rays need the tree wait in a pocket of their lane, which goes on with others; all lanes of a subgroup
+    /// then walk together.
     Queue,
 }
 
 /// Samples where they do most for the noise of the image, until it is low enough.
 ///
-/// The noise of an image is √(mean of v/(x² + 0.01)) over pixels and channels: x is the radiance, v the variance that its
-/// estimate has by chance. It is the root of the `relMSE` that [`compare`](crate::image::metrics::compare) finds
+/// The noise of an image is √(mean of v/(x² + 0.01)) over pixels and channels: x is the radiance, v the variance that
+/// its estimate has by chance. It is the root of the `relMSE` that [`compare`](crate::image::metrics::compare) finds
 /// against the exact image. 0.01 is low noise, 0.1 a preview.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Adaptive {
@@ -118,8 +119,8 @@ pub struct RenderSettings {
     pub loop_budget: Option<u32>,
     /// Count steps through the tree as well; a little slower.
     pub count_steps: bool,
-    /// A folder with `path_trace.spv`, `path_queue.spv` or `traverse.spv` to use instead of the built-in shaders: edit a shader, run
-    /// `glslc` on it, and render again without building the program.
+    /// A folder with `path_trace.spv`, `path_queue.spv` or `traverse.spv` to use instead of the built-in shaders: edit a
+    /// shader, run `glslc` on it, and render again without building the program.
     pub spirv_folder: Option<PathBuf>,
     /// Tests only: breaks one thing on purpose, to show that the tests see it.
     #[doc(hidden)]

@@ -34,7 +34,8 @@ pub struct AdaptiveStatistics {
 /// What a rendering did.
 #[derive(Debug, Clone, Default)]
 pub struct RenderStatistics {
-    /// Seconds from the start of [`Renderer::new`](super::Renderer::new) until it could render: tree, uploads, compilation.
+    /// Seconds from the start of [`Renderer::new`](super::Renderer::new) until it could render: tree, uploads,
+    /// compilation.
     pub setup_seconds: f64,
     /// The part of `setup_seconds` that went into making and warming up the pipeline.
     pub compile_seconds: f64,

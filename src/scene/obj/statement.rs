@@ -146,6 +146,6 @@ pub(super) fn quoted(word: &[u8]) -> String {
 
 /// For what `tobj` refuses although it has been checked.
 pub(super) fn read_failed(file: &str, error: tobj::LoadError) -> SceneError {
-    let expected = "statements that the OBJ reader knows";
+    let expected = "statements that the MTL reader knows";
     SceneError::Statement { at: Location::file(file), found: error.to_string(), expected: expected.into() }
 }
