@@ -313,3 +313,24 @@ fn ctrl_c_writes_what_there_is() {
     assert_eq!(image.width(), 512);
     assert!(metadata.get("Samples").unwrap().parse::<u32>().unwrap() >= 1);
 }
+
+#[test]
+fn vectors_of_any_width_give_the_same_bits() {
+    let directory = directory();
+    let scene = scene_path("spheres");
+    for (width, output) in [(None, "widest.pfm"), (Some("256"), "256.pfm"), (Some("128"), "128.pfm")] {
+        let mut command = program(directory.path());
+        command.args(["render", "--size", "40x24", "--samples", "4", "-o", output]).arg(&scene);
+        command.env_remove("MESA_SHADER_CACHE_DIR").env_remove("LP_NATIVE_VECTOR_WIDTH");
+        // The driver's cache does not tell widths apart.
+        command.env("XDG_CACHE_HOME", directory.path().join(output).with_extension("cache"));
+        if let Some(width) = width {
+            command.env("LP_NATIVE_VECTOR_WIDTH", width);
+        }
+        let found = command.output().expect("the program starts");
+        assert!(found.status.success(), "{}", text(&found.stderr));
+    }
+    let image = |name| fs::read(directory.path().join(name)).expect("an image");
+    assert_eq!(image("widest.pfm"), image("256.pfm"));
+    assert_eq!(image("128.pfm"), image("256.pfm"));
+}

@@ -19,21 +19,22 @@ struct FilmPixel {
 
 // Samples of a slot so far.
 uint film_count(uint slot) {
-    return floatBitsToUint(imageLoad(film_texels, int(FILM_ROWS * (slot - band_first))).w);
+    return imageLoad(film_texels, int(FILM_ROWS * (slot - band_first))).w;
 }
 
 FilmPixel film_load(uint slot) {
     int row = int(FILM_ROWS * (slot - band_first));
-    vec4 a = imageLoad(film_texels, row);
-    return FilmPixel(a.xyz, imageLoad(film_texels, row + 1).xyz, imageLoad(film_texels, row + 2).xyz,
-                     floatBitsToUint(a.w));
+    uvec4 a = imageLoad(film_texels, row);
+    vec3 compensation = uintBitsToFloat(imageLoad(film_texels, row + 1).xyz);
+    vec3 residue = uintBitsToFloat(imageLoad(film_texels, row + 2).xyz);
+    return FilmPixel(uintBitsToFloat(a.xyz), compensation, residue, a.w);
 }
 
 void film_store(uint slot, FilmPixel p) {
     int row = int(FILM_ROWS * (slot - band_first));
-    imageStore(film_texels, row, vec4(p.sum, uintBitsToFloat(p.count)));
-    imageStore(film_texels, row + 1, vec4(p.compensation, 0.0));
-    imageStore(film_texels, row + 2, vec4(p.residue, 0.0));
+    imageStore(film_texels, row, uvec4(floatBitsToUint(p.sum), p.count));
+    imageStore(film_texels, row + 1, uvec4(floatBitsToUint(p.compensation), 0u));
+    imageStore(film_texels, row + 2, uvec4(floatBitsToUint(p.residue), 0u));
 }
 
 // a + b = sum + error exactly where |a| >= |b| (Dekker 1971).

@@ -87,7 +87,7 @@ layout(binding = 2) uniform usamplerBuffer sobol_texels;   // see sampler.glsl
 layout(binding = 3) uniform samplerBuffer light_texels;    // see light/
 // A texel buffer although it is written: on lavapipe a vec4 of a storage buffer is 4 scalar accesses for each lane, all
 // of them unrolled, and the film's took half of the time that a kernel took to compile.
-layout(rgba32f, binding = 4) uniform imageBuffer film_texels;   // FILM_ROWS texels a slot, see film.glsl
+layout(rgba32ui, binding = 4) uniform uimageBuffer film_texels;   // FILM_ROWS texels a slot, see film.glsl
 const uint FILM_ROWS = 3u;
 layout(std430, binding = 5) buffer Counters { uint counters[]; };
 layout(std430, binding = 6) coherent buffer PathLight { vec4 path_light[]; };   // see path_queue.comp

@@ -177,7 +177,8 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
         trees = trees || Features::of(&scene, &settings).tree;
     }
     if !trees {
-        prefer_wide_vectors();
+        // SAFETY: other threads only wait for work on meshes, and leave the environment alone.
+        unsafe { prefer_wide_vectors() };
     }
     let context = args.device.open()?;
     let mut report = Report {

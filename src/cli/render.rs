@@ -121,7 +121,8 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
 
     let started = std::time::Instant::now();
     if !Features::of(&scene, &settings).tree {
-        prefer_wide_vectors();
+        // SAFETY: the other threads wait for a signal, or for work on meshes, and leave the environment alone.
+        unsafe { prefer_wide_vectors() };
     }
     let context = args.device.open()?;
     let mut renderer = Renderer::new(&context, &scene, &settings)?;

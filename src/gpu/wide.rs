@@ -11,9 +11,12 @@ const CACHE: &str = "MESA_SHADER_CACHE_DIR";
 /// Asks llvmpipe for vectors of 512 bits if the CPU has them; other drivers do not listen. It pays where lanes compute
 /// (a room of spheres: 4 to 40% less time) and not where they follow the tree, whose accesses are scalar.
 ///
-/// This sets environment variables of the process, unless the user has: call it before the first
-/// [`Context`](super::Context), at a time when no other thread reads or changes the environment.
-pub fn prefer_wide_vectors() {
+/// This sets environment variables of the process, unless the user has. Call it before the first
+/// [`Context`](super::Context).
+///
+/// # Safety
+/// No other thread reads or changes the environment meanwhile (see [`std::env::set_var`]).
+pub unsafe fn prefer_wide_vectors() {
     if !has_wide_vectors() || env::var_os(WIDTH).is_some() || env::var_os(CACHE).is_some() {
         return;
     }
@@ -25,7 +28,7 @@ pub fn prefer_wide_vectors() {
     if std::fs::create_dir_all(&folder).is_err() {
         return;
     }
-    // SAFETY: the caller sees to it that no other thread uses the environment.
+    // SAFETY: by the contract of this function.
     unsafe {
         env::set_var(WIDTH, "512");
         env::set_var(CACHE, &folder);

@@ -97,21 +97,17 @@ impl Renderer {
 
         let (width, height) = (scene.film.width, scene.film.height);
         let slots = slot_count(width, height);
-        let texels = size_of::<FilmSlot>() as u64 / 16;
-        let band_slots = (device.info.max_texel_elements / texels / 64 * 64).min(MOST_BAND_SLOTS);
         if slots > u64::from(u32::MAX) / 2 {
             return Err(RenderError::Settings(format!("an image of {width}×{height} pixels is too large")));
         }
 
         let texel = |name, bytes: usize, format| Buffer::new(device, name, bytes as u64, Usage::Texel(format));
         let float4 = ash::vk::Format::R32G32B32A32_SFLOAT;
+        let uint4 = ash::vk::Format::R32G32B32A32_UINT;
         let mut uploads = vec![
             (texel("tree", size_of_val(tables.records.as_slice()), float4)?, bytemuck::cast_slice(&tables.records)),
             (texel("shapes", size_of_val(tables.shapes.as_slice()), float4)?, bytemuck::cast_slice(&tables.shapes)),
-            (
-                texel("sobol", size_of_val(sobol.as_slice()), ash::vk::Format::R32G32B32A32_UINT)?,
-                bytemuck::cast_slice::<_, u8>(&sobol),
-            ),
+            (texel("sobol", size_of_val(sobol.as_slice()), uint4)?, bytemuck::cast_slice::<_, u8>(&sobol)),
             (
                 texel("lights", size_of_val(tables.lights.texels.as_slice()), float4)?,
                 bytemuck::cast_slice(&tables.lights.texels),
@@ -126,28 +122,11 @@ impl Renderer {
             && match settings.scheduler {
                 Scheduler::Auto => facts.queue && !features.brute_force,
                 Scheduler::Inline => false,
-                Scheduler::Queue => true,
+                Scheduler::Queue => !features.brute_force,
             };
         let regions = if queued { facts.queue_regions } else { 0 };
         let queue_pool = Buffer::new(device, "queue pool", u64::from(regions / 8), Usage::Storage)?;
         let queue_buffer = Buffer::new(device, "queue", u64::from(regions) * queue::REGION_BYTES, Usage::Storage)?;
-
-        let mut bands = Vec::new();
-        let mut first = 0u64;
-        while first < slots {
-            let count = (slots - first).min(band_slots);
-            let film = Buffer::new(device, "film", count * size_of::<FilmSlot>() as u64, Usage::StorageTexel(float4))?;
-            let numbers = [binding::TREE, binding::SHAPES, binding::SOBOL, binding::LIGHTS];
-            let mut bindings: Vec<_> =
-                numbers.iter().zip(&uploads).map(|(&number, (buffer, _))| Binding { number, buffer }).collect();
-            bindings.push(Binding { number: binding::FILM, buffer: &film });
-            bindings.push(Binding { number: binding::COUNTERS, buffer: &counters });
-            bindings.push(Binding { number: binding::QUEUE, buffer: &queue_buffer });
-            bindings.push(Binding { number: binding::QUEUE_POOL, buffer: &queue_pool });
-            let set = BindingSet::new(device, &bindings, size_of::<Push>() as u32)?;
-            bands.push(Band { first: first as u32, slots: count as u32, set, film });
-            first += count;
-        }
 
         let workgroup = match settings.workgroup_size {
             // The queue's workgroup is one subgroup.
@@ -161,6 +140,28 @@ impl Renderer {
                 device.limits.max_compute_work_group_invocations
             )));
         }
+        let slots_per_group = if queued { queue::TILE } else { workgroup };
+        // What a binding holds, and a dispatch covers.
+        let texels = size_of::<FilmSlot>() as u64 / 16;
+        let covered = u64::from(device.limits.max_compute_work_group_count[0]) * u64::from(slots_per_group);
+        let band_slots = (device.info.max_texel_elements / texels).min(covered).min(MOST_BAND_SLOTS) / 64 * 64;
+        let mut bands = Vec::new();
+        let mut first = 0u64;
+        while first < slots {
+            let count = (slots - first).min(band_slots);
+            let film = Buffer::new(device, "film", count * size_of::<FilmSlot>() as u64, Usage::StorageTexel(uint4))?;
+            let numbers = [binding::TREE, binding::SHAPES, binding::SOBOL, binding::LIGHTS];
+            let mut bindings: Vec<_> =
+                numbers.iter().zip(&uploads).map(|(&number, (buffer, _))| Binding { number, buffer }).collect();
+            bindings.push(Binding { number: binding::FILM, buffer: &film });
+            bindings.push(Binding { number: binding::COUNTERS, buffer: &counters });
+            bindings.push(Binding { number: binding::QUEUE, buffer: &queue_buffer });
+            bindings.push(Binding { number: binding::QUEUE_POOL, buffer: &queue_pool });
+            let set = BindingSet::new(device, &bindings, size_of::<Push>() as u32)?;
+            bands.push(Band { first: first as u32, slots: count as u32, set, film });
+            first += count;
+        }
+
         let loop_budget = settings.loop_budget.unwrap_or(facts.loop_budget);
         let mut specialization = tables.specialization(&features, settings);
         specialization.uint(constant::WORKGROUP, workgroup).uint(constant::LOOP_BUDGET, loop_budget);
@@ -190,7 +191,7 @@ impl Renderer {
             width,
             height,
             loop_budget,
-            slots_per_group: if queued { queue::TILE } else { workgroup },
+            slots_per_group,
             pace: Pace::new(settings.samples_per_dispatch, if queued { queue::PATHS / queue::TILE } else { u32::MAX }),
             stage,
             bands,

@@ -81,6 +81,9 @@ impl Adaptive {
         if samples < 2 {
             return fail(format!("noise cannot be estimated from {samples} sample per pixel, expected at least 2"));
         }
+        if self.mean_samples.is_some_and(|n| n < 4) {
+            return fail("adaptive sampling needs a mean of at least 4 samples per pixel".to_owned());
+        }
         if pixels < 2 {
             return fail("adaptive sampling needs an image of at least 2 pixels, found 1".to_owned());
         }

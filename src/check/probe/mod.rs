@@ -107,7 +107,7 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
         let input = storage("probe input", BATCH * size_of::<I>())?;
         let output = storage("probe output", BATCH * size_of::<O>())?;
         let film_bytes = (film_slots.max(1) * size_of::<FilmSlot>()) as u64;
-        let film = Buffer::new(device, "film", film_bytes, Usage::StorageTexel(float4))?;
+        let film = Buffer::new(device, "film", film_bytes, Usage::StorageTexel(uint4))?;
         let counters = storage("counters", size_of::<Counters>())?;
         let mut buffers = Vec::new();
         for (name, _, format, bytes) in &sources {

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::mem::offset_of;
 use std::path::Path;
 
-use super::layout::{Counters, FilmSlot, Push, binding, constant};
+use super::layout::{Counters, FilmSlot, Push, binding, constant, queue};
 use super::spheres::MAX_CONSTANT_SPHERES;
 use reflect::{Interface, interface};
 
@@ -151,6 +151,10 @@ fn push_constants() {
 fn records() {
     assert_eq!((offset_of!(FilmSlot, count), offset_of!(FilmSlot, compensation)), (12, 16));
     assert_eq!((offset_of!(FilmSlot, residue), size_of::<FilmSlot>()), (32, 48));
+    let queue_kernel = include_str!("../../../shaders/path_queue.comp");
+    assert!(queue_kernel.contains(&format!("const uint TILE = {}u;", queue::TILE)));
+    let pocket = include_str!("../../../shaders/lib/pocket.glsl");
+    assert!(pocket.contains(&format!("const uint SLOT_BITS = {}u;", queue::PATHS.ilog2())));
     let layout = include_str!("../../../shaders/lib/layout.glsl");
     for (name, offset) in [
         ("COUNT_SAMPLES", offset_of!(Counters, samples)),
