@@ -41,7 +41,6 @@ uint next_run = 0u;
 uint rays = 0u;             // of this lane
 uint shadow_rays = 0u;
 uint steps = 0u;
-uint tree_rays = 0u;
 
 uint lanes(bool wanted) { return subgroupBallotBitCount(subgroupBallot(wanted)); }
 bool out_of_budget() { return LOOP_BUDGET > 0u && loops >= LOOP_BUDGET; }
@@ -122,7 +121,7 @@ void advance(uvec2 tile_corner, uint tile, uint samples, inout Held h, inout Poc
             until_check = CHECK_PATHS;
             draw_runs(tile_corner, tile, samples, run);
             uint count = lanes(able(h, pocket, run));
-            if (count < ENOUGH_PATHS && (count == 0u || subgroupAny(walking || pocket_waiting(pocket) != 0u))) break;
+            if (count < ENOUGH_LANES && (count == 0u || subgroupAny(walking || pocket_waiting(pocket) != 0u))) break;
         }
         loops += 1u + LIGHT_LOOPS;
 
@@ -185,11 +184,10 @@ void walk_pockets(inout Pocket pocket, inout PocketWalk w, Run run, Held h) {
     uint until_check = CHECK_WALKS;
     while (!out_of_budget()) {
         pocket_fetch(pocket, w);
-        tree_rays += w.fetched ? 1u : 0u;
         if (--until_check == 0u) {
             until_check = CHECK_WALKS;
             uint count = lanes(w.entry != 0u);
-            if (count == 0u || (count < ENOUGH_WALKS && lanes(able(h, pocket, run)) >= ENOUGH_PATHS)) break;
+            if (count == 0u || (count < ENOUGH_LANES && lanes(able(h, pocket, run)) >= ENOUGH_LANES)) break;
         }
         // Two steps from one fetch to the next.
         walk_on(w);
@@ -251,6 +249,5 @@ void main() {
     atomicAdd(counters[COUNT_RAYS], rays);
     atomicAdd(counters[COUNT_SHADOW], shadow_rays);
     if (PATH_STATS) atomicAdd(counters[COUNT_STEPS], steps);
-    if (PATH_STATS) atomicAdd(counters[COUNT_TREE_RAYS], tree_rays);
     if (bad > 0u) atomicAdd(counters[COUNT_BAD], bad);
 }

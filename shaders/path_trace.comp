@@ -62,7 +62,6 @@ void main() {
     atomicAdd(counters[COUNT_RAYS], rays);
     atomicAdd(counters[COUNT_SHADOW], shadow_rays);
     if (PATH_STATS) atomicAdd(counters[COUNT_STEPS], walked_steps);
-    if (PATH_STATS) atomicAdd(counters[COUNT_TREE_RAYS], walked_rays);
     if (bad > 0u) atomicAdd(counters[COUNT_BAD], bad);
     if (film_pixel.count < end && within_budget) atomicAdd(counters[COUNT_TRUNCATED], 1u);
 }

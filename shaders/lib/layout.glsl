@@ -55,8 +55,7 @@ layout(constant_id = 23) const uint LEAF_END = 0u;
 layout(constant_id = 24) const uint MUTATION = 0u;         // tests only: breaks one thing, see render/mutation.rs
 layout(constant_id = 25) const uint EMITTER_COUNT = 0u;    // emitters among them
 layout(constant_id = 27) const uint REGIONS = 64u;         // of path_light, which workgroups share; a multiple of 32
-layout(constant_id = 28) const uint ENOUGH_PATHS = 5u;     // lanes: with fewer of them, a subgroup stops advancing
-layout(constant_id = 56) const uint ENOUGH_WALKS = 5u;     // paths, or walking the tree, and does the other
+layout(constant_id = 28) const uint ENOUGH_LANES = 5u;     // with fewer at work, a subgroup turns to what else there is
 layout(constant_id = 31) const uint FACET_COUNT = 0u;      // flat polygons held in constants, see intersect/facet.glsl
 layout(constant_id = 30) const uint LIGHT_LOOPS = 0u;      // loop iterations that choosing lights takes at a hit
 layout(constant_id = 26) const bool PATH_STATS = false;    // count rays and traversal steps
@@ -99,8 +98,7 @@ const uint COUNT_BAD = 1u;         // samples that were NaN or infinite
 const uint COUNT_RAYS = 2u;        // closest-hit rays
 const uint COUNT_SHADOW = 3u;      // shadow rays
 const uint COUNT_STEPS = 4u;       // steps through the tree (with PATH_STATS)
-const uint COUNT_TREE_RAYS = 5u;   // rays that entered the tree (with PATH_STATS)
-const uint COUNT_TRUNCATED = 6u;   // loops that nothing in the shader ended, workgroups of several subgroups
+const uint COUNT_TRUNCATED = 5u;   // loops that nothing in the shader ended, workgroups of several subgroups
 
 layout(push_constant, std430) uniform Push {
     vec4 camera_right;      // xyz: half the image plane's width at distance 1; w: pixel width in these units

@@ -42,7 +42,6 @@ struct Pocket {
 struct PocketWalk {
     uint entry;         // bit of its place; 0: none
     bool shadow;
-    bool fetched;
     int leaving;
     TreeRay ray;
     Walk walk;
@@ -65,7 +64,7 @@ Pocket pocket_empty() {
 }
 
 PocketWalk pocket_walk_idle() {
-    return PocketWalk(0u, false, false, -1, tree_ray(vec3(0.0), vec3(0.0, 0.0, 1.0)), Walk(FINISHED, 1, 0.0, -1));
+    return PocketWalk(0u, false, -1, tree_ray(vec3(0.0), vec3(0.0, 0.0, 1.0)), Walk(FINISHED, 1, 0.0, -1));
 }
 
 uint lowest_bit(uint set) { return set & (~set + 1u); }
@@ -144,7 +143,6 @@ void pocket_take(inout Pocket p, inout Held h) {
 // Gives a lane that walks nowhere the next ray; shadow rays first.
 void pocket_fetch(Pocket p, inout PocketWalk w) {
     uint place = w.entry == 0u ? lowest_bit(pocket_waiting(p)) : 0u;
-    w.fetched = place != 0u;
     if (place != 0u) {
         vec4 origin = p.origin[0];
         vec4 direction = p.direction[0];

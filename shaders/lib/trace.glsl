@@ -6,9 +6,8 @@
 #include "path.glsl"
 #include "intersect/facet.glsl"
 
-// With PATH_STATS: records visited by this lane, and rays that entered the tree.
+// With PATH_STATS: records visited by this lane.
 uint walked_steps = 0u;
-uint walked_rays = 0u;
 
 // Walks the tree to the end, or as far as the budget goes; then `loops` has reached LOOP_BUDGET. Returns the steps.
 uint walk_tree(inout Walk walk, vec3 o, vec3 d, int leaving, bool any_hit, uint loops) {
@@ -18,10 +17,7 @@ uint walk_tree(inout Walk walk, vec3 o, vec3 d, int leaving, bool any_hit, uint 
         walk_step(walk, r, leaving, any_hit);
         steps += 1u;
     }
-    if (PATH_STATS) {
-        walked_steps += steps;
-        walked_rays += 1u;
-    }
+    if (PATH_STATS) walked_steps += steps;
     return steps;
 }
 

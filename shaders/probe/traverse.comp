@@ -45,7 +45,7 @@ void main() {
             busy = true;
         }
         if (!subgroupAny(busy)) break;
-        uint enough = next < total ? ENOUGH_WALKS : 1u;
+        uint enough = next < total ? ENOUGH_LANES : 1u;
         do {
             if (walk.current != FINISHED) {
                 walk_step(walk, ray, leaving, any_hit);

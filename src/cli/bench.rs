@@ -171,12 +171,9 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
         bail!("--rays has nothing to draw: expected no --plot");
     }
     // As `photolith render` does; the width is one for the whole process.
-    let mut trees = args.growth.is_some() || args.rays;
-    for path in &args.scenes {
-        let (scene, settings) = load(args, path)?;
-        trees = trees || Features::of(&scene, &settings).tree;
-    }
-    if !trees {
+    let loaded = args.scenes.iter().map(|path| load(args, path)).collect::<Result<Vec<_>, _>>()?;
+    let trees = loaded.iter().any(|(scene, settings)| Features::of(scene, settings).tree);
+    if !trees && args.growth.is_none() && !args.rays {
         // SAFETY: other threads only wait for work on meshes, and leave the environment alone.
         unsafe { prefer_wide_vectors() };
     }
@@ -194,11 +191,11 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
         report.growth = Some(found);
         failure = error;
     }
-    for path in &args.scenes {
+    for (scene, settings) in &loaded {
         if args.rays {
-            report.rays.push(measure_rays(args, path, &context)?);
+            report.rays.push(measure_rays(args, scene, settings, &context)?);
         } else {
-            report.scenes.push(measure_scene(args, path, &context)?);
+            report.scenes.push(measure_scene(args, scene, settings, &context)?);
         }
     }
     write(args, &report)?;
@@ -265,25 +262,33 @@ fn load(args: &BenchArgs, path: &Path) -> anyhow::Result<(Scene, RenderSettings)
     Ok((scene, RenderSettings { spirv_folder: args.spirv.clone(), ..settings }))
 }
 
-fn measure_rays(args: &BenchArgs, path: &Path, context: &Context) -> anyhow::Result<RaysReport> {
-    let (scene, settings) = load(args, path)?;
-    let (report, sets) = rays::measure(context, &scene, &settings)?;
+fn measure_rays(
+    args: &BenchArgs,
+    scene: &Scene,
+    settings: &RenderSettings,
+    context: &Context,
+) -> anyhow::Result<RaysReport> {
+    let (report, sets) = rays::measure(context, scene, settings)?;
     if let Some(path) = &args.dump_rays {
-        rays::dump(path, &scene, &sets)?;
+        rays::dump(path, scene, &sets)?;
     }
     Ok(report)
 }
 
-fn measure_scene(args: &BenchArgs, path: &Path, context: &Context) -> anyhow::Result<SceneReport> {
-    let (scene, settings) = load(args, path)?;
-    let configurations = bench::combine(&settings, &args.vary);
+fn measure_scene(
+    args: &BenchArgs,
+    scene: &Scene,
+    settings: &RenderSettings,
+    context: &Context,
+) -> anyhow::Result<SceneReport> {
+    let configurations = bench::combine(settings, &args.vary);
     let samples = args.samples.clone().unwrap_or_default().doubling();
     let most = samples.last().copied().unwrap_or(1);
     let bar = Progress::new(configurations.len() * samples.len() * args.seeds as usize);
     bar.say("compiling");
     let mut contenders =
-        configurations.iter().map(|c| Contender::new(c, context, &scene, most)).collect::<Result<Vec<_>, _>>()?;
-    let reference = obtain_reference(&args.reference, context, &scene, &mut contenders, most, &bar)?;
+        configurations.iter().map(|c| Contender::new(c, context, scene, most)).collect::<Result<Vec<_>, _>>()?;
+    let reference = obtain_reference(&args.reference, context, scene, &mut contenders, most, &bar)?;
     let schedule = Schedule { samples, seeds: args.seeds, flip_ppd: args.ppd };
     let measurements = convergence::measure(&mut contenders, &schedule, &reference, |done, _| {
         bar.set(done, &scene.source);

@@ -32,8 +32,7 @@ pub(crate) mod constant {
     pub const EMITTER_COUNT: u32 = 25;
     pub const PATH_STATS: u32 = 26;
     pub const REGIONS: u32 = 27;
-    pub const ENOUGH_PATHS: u32 = 28;
-    pub const ENOUGH_WALKS: u32 = 56;
+    pub const ENOUGH_LANES: u32 = 28;
     pub const LIGHT_NODES: u32 = 29;
     pub const LIGHT_LOOPS: u32 = 30;
     pub const FACET_COUNT: u32 = 31;
@@ -75,9 +74,8 @@ pub(crate) struct Counters {
     pub rays: u32,
     pub shadow_rays: u32,
     pub steps: u32,
-    pub tree_rays: u32,
     pub truncated: u32,
-    pub unused: u32,
+    pub unused: [u32; 2],
 }
 
 /// Push constants.

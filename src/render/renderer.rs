@@ -167,10 +167,7 @@ impl Renderer {
         specialization.uint(constant::WORKGROUP, workgroup).uint(constant::LOOP_BUDGET, loop_budget);
         // Lanes that must be at work for a subgroup to go on as it does.
         let enough = (workgroup * 5 / 8).max(1);
-        specialization
-            .uint(constant::REGIONS, regions)
-            .uint(constant::ENOUGH_PATHS, enough)
-            .uint(constant::ENOUGH_WALKS, enough);
+        specialization.uint(constant::REGIONS, regions).uint(constant::ENOUGH_LANES, enough);
         let built_in =
             kernels::choose(&features, queued, settings.general || settings.unneeded == Some(Feature::Places));
         let stage = built_in.name;

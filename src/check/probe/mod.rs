@@ -127,7 +127,7 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
         specialization
             .uint(constant::WORKGROUP, kernel.workgroup)
             .uint(constant::LOOP_BUDGET, kernel.loop_budget)
-            .uint(constant::ENOUGH_WALKS, kernel.workgroup - kernel.workgroup / 4)
+            .uint(constant::ENOUGH_LANES, kernel.workgroup - kernel.workgroup / 4)
             .uint(PROBE, kernel.function);
         let pipeline = Pipeline::new(device, kernel.name, &kernel.spirv, &specialization, &set)?;
         let mut timeline = Timeline::new(device, 1)?;

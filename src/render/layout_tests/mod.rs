@@ -39,8 +39,7 @@ fn expected_constants() -> BTreeMap<String, u32> {
         ("EMITTER_COUNT", constant::EMITTER_COUNT),
         ("PATH_STATS", constant::PATH_STATS),
         ("REGIONS", constant::REGIONS),
-        ("ENOUGH_PATHS", constant::ENOUGH_PATHS),
-        ("ENOUGH_WALKS", constant::ENOUGH_WALKS),
+        ("ENOUGH_LANES", constant::ENOUGH_LANES),
         ("LIGHT_NODES", constant::LIGHT_NODES),
         ("LIGHT_LOOPS", constant::LIGHT_LOOPS),
         ("FACET_COUNT", constant::FACET_COUNT),
@@ -162,7 +161,6 @@ fn records() {
         ("COUNT_RAYS", offset_of!(Counters, rays)),
         ("COUNT_SHADOW", offset_of!(Counters, shadow_rays)),
         ("COUNT_STEPS", offset_of!(Counters, steps)),
-        ("COUNT_TREE_RAYS", offset_of!(Counters, tree_rays)),
         ("COUNT_TRUNCATED", offset_of!(Counters, truncated)),
     ] {
         let line = format!("const uint {name} = {}u;", offset / 4);
