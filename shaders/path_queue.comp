@@ -18,16 +18,15 @@
 // path goes to a slot of its own, and the film is summed in the order of the samples: the image does not depend on how
 // work is cut or scheduled, and no stage needs the host.
 
+#include "lib/pixel_order.glsl"
 #include "lib/path.glsl"
 #include "lib/film.glsl"
 
 layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
 
-#include "lib/pixel_order.glsl"
 #include "lib/trace.glsl"
 #include "lib/pocket.glsl"
 
-const uint TILE = 64u;                  // pixels of a workgroup
 const uint PATHS = 1u << SLOT_BITS;     // paths of a workgroup in one dispatch
 const uint RUN = 8u;                    // samples of a pixel that a lane draws at once
 const uint CHECK_PATHS = 4u;            // steps of the paths from one count of the lanes to the next
@@ -35,15 +34,17 @@ const uint CHECK_WALKS = 4u;            // fetches from one count to the next
 
 // What the subgroup shares; the same in all lanes.
 uint loops = 0u;
-uint region;                // first of PATHS slots: the light of a path, and 1 once it has ended
+uint budget;                // of the loops, until the present part of the work must end
+uint region;                // first of the PATHS paths that the workgroup may note
 uint next_run = 0u;
+bool connecting = false;    // the paths have ended, and are being reused
 
 uint rays = 0u;             // of this lane
 uint shadow_rays = 0u;
 uint steps = 0u;
 
 uint lanes(bool wanted) { return subgroupBallotBitCount(subgroupBallot(wanted)); }
-bool out_of_budget() { return LOOP_BUDGET > 0u && loops >= LOOP_BUDGET; }
+bool out_of_budget() { return LOOP_BUDGET > 0u && loops >= budget; }
 
 // The samples that a lane will begin next, all of one pixel.
 struct Run {
@@ -55,7 +56,7 @@ struct Run {
 };
 
 // Runs for the lanes that have none, as long as there are any.
-void draw_runs(uvec2 tile_corner, uint tile, uint samples, inout Run run) {
+void draw_runs(uvec2 corner, uint tile, uint samples, inout Run run) {
     uint runs = TILE * ((samples + RUN - 1u) / RUN);
     // A run may turn out to be empty: then its lane draws again.
     while (next_run < runs && subgroupAny(run.left == 0u)) {
@@ -67,7 +68,7 @@ void draw_runs(uvec2 tile_corner, uint tile, uint samples, inout Run run) {
         if (wanted && number < runs) {
             uint p = number % TILE;
             uint first = number / TILE * RUN;
-            uvec2 at = tile_corner + uvec2(p & 7u, p >> 3);
+            uvec2 at = corner + place_in_tile(p);
             uint done = film_count(tile + p);
             run.slot = p + first * TILE;
             run.pixel = at.y * width + at.x;
@@ -107,19 +108,20 @@ void release_region(uint r) {
     if (subgroupElect()) atomicAnd(pool[r / 32u], ~(1u << (r % 32u)));
 }
 
-// Whether a lane has a path to go on with, or may begin one.
+// Whether a lane has a path to go on with, or may begin one; or, when paths are being connected, segments to make.
 bool able(Held h, Pocket pocket, Run run) {
+    if (connecting) return pocket_traced(pocket) != 0u || (run.left > 0u && pocket_room_for_group(pocket));
     return h.slot != NOTHING || pocket_traced(pocket) != 0u || (run.left > 0u && pocket_room(pocket));
 }
 
 // Goes on with paths for as long as most lanes can.
-void advance(uvec2 tile_corner, uint tile, uint samples, inout Held h, inout Pocket pocket, inout Run run,
+void advance(uvec2 corner, uint tile, uint samples, inout Held h, inout Pocket pocket, inout Run run,
              bool walking) {
     uint until_check = 1u;
     while (!out_of_budget()) {
         if (--until_check == 0u) {
             until_check = CHECK_PATHS;
-            draw_runs(tile_corner, tile, samples, run);
+            draw_runs(corner, tile, samples, run);
             uint count = lanes(able(h, pocket, run));
             if (count < ENOUGH_LANES && (count == 0u || subgroupAny(walking || pocket_waiting(pocket) != 0u))) break;
         }
@@ -129,13 +131,22 @@ void advance(uvec2 tile_corner, uint tile, uint samples, inout Held h, inout Poc
         bool held = h.slot != NOTHING;
         bool shades = held && !h.dying;
         uint p = held ? h.slot % TILE : 0u;
-        uint pixel = (tile_corner.y + (p >> 3)) * width + tile_corner.x + (p & 7u);
+        uvec2 at = corner + place_in_tile(p);
+        uint pixel = at.y * width + at.x;
         uint key = pixel_key(pixel);
         Arrival arrival;
         ShadowRay shadow;
         vec3 radiance = h.radiance;
         bool alive = path_arrive(h.path, shades ? h.id : -1, h.t, key, radiance, arrival, shadow) && shades;
         h.radiance = shades ? radiance : h.radiance;
+        if (REUSE) {
+            if (SMOOTH_NORMALS && shades && arrival.hits == 1u) path_store(region + h.slot, ROW_FIRST_UP, vec4(arrival.up, 0.0));
+            bool second = shades && h.path.second;
+            if (second) note_second_hit(region + h.slot, h.path, arrival, h.t, h.radiance);
+            bool gives = second && arrival.gives;
+            h.radiance = gives ? vec3(0.0) : h.radiance;
+            h.gives = h.gives || gives;
+        }
         rays += shades ? 1u : 0u;
         bool later = false;
         if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
@@ -145,12 +156,15 @@ void advance(uvec2 tile_corner, uint tile, uint samples, inout Held h, inout Poc
             later = shadow_needs_tree(shadow, hidden) && wanted;
             if (wanted && !hidden && !later) h.radiance += shadow.radiance;
         }
-        if (held && !alive && !later) path_light[region + h.slot] = vec4(h.radiance, 1.0);
+        if (held && !alive && !later) {
+            path_store(region + h.slot, ROW_LIGHT, vec4(h.radiance, h.gives ? PATH_GIVES : PATH_ENDED));
+        }
 
         // Next rays of living paths and first rays of new ones.
         bool begins = !alive && !later && run.left > 0u && pocket_room(pocket);
         h.slot = begins ? run.slot : (alive || later ? h.slot : NOTHING);
         h.radiance = begins ? vec3(0.0) : h.radiance;
+        h.gives = h.gives && !begins;
         h.dying = !alive && later;
         path_depart(h.path, arrival, alive, begins ? run.pixel : pixel, begins ? run.key : key,
                     begins ? run.index : h.path.index);
@@ -169,6 +183,45 @@ void advance(uvec2 tile_corner, uint tile, uint samples, inout Held h, inout Poc
         pocket_put(pocket, h, shadow, waits, later);
         h.slot = waits || later ? NOTHING : h.slot;
         pocket_take(pocket, h);
+    }
+}
+
+// Makes the segments between the second hits of paths and the first hits of the other members of their groups, for as
+// long as most lanes can. A lane takes every n-th path, `run.slot` being the next one.
+void connect_paths(inout Pocket pocket, inout Run run, bool walking) {
+    uint until_check = 1u;
+    while (!out_of_budget()) {
+        if (--until_check == 0u) {
+            until_check = CHECK_PATHS;
+            uint count = lanes(pocket_traced(pocket) != 0u || (run.left > 0u && pocket_room_for_group(pocket)));
+            if (count < ENOUGH_LANES && (count == 0u || subgroupAny(walking || pocket_waiting(pocket) != 0u))) break;
+        }
+        loops += 1u;
+        for (uint i = 0u; i < MEMBERS - 1u && subgroupAny(pocket_traced(pocket) != 0u); ++i) {
+            float value;
+            uint connection = pocket_take_segment(pocket, value);
+            if (connection != NOTHING) connections[MEMBERS * region + connection] = value;
+            loops += 1u;
+        }
+        bool takes = run.left > 0u && pocket_room_for_group(pocket);
+        uint path = takes ? run.slot : 0u;
+        vec3 y = path_load(region + path, ROW_SECOND).xyz;
+        vec3 normal = path_load(region + path, ROW_SECOND_NORMAL).xyz;
+        bool gives = takes && normal != vec3(0.0);
+        for (uint member = 1u; member < MEMBERS; ++member) {
+            float value;
+            ShadowRay ray = connect(y, normal, region + group_member(path, member), value);
+            bool wanted = gives && ray.wanted;
+            shadow_rays += wanted ? 1u : 0u;
+            bool hidden;
+            bool later = segment_needs_tree(ray, hidden) && wanted;
+            uint connection = MEMBERS * path + member;
+            if (gives && !later) connections[MEMBERS * region + connection] = wanted && !hidden ? value : 0.0;
+            pocket_put_segment(pocket, ray, connection, value, later);
+            loops += 1u;
+        }
+        run.slot += takes ? gl_SubgroupSize : 0u;
+        run.left -= takes ? 1u : 0u;
     }
 }
 
@@ -197,6 +250,19 @@ void walk_pockets(inout Pocket pocket, inout PocketWalk w, Run run, Held h) {
     }
 }
 
+// Makes what lanes have noted visible to the others.
+void share_notes() {
+    subgroupMemoryBarrierImage();
+    subgroupMemoryBarrierBuffer();
+}
+
+// Whether a slot is to get a sample of number s in this dispatch.
+bool wants(uint slot, uint s, uint samples) {
+    uint pixel;
+    uint done = slot < end_slot && pixel_of_slot(slot, pixel) ? film_count(slot) : target_samples;
+    return s < samples && done + s < target_samples;
+}
+
 void main() {
     uint tile = first_slot + group_of_work() * TILE;
     if (tile >= end_slot || max_new_samples == 0u) return;
@@ -208,24 +274,53 @@ void main() {
     uint r = acquire_region();
     region = r * PATHS;
     uint samples = min(max_new_samples, PATHS / TILE);
-    for (uint i = gl_SubgroupInvocationID; i < TILE * samples; i += gl_SubgroupSize) {
-        path_light[region + i] = vec4(0.0);
-    }
-    subgroupMemoryBarrierBuffer();
-    loops += TILE * samples / gl_SubgroupSize;
-    uint tiles_x = (width + 7u) / 8u;
-    uvec2 tile_corner = 8u * uvec2((tile / 64u) % tiles_x, (tile / 64u) / tiles_x);
+    uint paths = TILE * samples;
+    for (uint i = gl_SubgroupInvocationID; i < paths; i += gl_SubgroupSize) path_clear(region + i);
+    share_notes();
+    loops += paths / gl_SubgroupSize;
+    // What is left of the budget must do for reusing the paths and for the film.
+    budget = REUSE ? LOOP_BUDGET / 2u : LOOP_BUDGET;
+    uvec2 corner = tile_corner(tile / TILE);
 
     Held h = held_nothing();
     Pocket pocket = pocket_empty();
     PocketWalk w = pocket_walk_idle();
     Run run = Run(0u, 0u, 0u, 0u, 0u);
-    while (!out_of_budget()) {
-        advance(tile_corner, tile, samples, h, pocket, run, w.entry != 0u);
-        if (!subgroupAny(w.entry != 0u || pocket_waiting(pocket) != 0u)) break;
-        walk_pockets(pocket, w, run, h);
+    while (true) {
+        if (connecting) {
+            connect_paths(pocket, run, w.entry != 0u);
+        } else {
+            advance(corner, tile, samples, h, pocket, run, w.entry != 0u);
+        }
+        if (!out_of_budget() && subgroupAny(w.entry != 0u || pocket_waiting(pocket) != 0u)) {
+            walk_pockets(pocket, w, run, h);
+        } else if (REUSE && !connecting) {
+            connecting = true;
+            // Paths that the budget did not suffice for are given up.
+            pocket = pocket_empty();
+            w = pocket_walk_idle();
+            run.slot = gl_SubgroupInvocationID;
+            run.left = (paths + gl_SubgroupSize - 1u - run.slot) / gl_SubgroupSize;
+            budget = LOOP_BUDGET;
+            share_notes();
+        } else {
+            break;
+        }
     }
-    subgroupMemoryBarrierBuffer();
+    if (REUSE) {
+        // Segments come in the order of the samples. Those of samples that the budget did not suffice for are missing.
+        uint missing = min(pocket_first_segment(pocket) / MEMBERS, run.left > 0u ? run.slot : NOTHING);
+        uint complete = connecting ? min(samples, subgroupMin(missing) / TILE) : 0u;
+        share_notes();
+        for (uint i = gl_SubgroupInvocationID; i < (TILE / MEMBERS) * samples; i += gl_SubgroupSize) {
+            uint s = i / (TILE / MEMBERS);
+            uint first = i % (TILE / MEMBERS);
+            bvec4 wanted;
+            for (uint m = 0u; m < MEMBERS; ++m) wanted[m] = wants(tile + group_member(first, m), s, samples);
+            share_light(region + s * TILE + first, wanted, s < complete);
+        }
+    }
+    share_notes();
 
     // ---- the film, in the order of the samples, up to the first sample that did not end
     uint committed = 0u;
@@ -236,8 +331,8 @@ void main() {
             FilmPixel film_pixel = film_load(tile + p);
             uint first = film_pixel.count;
             for (uint s = 0u; s < samples; ++s) {
-                vec4 light = path_light[region + s * TILE + p];
-                if (light.w == 0.0 || film_pixel.count >= target_samples) break;
+                vec4 light = path_load(region + s * TILE + p, ROW_LIGHT);
+                if (light.w == PATH_OPEN || film_pixel.count >= target_samples) break;
                 bad += film_add(film_pixel, light.xyz) ? 0u : 1u;
             }
             film_store(tile + p, film_pixel);

@@ -56,6 +56,7 @@ layout(constant_id = 24) const uint MUTATION = 0u;         // tests only: breaks
 layout(constant_id = 25) const uint EMITTER_COUNT = 0u;    // emitters among them
 layout(constant_id = 27) const uint REGIONS = 64u;         // of path_light, which workgroups share; a multiple of 32
 layout(constant_id = 28) const uint ENOUGH_LANES = 5u;     // with fewer at work, a subgroup turns to what else there is
+layout(constant_id = 57) const bool REUSE = false;         // paths serve several pixels, see reuse.glsl
 layout(constant_id = 31) const uint FACET_COUNT = 0u;      // flat polygons held in constants, see intersect/facet.glsl
 layout(constant_id = 30) const uint LIGHT_LOOPS = 0u;      // loop iterations that choosing lights takes at a hit
 layout(constant_id = 26) const bool PATH_STATS = false;    // count rays and traversal steps
@@ -89,8 +90,11 @@ layout(binding = 3) uniform samplerBuffer light_texels;    // see light/
 layout(rgba32ui, binding = 4) uniform uimageBuffer film_texels;   // FILM_ROWS texels a slot, see film.glsl
 const uint FILM_ROWS = 3u;
 layout(std430, binding = 5) buffer Counters { uint counters[]; };
-layout(std430, binding = 6) coherent buffer PathLight { vec4 path_light[]; };   // see path_queue.comp
+// What path_queue.comp notes of its paths.
+layout(rgba32f, binding = 6) coherent uniform imageBuffer path_texels;      // PATH_ROWS texels a path, see reuse.glsl
 layout(std430, binding = 7) coherent buffer QueuePool { uint pool[]; };
+layout(std430, binding = 8) coherent buffer Connections { float connections[]; };   // 4 a path, see reuse.glsl
+const uint PATH_ROWS = 8u;
 
 // Indices into `counters`.
 const uint COUNT_SAMPLES = 0u;     // samples committed by this dispatch

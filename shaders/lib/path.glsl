@@ -23,6 +23,7 @@ struct Path {
     uint index;         // of the sample in its pixel
     vec3 normal;        // at the start of the ray, and
     float pdf;          // the ray's density per solid angle there; 0: no light sampling competes with it
+    bool second;        // the ray goes from a diffuse first hit to the second one
 };
 
 // A shadow ray and the light that arrives if nothing is in its way.
@@ -40,7 +41,7 @@ const bool LIGHT_AFTER_LAST_HIT = HAS_BACKGROUND || HAS_EMITTER;
 
 Path path_begin(uint pixel, uint key, uint index) {
     vec2 u = sample_pair(key, index, PAIR_PIXEL, 0u);
-    return Path(vec3(0.0), camera_direction(pixel, u), -1, vec3(1.0), 0u, index, vec3(0.0), 0.0);
+    return Path(vec3(0.0), camera_direction(pixel, u), -1, vec3(1.0), 0u, index, vec3(0.0), 0.0, false);
 }
 
 // The only light is a point light, held in constants.
@@ -64,6 +65,7 @@ struct Arrival {
     vec3 throughput;
     bool front;
     bool last;          // the next ray can only meet light
+    bool gives;         // a second hit that other pixels can use as well: the path goes on with throughput 1
     uint hits;
 };
 
@@ -118,7 +120,8 @@ bool path_arrive(Path path, int id, float t, uint key, inout vec3 radiance, out 
     bool alive = met && a.hits <= MAX_DEPTH && kind != KIND_EMITTER;
     vec3 weight = HAS_DIELECTRIC && kind > 0.0 ? vec3(1.0) : a.surface.color;
     if (MUTATION == MUTATE_ALBEDO) weight *= 1.01;
-    a.throughput = path.throughput * weight;
+    a.gives = REUSE && path.second && diffuse && met && a.hits <= MAX_DEPTH && path.throughput != vec3(0.0);
+    a.throughput = (a.gives ? vec3(1.0) : path.throughput) * weight;
     float strongest = upper(upper(a.throughput.x, a.throughput.y), a.throughput.z);
     alive = alive && strongest > 0.0;
     a.normal = a.front ? a.surface.shading : -a.surface.shading;
@@ -164,6 +167,8 @@ void path_depart(inout Path path, Arrival a, bool alive, uint pixel, uint key, u
     path.throughput = alive ? a.throughput : vec3(1.0);
     path.hits = alive ? (a.last ? MAX_DEPTH : a.hits) : 0u;
     path.index = index;
+    path.second = REUSE && alive && a.hits == 1u && kind == KIND_DIFFUSE;
+    if (REUSE) path.normal = a.normal;
     if (EMITTER_COUNT > 0u) {
         path.normal = a.normal;
         path.pdf = alive && kind == KIND_DIFFUSE ? diffuse_pdf(dot(a.normal, next)) : 0.0;

@@ -1,23 +1,37 @@
-// The order in which pixels are handed out: tiles of 8×8, so that neighbouring lanes trace neighbouring rays.
+// The order in which pixels are handed out. 64 consecutive slots are a tile: four patches of 4×4 pixels, each 16 pixels
+// away from the next, in a block of 32×32 pixels that 16 tiles share. Neighbouring lanes trace neighbouring rays; and
+// pixels with the same place in the four patches are a group whose paths are reused for each other (reuse.glsl): far
+// enough apart that the noise which they then have in common is not seen as blotches, near enough to see alike surfaces.
 
 #ifndef PIXEL_ORDER_GLSL
 #define PIXEL_ORDER_GLSL
 
 #include "layout.glsl"
 
+const uint TILE = 64u;          // slots of a tile
+const uint PATCH_BITS = 4u;     // log2 of the slots of a patch
+const uint PATCHES = 4u;        // of a tile
+
 // Which part of the work this workgroup takes. Drivers on CPUs give each thread an equal share of consecutive
 // workgroups; a stride that has no divisor in common with their number spreads each share over the whole image, so that
 // none gets all of the costly pixels.
 uint group_of_work() { return gl_WorkGroupID.x * group_stride % gl_NumWorkGroups.x; }
 
-// The pixel of a slot; false for slots that pad the tiles at the right and lower edge.
+// The upper left pixel of a tile.
+uvec2 tile_corner(uint tile) {
+    uint blocks_x = (width + 31u) / 32u;
+    uint block = tile / 16u;
+    return 32u * uvec2(block % blocks_x, block / blocks_x) + 4u * uvec2(tile & 3u, (tile >> 2) & 3u);
+}
+
+// A pixel of a tile, relative to its corner.
+uvec2 place_in_tile(uint p) { return uvec2((p & 3u) + (p & 16u), ((p >> 2) & 3u) + ((p >> 1) & 16u)); }
+
+// The pixel of a slot; false for slots that pad the blocks at the right and lower edge.
 bool pixel_of_slot(uint slot, out uint pixel) {
-    uint tiles_x = (width + 7u) / 8u;
-    uint tile = slot / 64u;
-    uint x = (tile % tiles_x) * 8u + (slot & 7u);
-    uint y = (tile / tiles_x) * 8u + ((slot >> 3) & 7u);
-    pixel = y * width + x;
-    return x < width && y < height;
+    uvec2 at = tile_corner(slot / TILE) + place_in_tile(slot % TILE);
+    pixel = at.y * width + at.x;
+    return at.x < width && at.y < height;
 }
 
 #endif

@@ -4,9 +4,13 @@
 #define POCKET_GLSL
 
 #include "path.glsl"
+#include "reuse.glsl"
 
-const uint SLOT_BITS = 11u;             // of a path's number in its workgroup
+const uint SECOND_BIT = 1u << SLOT_BITS;
+const uint GIVES_BIT = 2u << SLOT_BITS;
+const uint HITS_SHIFT = SLOT_BITS + 2u;
 const uint NOTHING = 0xffffffffu;
+const bool KEEPS_NORMAL = EMITTER_COUNT > 0u || REUSE;
 const uint PLACES = 6u;                 // FOR_EACH_PLACE below
 const uint ALL_PLACES = (1u << PLACES) - 1u;
 
@@ -20,6 +24,7 @@ struct Held {
     float t;
     int id;
     bool dying;     // it has ended but for its last shadow ray
+    bool gives;     // its light is for other pixels too, see reuse.glsl
 };
 
 // Sets of places, one bit each, and what the places hold.
@@ -32,10 +37,10 @@ struct Pocket {
     vec4 origin[PLACES];        // t of the hit
     vec4 direction[PLACES];     // id of the hit
     vec4 throughput[PLACES];    // id of the primitive left
-    vec4 radiance[PLACES];      // slot and number of hits
+    vec4 radiance[PLACES];      // slot, flags and number of hits
     vec4 toward[PLACES];        // direction of the shadow ray, distance
     vec4 light[PLACES];         // its radiance, index of the sample
-    vec4 normal[PLACES];        // for emitters: normal, density
+    vec4 normal[PLACES];        // for emitters and for reuse: normal, density
 };
 
 // The ray in a lane's hands.
@@ -48,8 +53,8 @@ struct PocketWalk {
 };
 
 Held held_nothing() {
-    Path path = Path(vec3(0.0), vec3(0.0, 0.0, 1.0), -1, vec3(0.0), 0u, 0u, vec3(0.0), 0.0);
-    return Held(path, vec3(0.0), NOTHING, 0.0, -1, false);
+    Path path = Path(vec3(0.0), vec3(0.0, 0.0, 1.0), -1, vec3(0.0), 0u, 0u, vec3(0.0), 0.0, false);
+    return Held(path, vec3(0.0), NOTHING, 0.0, -1, false, false);
 }
 
 Pocket pocket_empty() {
@@ -71,6 +76,7 @@ uint lowest_bit(uint set) { return set & (~set + 1u); }
 uint pocket_waiting(Pocket p) { return p.rays | p.shadows; }
 uint pocket_traced(Pocket p) { return p.used & ~(p.rays | p.shadows); }
 bool pocket_room(Pocket p) { return p.used != ALL_PLACES; }
+bool pocket_room_for_group(Pocket p) { return bitCount(p.used) <= int(PLACES - (MEMBERS - 1u)); }
 
 // Puts a path away until its ray (`waits`) and its shadow ray (`later`) have been traced. There must be room.
 void pocket_put(inout Pocket p, Held h, ShadowRay shadow, bool waits, bool later) {
@@ -83,7 +89,8 @@ void pocket_put(inout Pocket p, Held h, ShadowRay shadow, bool waits, bool later
         vec4 origin = vec4(h.path.origin, h.t);
         vec4 direction = vec4(h.path.direction, intBitsToFloat(h.id));
         vec4 throughput = vec4(h.path.throughput, intBitsToFloat(h.path.leaving));
-        vec4 radiance = vec4(h.radiance, uintBitsToFloat(h.slot | (h.path.hits << SLOT_BITS)));
+        uint bits = h.slot | (h.path.second ? SECOND_BIT : 0u) | (h.gives ? GIVES_BIT : 0u) | (h.path.hits << HITS_SHIFT);
+        vec4 radiance = vec4(h.radiance, uintBitsToFloat(bits));
         vec4 toward = vec4(shadow.direction, shadow.distance);
         vec4 light = vec4(shadow.radiance, uintBitsToFloat(h.path.index));
         vec4 normal = vec4(h.path.normal, h.path.pdf);
@@ -96,7 +103,7 @@ void pocket_put(inout Pocket p, Held h, ShadowRay shadow, bool waits, bool later
         p.radiance[n] = mix(p.radiance[n], radiance, here);                 \
         p.toward[n] = mix(p.toward[n], toward, here);                       \
         p.light[n] = mix(p.light[n], light, here);                          \
-        if (EMITTER_COUNT > 0u) p.normal[n] = mix(p.normal[n], normal, here); \
+        if (KEEPS_NORMAL) p.normal[n] = mix(p.normal[n], normal, here); \
     }
         FOR_EACH_PLACE(PUT)
 #undef PUT
@@ -121,23 +128,70 @@ void pocket_take(inout Pocket p, inout Held h) {
         throughput = mix(throughput, p.throughput[n], here);           \
         radiance = mix(radiance, p.radiance[n], here);                 \
         light = mix(light, p.light[n], here);                          \
-        if (EMITTER_COUNT > 0u) normal = mix(normal, p.normal[n], here); \
+        if (KEEPS_NORMAL) normal = mix(normal, p.normal[n], here); \
     }
         FOR_EACH_PLACE(TAKE)
 #undef TAKE
         uint bits = floatBitsToUint(radiance.w);
         h.slot = bits & ((1u << SLOT_BITS) - 1u);
-        h.path = Path(origin.xyz, direction.xyz, floatBitsToInt(throughput.w), throughput.xyz, bits >> SLOT_BITS,
-                      floatBitsToUint(light.w), normal.xyz, normal.w);
+        h.path = Path(origin.xyz, direction.xyz, floatBitsToInt(throughput.w), throughput.xyz, bits >> HITS_SHIFT,
+                      floatBitsToUint(light.w), normal.xyz, normal.w, (bits & SECOND_BIT) != 0u);
         h.t = origin.w;
         h.id = floatBitsToInt(direction.w);
         h.radiance = radiance.xyz;
         if ((p.lit & place) != 0u) h.radiance += light.xyz;
         h.dying = (p.dying & place) != 0u;
+        h.gives = (bits & GIVES_BIT) != 0u;
         p.used &= ~place;
         p.lit &= ~place;
         p.dying &= ~place;
     }
+}
+
+// Puts away a segment between a first hit and a second hit: `connection` is its number, `value` what it is worth if
+// nothing is in between.
+void pocket_put_segment(inout Pocket p, ShadowRay ray, uint connection, float value, bool later) {
+    uint place = later ? lowest_bit(~p.used) : 0u;
+    p.used |= place;
+    p.shadows |= place;
+    if (place != 0u) {
+        vec4 toward = vec4(ray.direction, ray.distance);
+        vec4 what = vec4(value, 0.0, 0.0, uintBitsToFloat(connection));
+#define PUT_SEGMENT(n)                                                                     \
+    {                                                                                      \
+        bool here = place == (1u << n);                                                    \
+        p.origin[n] = mix(p.origin[n], vec4(ray.origin, 0.0), bvec4(here));                \
+        p.throughput[n].w = here ? intBitsToFloat(ray.leaving) : p.throughput[n].w;        \
+        p.toward[n] = mix(p.toward[n], toward, bvec4(here));                               \
+        p.light[n] = mix(p.light[n], what, bvec4(here));                                   \
+    }
+        FOR_EACH_PLACE(PUT_SEGMENT)
+#undef PUT_SEGMENT
+    }
+}
+
+// Takes a segment that has been traced: its number, or NOTHING, and what it is worth.
+uint pocket_take_segment(inout Pocket p, out float value) {
+    uint place = lowest_bit(pocket_traced(p));
+    vec4 what = p.light[0];
+#define TAKE_SEGMENT(n) \
+    if (n > 0) what = mix(what, p.light[n], bvec4(place == (1u << n)));
+    FOR_EACH_PLACE(TAKE_SEGMENT)
+#undef TAKE_SEGMENT
+    value = (p.lit & place) != 0u ? what.x : 0.0;
+    p.used &= ~place;
+    p.lit &= ~place;
+    return place != 0u ? floatBitsToUint(what.w) : NOTHING;
+}
+
+// The lowest number of the segments that wait, or NOTHING.
+uint pocket_first_segment(Pocket p) {
+    uint first = NOTHING;
+#define FIRST_SEGMENT(n) \
+    if ((p.used & (1u << n)) != 0u) first = min(first, floatBitsToUint(p.light[n].w));
+    FOR_EACH_PLACE(FIRST_SEGMENT)
+#undef FIRST_SEGMENT
+    return first;
 }
 
 // Gives a lane that walks nowhere the next ray; shadow rays first.

@@ -62,6 +62,17 @@ bool shadow_needs_tree(ShadowRay ray, out bool hidden) {
 #endif
 }
 
+// The same for the segment between two surfaces.
+bool segment_needs_tree(ShadowRay ray, out bool hidden) {
+    hidden = any_sphere(ray.origin, ray.direction, ray.distance, ray.leaving);
+    if (FACET_COUNT > 0u) hidden = hidden || any_facet(ray.origin, ray.direction, ray.distance, ray.leaving);
+#if WITH_TREE
+    return !hidden && meets_tree(ray.origin, ray.direction, ray.distance);
+#else
+    return false;
+#endif
+}
+
 bool hidden_by_tree(ShadowRay ray, uint loops, out uint steps) {
     Walk walk = walk_begin(ray.distance);
     steps = walk_tree(walk, ray.origin, ray.direction, ray.leaving, true, loops);

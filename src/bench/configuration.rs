@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use crate::render::{Accel, Adaptive, Feature, RenderSettings, Sampler, Scheduler, TriangleTest};
+use crate::render::{Accel, Adaptive, Feature, RenderSettings, Reuse, Sampler, Scheduler, TriangleTest};
 
 use super::error::BenchError;
 
@@ -29,7 +29,7 @@ impl Configuration {
 /// A setting and the values it takes, written `KEY=VALUE,VALUE…`.
 ///
 /// Keys: `sampler` (sobol, independent, pcg), `accel` (bvh, none), `intersection` (watertight, moller-trumbore),
-/// `sampling` (uniform, adaptive: with the same mean number of samples), `scheduler` (auto, inline, queue), `features`
+/// `sampling` (uniform, adaptive: with the same mean number of samples), `scheduler` (auto, inline, queue), `reuse` (auto, off), `features`
 /// (specialised, general, or `+` and one of [`Feature::ALL`] that is compiled although not needed), `roulette` (off, or
 /// the first hit),
 /// `device` (index, name or UUID).
@@ -45,17 +45,19 @@ enum Key {
     Accel,
     Intersection,
     Scheduler,
+    Reuse,
     Sampling,
     Features,
     Roulette,
     Device,
 }
 
-const KEYS: [(&str, Key, &str); 8] = [
+const KEYS: [(&str, Key, &str); 9] = [
     ("sampler", Key::Sampler, "sobol, independent or pcg"),
     ("accel", Key::Accel, "bvh or none"),
     ("intersection", Key::Intersection, "watertight or moller-trumbore"),
     ("scheduler", Key::Scheduler, "auto, inline or queue"),
+    ("reuse", Key::Reuse, "auto or off"),
     ("sampling", Key::Sampling, "uniform or adaptive"),
     (
         "features",
@@ -86,6 +88,8 @@ impl Key {
             (Self::Scheduler, "auto") => s.scheduler = Scheduler::Auto,
             (Self::Scheduler, "inline") => s.scheduler = Scheduler::Inline,
             (Self::Scheduler, "queue") => s.scheduler = Scheduler::Queue,
+            (Self::Reuse, "auto") => s.reuse = Reuse::Auto,
+            (Self::Reuse, "off") => s.reuse = Reuse::Off,
             (Self::Sampling, "uniform") => s.adaptive = None,
             // How many in the mean is the benchmark's, like the number of samples.
             (Self::Sampling, "adaptive") => s.adaptive = Some(Adaptive { noise: 0.0, mean_samples: None }),

@@ -21,7 +21,9 @@ use photolith::scene::Scene;
 use photolith::{Context, RenderSettings};
 
 use super::exit;
-use super::options::{AccelArg, DeviceOptions, IntersectionArg, SamplerArg, SceneOptions, SchedulerArg, Size};
+use super::options::{
+    AccelArg, DeviceOptions, IntersectionArg, ReuseArg, SamplerArg, SceneOptions, SchedulerArg, Size,
+};
 use samples::SampleCounts;
 
 /// Measure run time against error, or cost against size
@@ -53,7 +55,7 @@ pub struct BenchArgs {
     max_depth: Option<u32>,
 
     /// Set a setting, or several values of it side by side; may be repeated. Keys: sampler, accel, intersection,
-    /// scheduler, sampling (uniform, adaptive), features (specialised, general, +mirror and the like), roulette (off,
+    /// scheduler, reuse (auto, off), sampling (uniform, adaptive), features (specialised, general, +mirror and the like), roulette (off,
     /// N), device
     #[arg(long, value_name = "KEY=VALUE,...")]
     vary: Vec<Vary>,
@@ -256,6 +258,7 @@ fn load(args: &BenchArgs, path: &Path) -> anyhow::Result<(Scene, RenderSettings)
         intersection: IntersectionArg::Watertight,
         accel: AccelArg::Bvh,
         scheduler: SchedulerArg::Auto,
+        reuse: ReuseArg::Auto,
         general: false,
     };
     let (scene, settings) = options.load(path)?;

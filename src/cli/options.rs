@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use anyhow::Context as _;
 use clap::{Args, ValueEnum};
-use photolith::render::{Accel, Sampler, Scheduler, TriangleTest};
+use photolith::render::{Accel, Reuse, Sampler, Scheduler, TriangleTest};
 use photolith::scene::Scene;
 use photolith::{Context, ContextOptions, RenderSettings, Validation};
 
@@ -73,9 +73,13 @@ pub struct SceneOptions {
     #[arg(long, value_enum, default_value_t = AccelArg::Bvh)]
     pub accel: AccelArg,
 
-    /// How rays that need the tree are scheduled (changes no bit of the image)
+    /// How rays that need the tree are scheduled (`inline` reuses no paths; else it changes no bit of the image)
     #[arg(long, value_enum, default_value_t = SchedulerArg::Auto)]
     pub scheduler: SchedulerArg,
+
+    /// Whether paths serve several pixels: half the noise, part of it shared by groups of four pixels
+    #[arg(long, value_enum, default_value_t = ReuseArg::Auto)]
+    pub reuse: ReuseArg,
 
     /// Compile every feature, needed or not (changes no bit of the image)
     #[arg(long)]
@@ -122,6 +126,15 @@ pub enum SchedulerArg {
     Queue,
 }
 
+/// Reuse of paths.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum ReuseArg {
+    /// On CPU drivers, in scenes with indirect light on diffuse surfaces
+    Auto,
+    /// Never
+    Off,
+}
+
 impl SceneOptions {
     /// Loads the scene, prints its warnings, and applies the options to it.
     pub fn load(&self, path: &Path) -> anyhow::Result<(Scene, RenderSettings)> {
@@ -160,6 +173,10 @@ impl SceneOptions {
                 SchedulerArg::Auto => Scheduler::Auto,
                 SchedulerArg::Inline => Scheduler::Inline,
                 SchedulerArg::Queue => Scheduler::Queue,
+            },
+            reuse: match self.reuse {
+                ReuseArg::Auto => Reuse::Auto,
+                ReuseArg::Off => Reuse::Off,
             },
             general: self.general,
             ..RenderSettings::of(&scene)

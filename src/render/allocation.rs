@@ -65,7 +65,8 @@ pub(crate) struct Goal {
 /// The rungs of all tiles of an image, and how they rise.
 #[derive(Debug, Clone)]
 pub(crate) struct Allocation {
-    tiles_x: usize,
+    /// For each tile those around it, itself included.
+    around: Vec<Vec<usize>>,
     rungs: Vec<usize>,
     finished: bool,
     /// Mean samples per pixel that the goal is expected to take.
@@ -73,10 +74,10 @@ pub(crate) struct Allocation {
 }
 
 impl Allocation {
-    /// All tiles at the ladder's base; `tiles_x` of them in a row.
-    pub fn new(tiles_x: usize, tiles: usize, ladder: &Ladder) -> Self {
+    /// All tiles at the ladder's base. `around` has for each tile those around it, itself included.
+    pub fn new(around: Vec<Vec<usize>>, ladder: &Ladder) -> Self {
         let expected_samples = f64::from(ladder.count(ladder.base));
-        Self { tiles_x, rungs: vec![ladder.base; tiles], finished: false, expected_samples }
+        Self { rungs: vec![ladder.base; around.len()], around, finished: false, expected_samples }
     }
 
     /// The rung of each tile.
@@ -114,21 +115,14 @@ impl Allocation {
         }
     }
 
-    /// The variance of a sample in each tile, half of it from the 3×3 tiles around: few pixels do not tell it well,
+    /// The variance of a sample in each tile, half of it from the tiles around: few pixels do not tell it well,
     /// and light that a tile has missed is likely to have hit a neighbour. Scaled to a given sum of errors.
     fn sampled_tiles(&self, ladder: &Ladder, estimates: &[Estimate], sum: f64) -> Vec<SampledTile> {
         let per_sample = |t: usize| estimates[t].error * f64::from(ladder.count(self.rungs[t]));
-        let rows = estimates.len() / self.tiles_x;
         let mut tiles: Vec<_> = (0..estimates.len())
             .map(|t| {
-                let (x, y) = (t % self.tiles_x, t / self.tiles_x);
-                let (mut around, mut around_values) = (0.0, 0.0);
-                for y in y.saturating_sub(1)..=(y + 1).min(rows - 1) {
-                    for x in x.saturating_sub(1)..=(x + 1).min(self.tiles_x - 1) {
-                        around += per_sample(y * self.tiles_x + x);
-                        around_values += estimates[y * self.tiles_x + x].values;
-                    }
-                }
+                let around: f64 = self.around[t].iter().map(|&n| per_sample(n)).sum();
+                let around_values: f64 = self.around[t].iter().map(|&n| estimates[n].values).sum();
                 let mean = |sum: f64, values: f64| if values > 0.0 { sum / values } else { 0.0 };
                 let own = mean(per_sample(t), estimates[t].values);
                 let variance = 0.5 * (own + mean(around, around_values));

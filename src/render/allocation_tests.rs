@@ -5,9 +5,16 @@ use super::allocation::{Allocation, Estimate, Goal, Ladder};
 const VALUES: f64 = 96.0;
 
 /// Climbs with exact variances per sample, and returns the counts.
+/// For each tile of a grid the 3×3 around it.
+fn grid(columns: usize, tiles: usize) -> Vec<Vec<usize>> {
+    let touch =
+        |a: usize, b: usize| (a % columns).abs_diff(b % columns) <= 1 && (a / columns).abs_diff(b / columns) <= 1;
+    (0..tiles).map(|a| (0..tiles).filter(|&b| touch(a, b)).collect()).collect()
+}
+
 fn climb(variances: &[f64], tiles_x: usize, most: u32, goal: Goal) -> Vec<u32> {
     let ladder = Ladder::new(most, goal.mean_samples.map(|n| n as u32));
-    let mut allocation = Allocation::new(tiles_x, variances.len(), &ladder);
+    let mut allocation = Allocation::new(grid(tiles_x, variances.len()), &ladder);
     for _ in 0..100 {
         let counts: Vec<_> = allocation.rungs().iter().map(|&r| ladder.count(r)).collect();
         if allocation.is_finished() {
@@ -100,7 +107,7 @@ fn nothing_is_spent_on_what_has_no_noise() {
 #[test]
 fn a_half_without_pixels_has_nothing_to_decide() {
     let ladder = Ladder::new(1024, None);
-    let mut allocation = Allocation::new(2, 4, &ladder);
+    let mut allocation = Allocation::new(grid(2, 4), &ladder);
     allocation.step(&ladder, &[Estimate::default(); 4], &Goal { variance: 0.1, mean_samples: None });
     assert!(allocation.is_finished() && allocation.rungs().iter().all(|&r| r == ladder.base));
 }

@@ -142,6 +142,11 @@ impl Features {
         }
     }
 
+    /// Whether there are paths that other pixels can use: two diffuse hits, the first of which ends none at random.
+    pub fn can_reuse(&self) -> bool {
+        self.diffuse && self.indirect && self.max_depth > 1 && self.roulette != 1
+    }
+
     /// Each feature: its name, whether it is compiled in, and why.
     pub fn explain(&self) -> Vec<(&'static str, bool, String)> {
         let plain = |name, on, yes: &str, no: &str| (name, on, if on { yes } else { no }.to_owned());

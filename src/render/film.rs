@@ -60,27 +60,62 @@ impl Film {
     }
 }
 
-/// Slots of an image: its pixels in tiles of 8×8, padded; see shaders/lib/pixel_order.glsl.
+/// Pixels on a side of the blocks into which an image is cut; 16 tiles of 64 slots share a block, see
+/// shaders/lib/pixel_order.glsl.
+pub(crate) const BLOCK_SIDE: u32 = 32;
+
+/// Slots of an image: its pixels in blocks, padded.
 pub(crate) fn slot_count(width: u32, height: u32) -> u64 {
-    64 * u64::from(width.div_ceil(8)) * u64::from(height.div_ceil(8))
+    let blocks = |side: u32| u64::from(side.div_ceil(BLOCK_SIDE));
+    u64::from(BLOCK_SIDE * BLOCK_SIDE) * blocks(width) * blocks(height)
+}
+
+/// The upper left pixel of a tile, which may lie outside the image.
+fn tile_corner(tile: u32, width: u32) -> [u32; 2] {
+    let blocks_x = width.div_ceil(BLOCK_SIDE);
+    let (block, within) = (tile / 16, tile % 16);
+    [BLOCK_SIDE * (block % blocks_x) + 4 * (within % 4), BLOCK_SIDE * (block / blocks_x) + 4 * (within / 4)]
+}
+
+/// The tiles of which a patch touches one of the tile's own patches, itself included, in increasing order.
+pub(crate) fn tiles_around(tile: u32, width: u32, height: u32) -> Vec<usize> {
+    let blocks_x = width.div_ceil(BLOCK_SIDE);
+    // In patches of 4×4 pixels, of which a block has 8 in a row.
+    let (columns, rows) = (8 * blocks_x, 8 * height.div_ceil(BLOCK_SIDE));
+    let [x, y] = tile_corner(tile, width).map(|c| c / 4);
+    let near = |at: u32, size: u32| at.saturating_sub(1)..=(at + 1).min(size - 1);
+    let mut found = Vec::new();
+    for (x, y) in [(x, y), (x + 4, y), (x, y + 4), (x + 4, y + 4)] {
+        for y in near(y, rows) {
+            for x in near(x, columns) {
+                found.push((16 * (y / 8 * blocks_x + x / 8) + y % 4 * 4 + x % 4) as usize);
+            }
+        }
+    }
+    found.sort_unstable();
+    found.dedup();
+    found
 }
 
 /// Pixels of whole tiles from slot `first` to slot `end`, which is not one of them.
 pub(crate) fn pixels_in(first: u32, end: u32, width: u32, height: u32) -> u64 {
-    let tiles_x = width.div_ceil(8);
+    // Of the two columns of patches, 16 pixels apart and 4 wide.
+    let inside = |size: u32, corner: u32| {
+        [0, 16].map(|patch| u64::from(size.saturating_sub(corner + patch).min(4))).iter().sum::<u64>()
+    };
     let pixels = |tile: u32| {
-        let side = |size: u32, i: u32| u64::from((size - 8 * i).min(8));
-        side(width, tile % tiles_x) * side(height, tile / tiles_x)
+        let [x, y] = tile_corner(tile, width);
+        inside(width, x) * inside(height, y)
     };
     (first / 64..end / 64).map(pixels).sum()
 }
 
 /// The pixel of a slot, row by row from the top left; `None` for padding.
 pub(crate) fn pixel_of_slot(slot: u32, width: u32, height: u32) -> Option<usize> {
-    let tiles_x = width.div_ceil(8);
-    let (tile, within) = (slot / 64, slot % 64);
-    let x = tile % tiles_x * 8 + within % 8;
-    let y = tile / tiles_x * 8 + within / 8;
+    let [x, y] = tile_corner(slot / 64, width);
+    let within = slot % 64;
+    let x = x + within % 4 + (within & 16);
+    let y = y + within / 4 % 4 + (within / 2 & 16);
     (x < width && y < height).then(|| y as usize * width as usize + x as usize)
 }
 
@@ -89,8 +124,22 @@ mod tests {
     use super::*;
 
     #[test]
+    fn tiles_touch_each_other_mutually() {
+        let (w, h) = (64, 40);
+        let tiles = slot_count(w, h) as u32 / 64;
+        for a in 0..tiles {
+            // Within a block cells wrap round, as its patches do; across its edge there are more.
+            let around = tiles_around(a, w, h);
+            assert!((9..=15).contains(&around.len()), "{a}: {around:?}");
+            for &b in &around {
+                assert!(tiles_around(b as u32, w, h).contains(&(a as usize)), "{a} and {b}");
+            }
+        }
+    }
+
+    #[test]
     fn slots_cover_every_pixel_once() {
-        for (w, h) in [(1, 1), (8, 8), (13, 21), (64, 3)] {
+        for (w, h) in [(1, 1), (8, 8), (13, 21), (64, 3), (50, 70)] {
             let mut seen = vec![0; (w * h) as usize];
             for slot in 0..slot_count(w, h) as u32 {
                 if let Some(p) = pixel_of_slot(slot, w, h) {

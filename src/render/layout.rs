@@ -35,6 +35,7 @@ pub(crate) mod constant {
     pub const ENOUGH_LANES: u32 = 28;
     pub const LIGHT_NODES: u32 = 29;
     pub const LIGHT_LOOPS: u32 = 30;
+    pub const REUSE: u32 = 57;
     pub const FACET_COUNT: u32 = 31;
     /// Six floats a box: lowest and highest corner.
     pub const TREE_BOXES: u32 = 32;
@@ -59,10 +60,12 @@ pub(crate) mod binding {
     pub const LIGHTS: u32 = 3;
     pub const FILM: u32 = 4;
     pub const COUNTERS: u32 = 5;
-    /// The light of the queue's paths.
-    pub const QUEUE: u32 = 6;
-    /// Which regions of it are taken, a bit each.
+    /// What the queue's paths note.
+    pub const PATHS: u32 = 6;
+    /// Which regions of that are taken, a bit each.
     pub const QUEUE_POOL: u32 = 7;
+    /// What segments between paths are worth.
+    pub const CONNECTIONS: u32 = 8;
 }
 
 /// What a dispatch counts, in the order of the shader's indices.
@@ -122,8 +125,12 @@ pub(crate) mod queue {
     pub const TILE: u32 = 64;
     /// Paths of a workgroup in one dispatch.
     pub const PATHS: u32 = 2048;
-    /// Bytes of a workgroup's region: a vec4 for each path, its light.
-    pub const REGION_BYTES: u64 = 16 * PATHS as u64;
+    /// Texels of a path's notes.
+    pub const PATH_ROWS: u32 = 8;
+    /// Bytes of the notes of a workgroup's paths.
+    pub const REGION_BYTES: u64 = 16 * (PATH_ROWS * PATHS) as u64;
+    /// Bytes of what their segments are worth: a float for each member of a group.
+    pub const CONNECTION_BYTES: u64 = 16 * PATHS as u64;
 }
 
 impl FilmSlot {

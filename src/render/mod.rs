@@ -34,7 +34,7 @@ pub use features::{Feature, Features};
 pub use film::Film;
 pub use mutation::Mutation;
 pub use renderer::Renderer;
-pub use settings::{Accel, Adaptive, RenderSettings, Sampler, Scheduler, TriangleTest};
+pub use settings::{Accel, Adaptive, RenderSettings, Reuse, Sampler, Scheduler, TriangleTest};
 pub use statistics::{AdaptiveStatistics, Progress, RenderStatistics};
 
 /// Builds the tree of a scene and measures it; `None` if the scene needs none under these settings.

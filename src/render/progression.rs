@@ -9,7 +9,7 @@
 //! and are left out; nothing else is lost, least of all the convergence of one long Sobol sequence in each pixel.
 
 use super::allocation::{Allocation, Estimate, Goal, Ladder};
-use super::film::{Film, pixel_of_slot};
+use super::film::{Film, pixel_of_slot, slot_count, tiles_around};
 use super::layout::FilmSlot;
 use super::tiles::{TILE, Tile, half_of, richardson};
 
@@ -25,10 +25,9 @@ pub(crate) struct Progression {
 impl Progression {
     /// No samples yet.
     pub fn new(ladder: Ladder, width: u32, height: u32) -> Self {
-        let tiles_x = width.div_ceil(8) as usize;
-        let count = tiles_x * height.div_ceil(8) as usize;
-        let half = Allocation::new(tiles_x, count, &ladder);
-        let tiles = (0..count).map(|t| Tile::new(t as u32, width, height)).collect();
+        let count = (slot_count(width, height) / TILE as u64) as u32;
+        let half = Allocation::new((0..count).map(|t| tiles_around(t, width, height)).collect(), &ladder);
+        let tiles = (0..count).map(|t| Tile::new(t, width, height)).collect();
         Self { tiles, halves: [half.clone(), half], ladder }
     }
 

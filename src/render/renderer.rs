@@ -20,7 +20,7 @@ use super::film::{Film, slot_count};
 use super::kernels;
 use super::layout::{Counters, FilmSlot, Push, binding, constant, queue};
 use super::plan::Pace;
-use super::settings::{Adaptive, RenderSettings, Scheduler};
+use super::settings::{Adaptive, RenderSettings, Reuse, Scheduler};
 use super::sobol;
 use super::space::RenderSpace;
 use super::statistics::{Progress, RenderStatistics};
@@ -54,8 +54,10 @@ pub struct Renderer {
     counters: Buffer,
     readbacks: Vec<Buffer>,
     _tables: Vec<Buffer>,
-    /// The light of the queue's paths, in regions, and which of these are taken.
-    queue: [Buffer; 2],
+    /// Which regions of what the queue's paths note are taken.
+    queue_pool: Buffer,
+    /// What the queue's paths note, and what their connections are worth.
+    _queue: [Buffer; 2],
     device: Arc<Device>,
     statistics: RenderStatistics,
 }
@@ -118,15 +120,20 @@ impl Renderer {
             .map(|i| Buffer::new(device, &format!("readback {i}"), size_of::<Counters>() as u64, Usage::Readback))
             .collect::<Result<Vec<_>, _>>()?;
 
-        let queued = features.tree
+        let reusable = settings.reuse == Reuse::Auto && features.can_reuse();
+        let queued = !features.brute_force
             && match settings.scheduler {
-                Scheduler::Auto => facts.queue && !features.brute_force,
+                Scheduler::Auto => facts.queue && (features.tree || reusable),
                 Scheduler::Inline => false,
-                Scheduler::Queue => !features.brute_force,
+                Scheduler::Queue => true,
             };
+        let reuse = queued && reusable;
         let regions = if queued { facts.queue_regions } else { 0 };
         let queue_pool = Buffer::new(device, "queue pool", u64::from(regions / 8), Usage::Storage)?;
-        let queue_buffer = Buffer::new(device, "queue", u64::from(regions) * queue::REGION_BYTES, Usage::Storage)?;
+        let path_bytes = u64::from(regions) * queue::REGION_BYTES;
+        let paths = Buffer::new(device, "paths", path_bytes, Usage::StorageTexel(float4))?;
+        let connection_bytes = if reuse { u64::from(regions) * queue::CONNECTION_BYTES } else { 0 };
+        let connections = Buffer::new(device, "connections", connection_bytes, Usage::Storage)?;
 
         let workgroup = match settings.workgroup_size {
             // The queue's workgroup is one subgroup.
@@ -155,8 +162,9 @@ impl Renderer {
                 numbers.iter().zip(&uploads).map(|(&number, (buffer, _))| Binding { number, buffer }).collect();
             bindings.push(Binding { number: binding::FILM, buffer: &film });
             bindings.push(Binding { number: binding::COUNTERS, buffer: &counters });
-            bindings.push(Binding { number: binding::QUEUE, buffer: &queue_buffer });
+            bindings.push(Binding { number: binding::PATHS, buffer: &paths });
             bindings.push(Binding { number: binding::QUEUE_POOL, buffer: &queue_pool });
+            bindings.push(Binding { number: binding::CONNECTIONS, buffer: &connections });
             let set = BindingSet::new(device, &bindings, size_of::<Push>() as u32)?;
             bands.push(Band { first: first as u32, slots: count as u32, set, film });
             first += count;
@@ -168,6 +176,7 @@ impl Renderer {
         // Lanes that must be at work for a subgroup to go on as it does.
         let enough = (workgroup * 5 / 8).max(1);
         specialization.uint(constant::REGIONS, regions).uint(constant::ENOUGH_LANES, enough);
+        specialization.bool(constant::REUSE, reuse);
         let built_in =
             kernels::choose(&features, queued, settings.general || settings.unneeded == Some(Feature::Places));
         let stage = built_in.name;
@@ -197,7 +206,8 @@ impl Renderer {
             counters,
             readbacks,
             _tables: uploads.into_iter().map(|(buffer, _)| buffer).collect(),
-            queue: [queue_buffer, queue_pool],
+            queue_pool,
+            _queue: [paths, connections],
             device: Arc::clone(device),
             statistics: RenderStatistics::default(),
         };

@@ -23,7 +23,7 @@ pub struct Progress {
 pub struct AdaptiveStatistics {
     /// Estimated noise of the image.
     pub noise: f64,
-    /// Estimated noise of the tile of 8×8 pixels that has the most.
+    /// Estimated noise of the tile of 64 pixels that has the most.
     pub noisiest_tile: f64,
     /// Times that samples were handed out.
     pub rounds: u32,

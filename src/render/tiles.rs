@@ -1,7 +1,7 @@
-//! What adaptive sampling remembers of a tile of 8×8 pixels, and how it estimates errors.
+//! What adaptive sampling remembers of a tile of 64 pixels, and how it estimates errors.
 //!
-//! The pixels of a tile are two halves, like the fields of a chessboard. Pixels have random numbers of their own, so
-//! that the halves are independent of each other.
+//! The pixels of a tile are two halves, like the fields of a chessboard. Pixels have random numbers of their own, and
+//! groups that share paths are of one half, so that the halves are independent of each other.
 
 use std::collections::VecDeque;
 
@@ -15,7 +15,7 @@ pub(crate) const TILE: usize = 64;
 
 /// The half that a slot of a tile belongs to.
 pub(crate) fn half_of(slot: usize) -> usize {
-    (slot % 8 + slot / 8) % 2
+    (slot % 4 + slot / 4 % 4) % 2
 }
 
 /// Sums of samples of each pixel.

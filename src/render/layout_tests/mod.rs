@@ -110,8 +110,9 @@ fn bindings() {
         (binding::LIGHTS, "light_texels", false),
         (binding::FILM, "film_texels", false),
         (binding::COUNTERS, "Counters", true),
-        (binding::QUEUE, "PathLight", true),
+        (binding::PATHS, "path_texels", false),
         (binding::QUEUE_POOL, "QueuePool", true),
+        (binding::CONNECTIONS, "Connections", true),
     ]
     .map(|(number, name, storage)| (0, number, name.to_owned(), storage));
     for (kernel, interface) in kernels() {
@@ -150,11 +151,12 @@ fn push_constants() {
 fn records() {
     assert_eq!((offset_of!(FilmSlot, count), offset_of!(FilmSlot, compensation)), (12, 16));
     assert_eq!((offset_of!(FilmSlot, residue), size_of::<FilmSlot>()), (32, 48));
-    let queue_kernel = include_str!("../../../shaders/path_queue.comp");
-    assert!(queue_kernel.contains(&format!("const uint TILE = {}u;", queue::TILE)));
-    let pocket = include_str!("../../../shaders/lib/pocket.glsl");
-    assert!(pocket.contains(&format!("const uint SLOT_BITS = {}u;", queue::PATHS.ilog2())));
+    let order = include_str!("../../../shaders/lib/pixel_order.glsl");
+    assert!(order.contains(&format!("const uint TILE = {}u;", queue::TILE)));
+    let reuse = include_str!("../../../shaders/lib/reuse.glsl");
+    assert!(reuse.contains(&format!("const uint SLOT_BITS = {}u;", queue::PATHS.ilog2())));
     let layout = include_str!("../../../shaders/lib/layout.glsl");
+    assert!(layout.contains(&format!("const uint PATH_ROWS = {}u;", queue::PATH_ROWS)));
     for (name, offset) in [
         ("COUNT_SAMPLES", offset_of!(Counters, samples)),
         ("COUNT_BAD", offset_of!(Counters, bad)),

@@ -109,7 +109,7 @@ impl Renderer {
 
     /// Begins a rendering: no samples, nothing counted.
     pub(super) fn clear_film(&mut self) -> Result<(), RenderError> {
-        let (bands, counters, queue_pool) = (&self.bands, &self.counters, &self.queue[1]);
+        let (bands, counters, queue_pool) = (&self.bands, &self.counters, &self.queue_pool);
         let ticket = self.timeline.submit(|r| {
             for band in bands {
                 r.clear(&band.film);

@@ -1,0 +1,129 @@
+// Reuse of paths (Bekaert, Sbert and Halton, "Accelerating Path Tracing by Re-Using Paths", EGWR 2002).
+//
+// Four pixels are a group. Each has a path whose first hit x is diffuse, in general, and the second hit y too. Then the
+// light that leaves y goes to all four first hits, and each pixel gets four estimates of its indirect light for the cost
+// of one path and three visibility tests. With a(x, y) = cos(x→y) cos(y→x)/|x − y|² · V(x, y), the density with which x
+// would have sampled y is a/π per area, and the balance heuristic (Veach 1997) over the four gives pixel i
+//
+//     β_i Σ_j L_j a(x_i, y_j) / Σ_k a(x_k, y_j),
+//
+// L_j the light that leaves y_j, β_i the throughput at x_i. This is exact for any visibility, as long as it is the same
+// in both places. A path whose second hit is not diffuse keeps its light to itself, and its first hit still receives.
+//
+// Of each path there are noted: its light, or L once the second hit is diffuse; then, when it arrives at its second
+// hit, x and y, their normals, and the light from x itself. A normal of 0 stands for a hit that is not there.
+
+#ifndef REUSE_GLSL
+#define REUSE_GLSL
+
+#include "path.glsl"
+#include "pixel_order.glsl"
+
+const uint SLOT_BITS = 11u;     // of a path's number in its workgroup
+const uint MEMBERS = 4u;        // of a group
+
+const uint ROW_LIGHT = 0u;      // light; then one of the states below
+const uint ROW_FIRST = 1u;      // x; the id that a ray from it leaves
+const uint ROW_FIRST_NORMAL = 2u;   // shading normal; β.r
+const uint ROW_SECOND = 3u;     // y; β.g
+const uint ROW_SECOND_NORMAL = 4u;  // geometric normal; β.b
+const uint ROW_OWN = 5u;        // light from x itself
+const uint ROW_FIRST_UP = 6u;   // with SMOOTH_NORMALS: geometric normal of x
+
+const float PATH_OPEN = 0.0;    // it has not ended
+const float PATH_ENDED = 1.0;   // all its light is its own
+const float PATH_GIVES = 2.0;   // its light leaves y
+
+// A row of all paths after another: lanes write next to each other.
+int path_texel(uint path, uint row) { return int(row * (REGIONS << SLOT_BITS) + path); }
+vec4 path_load(uint path, uint row) { return imageLoad(path_texels, path_texel(path, row)); }
+void path_store(uint path, uint row, vec4 value) { imageStore(path_texels, path_texel(path, row), value); }
+
+// The path has not begun.
+void path_clear(uint path) {
+    path_store(path, ROW_LIGHT, vec4(0.0, 0.0, 0.0, PATH_OPEN));
+    if (REUSE) {
+        path_store(path, ROW_FIRST_NORMAL, vec4(0.0));
+        path_store(path, ROW_SECOND_NORMAL, vec4(0.0));
+    }
+}
+
+// Number `member` of a group seen from another: 0 is the path itself.
+uint group_member(uint path, uint member) { return path ^ (member << PATCH_BITS); }
+
+// Geometry between a first hit x and a second hit y: cos cos/r², and the direction and distance from x to y.
+float coupling(vec3 x, vec3 nx, vec3 y, vec3 ny, out vec3 direction, out float distance) {
+    vec3 to = y - x;
+    float r2 = dot(to, to);
+    float inverse = 1.0 / sqrt(r2);
+    direction = to * inverse;
+    distance = r2 * inverse;
+    float cx = dot(nx, direction);
+    float cy = -dot(ny, direction);
+    // So close that the square would underflow, the direction means nothing.
+    return cx > 0.0 && cy > 0.0 && r2 > 1e-30 ? cx * cy * inverse * inverse : 0.0;
+}
+
+// Where a segment that comes from elsewhere may end at a hit: off its surface.
+vec3 end_of_segment(Arrival a, float t) {
+    if (a.surface.curvature == 0.0) return a.outside;
+    // A sphere is told from what leaves it by its id, not by an offset; that does not help at the far end.
+    vec3 p = a.surface.position;
+    return p + a.up * (1e-6 * (abs(p.x) + abs(p.y) + abs(p.z) + t));
+}
+
+// Notes a path that arrives at its second hit.
+void note_second_hit(uint path, Path p, Arrival a, float t, vec3 radiance) {
+    path_store(path, ROW_FIRST, vec4(p.origin, intBitsToFloat(p.leaving)));
+    path_store(path, ROW_FIRST_NORMAL, vec4(p.normal, p.throughput.x));
+    vec3 y = end_of_segment(a, t);
+    path_store(path, ROW_SECOND, vec4(y, p.throughput.y));
+    path_store(path, ROW_SECOND_NORMAL, vec4(a.gives ? a.up : vec3(0.0), p.throughput.z));
+    path_store(path, ROW_OWN, vec4(a.gives ? radiance : vec3(0.0), 0.0));
+    vec3 direction;
+    float distance;
+    connections[MEMBERS * path] = coupling(p.origin, p.normal, y, a.up, direction, distance);
+}
+
+// The segment from the first hit of path `to` to the second hit y of another; `wanted` if light can take it.
+ShadowRay connect(vec3 y, vec3 normal, uint to, out float value) {
+    vec4 x = path_load(to, ROW_FIRST);
+    ShadowRay ray = ShadowRay(x.xyz, normal, 0.0, floatBitsToInt(x.w), vec3(0.0), false);
+    value = coupling(x.xyz, path_load(to, ROW_FIRST_NORMAL).xyz, y, normal, ray.direction, ray.distance);
+    if (SMOOTH_NORMALS) value = dot(path_load(to, ROW_FIRST_UP).xyz, ray.direction) > 0.0 ? value : 0.0;
+    ray.wanted = value > 0.0;
+    return ray;
+}
+
+// Puts together the light of the four pixels of a group for one sample; `path` is the first of its paths. If one of
+// them is wanted but has not ended, or they have not been connected, none has.
+void share_light(uint path, bvec4 wanted, bool connected) {
+    vec4 light[MEMBERS];
+    bool complete = connected;
+    for (uint m = 0u; m < MEMBERS; ++m) {
+        light[m] = path_load(group_member(path, m), ROW_LIGHT);
+        complete = complete && (!wanted[m] || light[m].w != PATH_OPEN);
+    }
+    vec3 sums[MEMBERS] = vec3[MEMBERS](vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
+    for (uint j = 0u; j < MEMBERS; ++j) {
+        uint from = MEMBERS * group_member(path, j);
+        vec4 a = vec4(connections[from], connections[from + 1u], connections[from + 2u], connections[from + 3u]);
+        float sum = (a.x + a.y) + (a.z + a.w);
+        if (light[j].w == PATH_GIVES && sum > 0.0) {
+            vec3 shared_light = light[j].xyz * (1.0 / sum);
+            for (uint i = 0u; i < MEMBERS; ++i) sums[i] += shared_light * a[i ^ j];
+        }
+    }
+    for (uint m = 0u; m < MEMBERS; ++m) {
+        uint own = group_member(path, m);
+        vec3 total = light[m].w == PATH_GIVES ? vec3(0.0) : light[m].xyz;
+        vec4 nx = path_load(own, ROW_FIRST_NORMAL);
+        if (nx.xyz != vec3(0.0)) {
+            vec3 beta = vec3(nx.w, path_load(own, ROW_SECOND).w, path_load(own, ROW_SECOND_NORMAL).w);
+            total += path_load(own, ROW_OWN).xyz + beta * sums[m];
+        }
+        path_store(own, ROW_LIGHT, vec4(total, complete && wanted[m] ? PATH_ENDED : PATH_OPEN));
+    }
+}
+
+#endif
