@@ -110,7 +110,7 @@ void release_region(uint r) {
 
 // Whether a lane has a path to go on with, or may begin one; or, when paths are being connected, segments to make.
 bool able(Held h, Pocket pocket, Run run) {
-    if (connecting) return pocket_traced(pocket) != 0u || (run.left > 0u && pocket_room_for_group(pocket));
+    if (REUSE && connecting) return pocket_traced(pocket) != 0u || (run.left > 0u && pocket_room_for_group(pocket));
     return h.slot != NOTHING || pocket_traced(pocket) != 0u || (run.left > 0u && pocket_room(pocket));
 }
 
@@ -199,8 +199,8 @@ void connect_paths(inout Pocket pocket, inout Run run, bool walking) {
         loops += 1u;
         for (uint i = 0u; i < MEMBERS - 1u && subgroupAny(pocket_traced(pocket) != 0u); ++i) {
             float value;
-            uint connection = pocket_take_segment(pocket, value);
-            if (connection != NOTHING) connections[MEMBERS * region + connection] = value;
+            uint segment = pocket_take_segment(pocket, value);
+            if (segment != NOTHING) note_coupling(region + segment / MEMBERS, segment % MEMBERS, value);
             loops += 1u;
         }
         bool takes = run.left > 0u && pocket_room_for_group(pocket);
@@ -215,9 +215,8 @@ void connect_paths(inout Pocket pocket, inout Run run, bool walking) {
             shadow_rays += wanted ? 1u : 0u;
             bool hidden;
             bool later = segment_needs_tree(ray, hidden) && wanted;
-            uint connection = MEMBERS * path + member;
-            if (gives && !later) connections[MEMBERS * region + connection] = wanted && !hidden ? value : 0.0;
-            pocket_put_segment(pocket, ray, connection, value, later);
+            if (gives && !later) note_coupling(region + path, member, wanted && !hidden ? value : 0.0);
+            pocket_put_segment(pocket, ray, MEMBERS * path + member, value, later);
             loops += 1u;
         }
         run.slot += takes ? gl_SubgroupSize : 0u;
@@ -287,7 +286,7 @@ void main() {
     PocketWalk w = pocket_walk_idle();
     Run run = Run(0u, 0u, 0u, 0u, 0u);
     while (true) {
-        if (connecting) {
+        if (REUSE && connecting) {
             connect_paths(pocket, run, w.entry != 0u);
         } else {
             advance(corner, tile, samples, h, pocket, run, w.entry != 0u);

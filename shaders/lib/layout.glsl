@@ -91,9 +91,10 @@ layout(rgba32ui, binding = 4) uniform uimageBuffer film_texels;   // FILM_ROWS t
 const uint FILM_ROWS = 3u;
 layout(std430, binding = 5) buffer Counters { uint counters[]; };
 // What path_queue.comp notes of its paths.
-layout(rgba32f, binding = 6) coherent uniform imageBuffer path_texels;      // PATH_ROWS texels a path, see reuse.glsl
+layout(std430, binding = 6) coherent buffer Paths { vec4 path_rows[]; };    // PATH_ROWS a path, see reuse.glsl
+// The same to read: on lavapipe a vec4 of a storage buffer is 4 scalar accesses for each lane.
+layout(rgba32f, binding = 8) coherent readonly uniform imageBuffer path_texels;
 layout(std430, binding = 7) coherent buffer QueuePool { uint pool[]; };
-layout(std430, binding = 8) coherent buffer Connections { float connections[]; };   // 4 a path, see reuse.glsl
 const uint PATH_ROWS = 8u;
 
 // Indices into `counters`.

@@ -148,22 +148,22 @@ void pocket_take(inout Pocket p, inout Held h) {
     }
 }
 
-// Puts away a segment between a first hit and a second hit: `connection` is its number, `value` what it is worth if
+// Puts away a segment between a first hit and a second hit: `segment` is its number, MEMBERS·path + member, `value` what it is worth if
 // nothing is in between.
-void pocket_put_segment(inout Pocket p, ShadowRay ray, uint connection, float value, bool later) {
+void pocket_put_segment(inout Pocket p, ShadowRay ray, uint segment, float value, bool later) {
     uint place = later ? lowest_bit(~p.used) : 0u;
     p.used |= place;
     p.shadows |= place;
     if (place != 0u) {
         vec4 toward = vec4(ray.direction, ray.distance);
-        vec4 what = vec4(value, 0.0, 0.0, uintBitsToFloat(connection));
 #define PUT_SEGMENT(n)                                                                     \
     {                                                                                      \
         bool here = place == (1u << n);                                                    \
-        p.origin[n] = mix(p.origin[n], vec4(ray.origin, 0.0), bvec4(here));                \
+        p.origin[n].xyz = mix(p.origin[n].xyz, ray.origin, bvec3(here));                   \
         p.throughput[n].w = here ? intBitsToFloat(ray.leaving) : p.throughput[n].w;        \
         p.toward[n] = mix(p.toward[n], toward, bvec4(here));                               \
-        p.light[n] = mix(p.light[n], what, bvec4(here));                                   \
+        p.light[n].x = here ? value : p.light[n].x;                                        \
+        p.light[n].w = here ? uintBitsToFloat(segment) : p.light[n].w;                     \
     }
         FOR_EACH_PLACE(PUT_SEGMENT)
 #undef PUT_SEGMENT
@@ -173,15 +173,15 @@ void pocket_put_segment(inout Pocket p, ShadowRay ray, uint connection, float va
 // Takes a segment that has been traced: its number, or NOTHING, and what it is worth.
 uint pocket_take_segment(inout Pocket p, out float value) {
     uint place = lowest_bit(pocket_traced(p));
-    vec4 what = p.light[0];
+    vec2 what = p.light[0].xw;
 #define TAKE_SEGMENT(n) \
-    if (n > 0) what = mix(what, p.light[n], bvec4(place == (1u << n)));
+    if (n > 0) what = mix(what, p.light[n].xw, bvec2(place == (1u << n)));
     FOR_EACH_PLACE(TAKE_SEGMENT)
 #undef TAKE_SEGMENT
     value = (p.lit & place) != 0u ? what.x : 0.0;
     p.used &= ~place;
     p.lit &= ~place;
-    return place != 0u ? floatBitsToUint(what.w) : NOTHING;
+    return place != 0u ? floatBitsToUint(what.y) : NOTHING;
 }
 
 // The lowest number of the segments that wait, or NOTHING.

@@ -28,7 +28,8 @@ const uint ROW_FIRST_NORMAL = 2u;   // shading normal; β.r
 const uint ROW_SECOND = 3u;     // y; β.g
 const uint ROW_SECOND_NORMAL = 4u;  // geometric normal; β.b
 const uint ROW_OWN = 5u;        // light from x itself
-const uint ROW_FIRST_UP = 6u;   // with SMOOTH_NORMALS: geometric normal of x
+const uint ROW_COUPLINGS = 6u;  // a(x, y) of the group's members, the path itself first
+const uint ROW_FIRST_UP = 7u;   // with SMOOTH_NORMALS: geometric normal of x
 
 const float PATH_OPEN = 0.0;    // it has not ended
 const float PATH_ENDED = 1.0;   // all its light is its own
@@ -37,7 +38,7 @@ const float PATH_GIVES = 2.0;   // its light leaves y
 // A row of all paths after another: lanes write next to each other.
 int path_texel(uint path, uint row) { return int(row * (REGIONS << SLOT_BITS) + path); }
 vec4 path_load(uint path, uint row) { return imageLoad(path_texels, path_texel(path, row)); }
-void path_store(uint path, uint row, vec4 value) { imageStore(path_texels, path_texel(path, row), value); }
+void path_store(uint path, uint row, vec4 value) { path_rows[path_texel(path, row)] = value; }
 
 // The path has not begun.
 void path_clear(uint path) {
@@ -47,6 +48,9 @@ void path_clear(uint path) {
         path_store(path, ROW_SECOND_NORMAL, vec4(0.0));
     }
 }
+
+// Notes a(x, y) of a path's y and of the x of a member of its group.
+void note_coupling(uint path, uint member, float value) { path_rows[path_texel(path, ROW_COUPLINGS)][member] = value; }
 
 // Number `member` of a group seen from another: 0 is the path itself.
 uint group_member(uint path, uint member) { return path ^ (member << PATCH_BITS); }
@@ -82,7 +86,7 @@ void note_second_hit(uint path, Path p, Arrival a, float t, vec3 radiance) {
     path_store(path, ROW_OWN, vec4(a.gives ? radiance : vec3(0.0), 0.0));
     vec3 direction;
     float distance;
-    connections[MEMBERS * path] = coupling(p.origin, p.normal, y, a.up, direction, distance);
+    note_coupling(path, 0u, coupling(p.origin, p.normal, y, a.up, direction, distance));
 }
 
 // The segment from the first hit of path `to` to the second hit y of another; `wanted` if light can take it.
@@ -106,8 +110,7 @@ void share_light(uint path, bvec4 wanted, bool connected) {
     }
     vec3 sums[MEMBERS] = vec3[MEMBERS](vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
     for (uint j = 0u; j < MEMBERS; ++j) {
-        uint from = MEMBERS * group_member(path, j);
-        vec4 a = vec4(connections[from], connections[from + 1u], connections[from + 2u], connections[from + 3u]);
+        vec4 a = path_load(group_member(path, j), ROW_COUPLINGS);
         float sum = (a.x + a.y) + (a.z + a.w);
         if (light[j].w == PATH_GIVES && sum > 0.0) {
             vec3 shared_light = light[j].xyz * (1.0 / sum);

@@ -66,7 +66,11 @@ impl Buffer {
                 }
                 let shader = match usage {
                     Usage::Texel(_) => vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER,
-                    _ => vk::BufferUsageFlags::STORAGE_TEXEL_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC,
+                    _ => {
+                        vk::BufferUsageFlags::STORAGE_TEXEL_BUFFER
+                            | vk::BufferUsageFlags::STORAGE_BUFFER
+                            | vk::BufferUsageFlags::TRANSFER_SRC
+                    }
                 };
                 (shader | vk::BufferUsageFlags::TRANSFER_DST, MemoryLocation::GpuOnly)
             }

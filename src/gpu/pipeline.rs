@@ -52,6 +52,19 @@ impl Specialization {
 pub(crate) struct Binding<'a> {
     pub number: u32,
     pub buffer: &'a Buffer,
+    ty: vk::DescriptorType,
+}
+
+impl<'a> Binding<'a> {
+    /// The buffer as its usage says.
+    pub fn new(number: u32, buffer: &'a Buffer) -> Self {
+        Self { number, buffer, ty: buffer.descriptor_type() }
+    }
+
+    /// A [`Usage::StorageTexel`](super::Usage::StorageTexel) buffer without its format, as an array.
+    pub fn untyped(number: u32, buffer: &'a Buffer) -> Self {
+        Self { number, buffer, ty: vk::DescriptorType::STORAGE_BUFFER }
+    }
 }
 
 /// What a set of pipelines shares: layout and descriptor set over the same buffers.
@@ -71,7 +84,7 @@ impl BindingSet {
             .map(|b| {
                 vk::DescriptorSetLayoutBinding::default()
                     .binding(b.number)
-                    .descriptor_type(b.buffer.descriptor_type())
+                    .descriptor_type(b.ty)
                     .descriptor_count(1)
                     .stage_flags(vk::ShaderStageFlags::COMPUTE)
             })
@@ -96,7 +109,7 @@ impl BindingSet {
         }
         // SAFETY: the set layout was just made with this device; both arrays outlive the call.
         set.layout = check("vkCreatePipelineLayout", unsafe { raw.create_pipeline_layout(&info, None) })?;
-        let count = |wanted| bindings.iter().filter(|b| b.buffer.descriptor_type() == wanted).count() as u32;
+        let count = |wanted| bindings.iter().filter(|b| b.ty == wanted).count() as u32;
         let sizes: Vec<_> = [
             vk::DescriptorType::STORAGE_BUFFER,
             vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
@@ -123,7 +136,7 @@ impl BindingSet {
             .iter()
             .enumerate()
             .map(|(i, b)| {
-                let ty = b.buffer.descriptor_type();
+                let ty = b.ty;
                 let write =
                     vk::WriteDescriptorSet::default().dst_set(set.set).dst_binding(b.number).descriptor_type(ty);
                 if ty == vk::DescriptorType::STORAGE_BUFFER {

@@ -64,8 +64,8 @@ pub(crate) mod binding {
     pub const PATHS: u32 = 6;
     /// Which regions of that are taken, a bit each.
     pub const QUEUE_POOL: u32 = 7;
-    /// What segments between paths are worth.
-    pub const CONNECTIONS: u32 = 8;
+    /// The same as `PATHS`, to read.
+    pub const PATH_TEXELS: u32 = 8;
 }
 
 /// What a dispatch counts, in the order of the shader's indices.
@@ -129,8 +129,6 @@ pub(crate) mod queue {
     pub const PATH_ROWS: u32 = 8;
     /// Bytes of the notes of a workgroup's paths.
     pub const REGION_BYTES: u64 = 16 * (PATH_ROWS * PATHS) as u64;
-    /// Bytes of what their segments are worth: a float for each member of a group.
-    pub const CONNECTION_BYTES: u64 = 16 * PATHS as u64;
 }
 
 impl FilmSlot {

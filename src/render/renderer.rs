@@ -56,8 +56,8 @@ pub struct Renderer {
     _tables: Vec<Buffer>,
     /// Which regions of what the queue's paths note are taken.
     queue_pool: Buffer,
-    /// What the queue's paths note, and what their connections are worth.
-    _queue: [Buffer; 2],
+    /// What the queue's paths note.
+    _paths: Buffer,
     device: Arc<Device>,
     statistics: RenderStatistics,
 }
@@ -132,8 +132,6 @@ impl Renderer {
         let queue_pool = Buffer::new(device, "queue pool", u64::from(regions / 8), Usage::Storage)?;
         let path_bytes = u64::from(regions) * queue::REGION_BYTES;
         let paths = Buffer::new(device, "paths", path_bytes, Usage::StorageTexel(float4))?;
-        let connection_bytes = if reuse { u64::from(regions) * queue::CONNECTION_BYTES } else { 0 };
-        let connections = Buffer::new(device, "connections", connection_bytes, Usage::Storage)?;
 
         let workgroup = match settings.workgroup_size {
             // The queue's workgroup is one subgroup.
@@ -159,12 +157,12 @@ impl Renderer {
             let film = Buffer::new(device, "film", count * size_of::<FilmSlot>() as u64, Usage::StorageTexel(uint4))?;
             let numbers = [binding::TREE, binding::SHAPES, binding::SOBOL, binding::LIGHTS];
             let mut bindings: Vec<_> =
-                numbers.iter().zip(&uploads).map(|(&number, (buffer, _))| Binding { number, buffer }).collect();
-            bindings.push(Binding { number: binding::FILM, buffer: &film });
-            bindings.push(Binding { number: binding::COUNTERS, buffer: &counters });
-            bindings.push(Binding { number: binding::PATHS, buffer: &paths });
-            bindings.push(Binding { number: binding::QUEUE_POOL, buffer: &queue_pool });
-            bindings.push(Binding { number: binding::CONNECTIONS, buffer: &connections });
+                numbers.iter().zip(&uploads).map(|(&number, (buffer, _))| Binding::new(number, buffer)).collect();
+            bindings.push(Binding::new(binding::FILM, &film));
+            bindings.push(Binding::new(binding::COUNTERS, &counters));
+            bindings.push(Binding::untyped(binding::PATHS, &paths));
+            bindings.push(Binding::new(binding::QUEUE_POOL, &queue_pool));
+            bindings.push(Binding::new(binding::PATH_TEXELS, &paths));
             let set = BindingSet::new(device, &bindings, size_of::<Push>() as u32)?;
             bands.push(Band { first: first as u32, slots: count as u32, set, film });
             first += count;
@@ -207,7 +205,7 @@ impl Renderer {
             readbacks,
             _tables: uploads.into_iter().map(|(buffer, _)| buffer).collect(),
             queue_pool,
-            _queue: [paths, connections],
+            _paths: paths,
             device: Arc::clone(device),
             statistics: RenderStatistics::default(),
         };

@@ -114,12 +114,12 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
             buffers.push(Buffer::new(device, name, bytes.len() as u64, Usage::Texel(*format))?);
         }
         let mut bindings: Vec<_> =
-            sources.iter().zip(&buffers).map(|(s, buffer)| Binding { number: s.1, buffer }).collect();
+            sources.iter().zip(&buffers).map(|(s, buffer)| Binding::new(s.1, buffer)).collect();
         bindings.extend([
-            Binding { number: binding::FILM, buffer: &film },
-            Binding { number: binding::COUNTERS, buffer: &counters },
-            Binding { number: INPUT, buffer: &input },
-            Binding { number: OUTPUT, buffer: &output },
+            Binding::new(binding::FILM, &film),
+            Binding::new(binding::COUNTERS, &counters),
+            Binding::new(INPUT, &input),
+            Binding::new(OUTPUT, &output),
         ]);
         let set = BindingSet::new(device, &bindings, size_of::<Push>() as u32)?;
         let counting = RenderSettings { count_steps: kernel.counts_steps, ..settings.clone() };

@@ -110,9 +110,9 @@ fn bindings() {
         (binding::LIGHTS, "light_texels", false),
         (binding::FILM, "film_texels", false),
         (binding::COUNTERS, "Counters", true),
-        (binding::PATHS, "path_texels", false),
+        (binding::PATHS, "Paths", true),
         (binding::QUEUE_POOL, "QueuePool", true),
-        (binding::CONNECTIONS, "Connections", true),
+        (binding::PATH_TEXELS, "path_texels", false),
     ]
     .map(|(number, name, storage)| (0, number, name.to_owned(), storage));
     for (kernel, interface) in kernels() {
