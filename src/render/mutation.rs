@@ -40,11 +40,15 @@ pub enum Mutation {
     BuiltInLog = 17,
     /// Fresnel's equations in plain single precision, without their limits.
     PlainFresnel = 18,
+    /// Hit points on triangles of the tree as o + t·d instead of from barycentrics.
+    HitAlongRay = 19,
+    /// Hit points on facets not brought back onto the plane.
+    NoProjection = 20,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 20] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -63,6 +67,8 @@ impl Mutation {
         Self::BuiltInSinCos,
         Self::BuiltInLog,
         Self::PlainFresnel,
+        Self::HitAlongRay,
+        Self::NoProjection,
     ];
 
     /// What is broken, in words.
@@ -86,6 +92,8 @@ impl Mutation {
             Self::BuiltInSinCos => "sine and cosine as inaccurate as Vulkan allows",
             Self::BuiltInLog => "logarithm as inaccurate as Vulkan allows",
             Self::PlainFresnel => "Fresnel's equations in plain single precision, without their limits",
+            Self::HitAlongRay => "hit points on triangles as o + t·d instead of from barycentrics",
+            Self::NoProjection => "hit points on facets not brought back onto the plane",
         }
     }
 }
