@@ -25,5 +25,6 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::PlainFresnel => &["glass/fresnel"],
         Mutation::HitAlongRay => &["triangles/hit-points"],
         Mutation::NoProjection => &["triangles/facet-points"],
+        Mutation::InfiniteInverse => &["tree/non-finite-steps"],
     }
 }

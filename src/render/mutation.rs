@@ -44,11 +44,13 @@ pub enum Mutation {
     HitAlongRay = 19,
     /// Hit points on facets not brought back onto the plane.
     NoProjection = 20,
+    /// Reciprocals of directions with their infinities.
+    InfiniteInverse = 21,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 20] = [
+    pub const ALL: [Self; 21] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -69,6 +71,7 @@ impl Mutation {
         Self::PlainFresnel,
         Self::HitAlongRay,
         Self::NoProjection,
+        Self::InfiniteInverse,
     ];
 
     /// What is broken, in words.
@@ -94,6 +97,7 @@ impl Mutation {
             Self::PlainFresnel => "Fresnel's equations in plain single precision, without their limits",
             Self::HitAlongRay => "hit points on triangles as o + t·d instead of from barycentrics",
             Self::NoProjection => "hit points on facets not brought back onto the plane",
+            Self::InfiniteInverse => "reciprocals of directions not kept finite",
         }
     }
 }
