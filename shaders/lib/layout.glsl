@@ -79,6 +79,9 @@ const uint MUTATE_RESIDUE = 15u;
 const uint MUTATE_SINCOS = 16u;
 const uint MUTATE_LOG = 17u;
 const uint MUTATE_FRESNEL = 18u;
+const uint MUTATE_BARYCENTRIC = 19u;
+const uint MUTATE_PROJECTION = 20u;
+const uint MUTATE_INVERSE = 21u;
 
 // ---- bindings
 layout(binding = 0) uniform samplerBuffer tree_texels;     // 4 texels a record, see intersect/tree.glsl

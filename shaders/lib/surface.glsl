@@ -43,7 +43,7 @@ Surface surface_of_constant(int id, vec3 p) {
         curvature = flat_ ? 0.0 : curvature;
         // Back onto the plane; then the error is that of the sums n·p and p, bounded by γ(7) times their terms.
         const float gamma7 = 4.2e-7;
-        p = flat_ ? p - n * (dot(n, p) - shape.w) : p;
+        p = flat_ && MUTATION != MUTATE_PROJECTION ? p - n * (dot(n, p) - shape.w) : p;
         offset = flat_ ? gamma7 * (dot(abs(n), abs(p)) + abs(shape.w)) : 0.0;
     }
     return Surface(p, n, n, material.rgb, material.w, offset, curvature, light);
@@ -64,7 +64,7 @@ Surface surface_of_record(int record, vec3 o, vec3 d, float t) {
     vec3 p0 = b.x * q0.xyz;
     vec3 p1 = b.y * q1.xyz;
     vec3 p2 = b.z * q2.xyz;
-    vec3 p = p0 + p1 + p2;
+    vec3 p = MUTATION == MUTATE_BARYCENTRIC ? o + t * d : p0 + p1 + p2;
     const float gamma7 = 4.2e-7;
     float curvature = 0.0;
     float offset = MUTATION == MUTATE_OFFSET ? 0.0 : gamma7 * dot(abs(p0) + abs(p1) + abs(p2), abs(n));

@@ -23,5 +23,8 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::BuiltInSinCos => &["sampling/cos-sin"],
         Mutation::BuiltInLog => &["sampling/log"],
         Mutation::PlainFresnel => &["glass/fresnel"],
+        Mutation::HitAlongRay => &["triangles/hit-points"],
+        Mutation::NoProjection => &["triangles/facet-points"],
+        Mutation::InfiniteInverse => &["tree/non-finite-steps"],
     }
 }

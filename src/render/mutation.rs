@@ -40,11 +40,17 @@ pub enum Mutation {
     BuiltInLog = 17,
     /// Fresnel's equations in plain single precision, without their limits.
     PlainFresnel = 18,
+    /// Hit points on triangles of the tree as o + t·d instead of from barycentrics.
+    HitAlongRay = 19,
+    /// Hit points on facets not brought back onto the plane.
+    NoProjection = 20,
+    /// Reciprocals of directions with their infinities.
+    InfiniteInverse = 21,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 21] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -63,6 +69,9 @@ impl Mutation {
         Self::BuiltInSinCos,
         Self::BuiltInLog,
         Self::PlainFresnel,
+        Self::HitAlongRay,
+        Self::NoProjection,
+        Self::InfiniteInverse,
     ];
 
     /// What is broken, in words.
@@ -86,6 +95,9 @@ impl Mutation {
             Self::BuiltInSinCos => "sine and cosine as inaccurate as Vulkan allows",
             Self::BuiltInLog => "logarithm as inaccurate as Vulkan allows",
             Self::PlainFresnel => "Fresnel's equations in plain single precision, without their limits",
+            Self::HitAlongRay => "hit points on triangles as o + t·d instead of from barycentrics",
+            Self::NoProjection => "hit points on facets not brought back onto the plane",
+            Self::InfiniteInverse => "reciprocals of directions not kept finite",
         }
     }
 }

@@ -29,8 +29,10 @@ struct TreeRay {
     Shear shear;
 };
 
-// 1/d without infinities: 0·∞ must not arise in the slab test, where NaN would be lost or win by chance.
+// 1/d without infinities: 0·∞ must not arise in the slab test, where NaN would be lost or win by chance; nor may boxes be
+// met at infinity, which is not beyond a t_max of infinity: a ray without direction would walk all of an octant.
 vec3 safe_inverse(vec3 d) {
+    if (MUTATION == MUTATE_INVERSE) return 1.0 / d;
     const float tiny = 1e-30;
     vec3 clamped = vec3(abs(d.x) < tiny ? tiny : d.x, abs(d.y) < tiny ? tiny : d.y, abs(d.z) < tiny ? tiny : d.z);
     return 1.0 / clamped;

@@ -5,6 +5,7 @@ mod emitters;
 mod energy;
 mod film;
 mod glass;
+mod hit_points;
 mod light;
 mod lights;
 mod oracle;
@@ -25,6 +26,7 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
         spheres::CASES,
         triangles::CASES,
         slivers::CASES,
+        hit_points::CASES,
         spawn::CASES,
         tree::CASES,
         glass::CASES,

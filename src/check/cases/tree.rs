@@ -21,7 +21,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "tree/axis-aligned",
-        what: "axis-aligned rays with components +0 and −0 on the faces of boxes",
+        what: "axis-aligned rays with components +0 and −0 on the faces of boxes, and 1 or 2 ulp beside them",
         oracle: "every primitive tested on the device",
         quantity: "rays whose t or primitive differs",
         threshold: 0.0,
@@ -177,14 +177,28 @@ fn axis_aligned(lab: &Lab) -> Result<Measured, CheckError> {
                     let sign = if rng.bits() & 1 == 0 { 1.0 } else { -1.0 };
                     *d = if i == axis { sign } else { 0.0 * sign };
                 }
-                let at = |rng: &mut Rng| scale * (rng.below(40) as f64 / 4.0 - 4.5);
-                let origin = v(at(&mut rng), at(&mut rng), at(&mut rng)).as_vec3();
-                RayInput::new(origin, Vec3::from(direction))
+                let at = |rng: &mut Rng| (scale * (rng.below(40) as f64 / 4.0 - 4.5)) as f32;
+                let origin = [at(&mut rng), at(&mut rng), at(&mut rng)].map(|x| beside(x, rng.below(8)));
+                RayInput::new(Vec3::from(origin), Vec3::from(direction))
             })
             .collect()
     };
     let (wrong, traced) = compare(lab, &scene, &rays)?;
     Ok(Measured::new(wrong as f64, format!("{traced} rays, 40 boxes")))
+}
+
+/// x, or for some `which` up to two units in the last place from it: the tree's boxes are one or two larger than what is
+/// in them (`accel::Primitive::bounds`), and about 1e-20 where that is at 0.
+fn beside(x: f32, which: usize) -> f32 {
+    match which {
+        0 if x == 0.0 => -1e-20,
+        1 if x == 0.0 => 1e-20,
+        0 => x.next_down(),
+        1 => x.next_up(),
+        2 => x.next_down().next_down(),
+        3 => x.next_up().next_up(),
+        _ => x,
+    }
 }
 
 fn shuffled(lab: &Lab) -> Result<Measured, CheckError> {
@@ -278,8 +292,11 @@ fn non_finite_rays(lab: &Lab) -> Result<(f64, f64, String), CheckError> {
     let usual = mean(&probe.run(&ordinary)?);
     let (mut hits, mut worst) = (0usize, 0.0f64);
     let (nan, inf) = (f32::NAN, f32::INFINITY);
-    let directions = [[nan; 3], [nan, 1.0, 0.0], [0.0; 3], [inf, 0.0, 0.0], [inf; 3], [-inf, inf, 1.0]];
+    let directions = [[nan; 3], [nan, 1.0, 0.0], [inf, 0.0, 0.0], [inf; 3], [-inf, inf, 1.0]];
     let mut kinds: Vec<(Vec3, Vec3)> = directions.iter().map(|d| (Vec3::ZERO, Vec3::from(*d))).collect();
+    // Zeros of both signs: their reciprocals, were they infinite, would have every box of an octant met at infinity.
+    let zero = |signs: u32| Vec3::from([0, 1, 2].map(|i| if signs >> i & 1 == 0 { 0.0 } else { -0.0 }));
+    kinds.extend((0..8).map(|signs| (Vec3::ZERO, zero(signs))));
     kinds.extend([(Vec3::splat(nan), Vec3::X), (Vec3::new(0.0, nan, 0.0), Vec3::new(0.6, 0.0, -0.8))]);
     for &(origin, direction) in &kinds {
         let records = probe.run(&vec![RayInput::new(origin, direction); 64])?;
