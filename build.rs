@@ -44,7 +44,7 @@ fn variants(stem: &str) -> Vec<Variant> {
     // Trees: 0 none, 1 a tree, 2 a tree of which every leaf may be tested.
     let (steps, trees): (&[u32], &[u32]) = match stem {
         "path_trace" => (&[0, 1, 2], &[0, 1, 2]),
-        "path_queue" => (&[0, 1, 2], &[0, 1]),
+        "path_queue" => (&[0, 1, 2], &[1]),
         // Probes of rays: room for none or all.
         "closest" => (&[0, 2], &[1, 2]),
         "occlusion" | "scatter" | "traverse" => (&[0, 2], &[1]),

@@ -95,7 +95,9 @@ const uint FILM_ROWS = 3u;
 layout(std430, binding = 5) buffer Counters { uint counters[]; };
 // What path_queue.comp notes of its paths.
 layout(std430, binding = 6) coherent buffer Paths { vec4 path_rows[]; };    // PATH_ROWS a path, see reuse.glsl
-// The same to read: on lavapipe a vec4 of a storage buffer is 4 scalar accesses for each lane.
+// The same to write single numbers, and to read: on lavapipe a vec4 of a storage buffer is 4 scalar reads for each lane,
+// a texel one call.
+layout(std430, binding = 6) coherent buffer PathNumbers { float path_numbers[]; };
 layout(rgba32f, binding = 8) coherent readonly uniform imageBuffer path_texels;
 layout(std430, binding = 7) coherent buffer QueuePool { uint pool[]; };
 const uint PATH_ROWS = 8u;

@@ -50,7 +50,9 @@ void path_clear(uint path) {
 }
 
 // Notes a(x, y) of a path's y and of the x of a member of its group.
-void note_coupling(uint path, uint member, float value) { path_rows[path_texel(path, ROW_COUPLINGS)][member] = value; }
+void note_coupling(uint path, uint member, float value) {
+    path_numbers[4 * path_texel(path, ROW_COUPLINGS) + int(member)] = value;
+}
 
 // Number `member` of a group seen from another: 0 is the path itself.
 uint group_member(uint path, uint member) { return path ^ (member << PATCH_BITS); }

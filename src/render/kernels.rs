@@ -34,14 +34,12 @@ type Variants = [[&'static [u8]; 3]; 3];
 static PATH_TRACE: Variants = variants!("path_trace", 0);
 static PATH_TRACE_TREE: Variants = variants!("path_trace", 1);
 static PATH_TRACE_BRUTE_FORCE: Variants = variants!("path_trace", 2);
-static PATH_QUEUE: Variants = variants!("path_queue", 0);
-static PATH_QUEUE_TREE: Variants = variants!("path_queue", 1);
+static PATH_QUEUE: Variants = variants!("path_queue", 1);
 
 /// The kernel with the least room that suffices. `general`: the one with the most.
 pub(crate) fn choose(features: &Features, queued: bool, general: bool) -> Kernel {
     let (name, all) = match (queued, features.tree) {
-        (true, false) => ("path_queue", &PATH_QUEUE),
-        (true, true) => ("path_queue", &PATH_QUEUE_TREE),
+        (true, _) => ("path_queue", &PATH_QUEUE),
         (false, true) if features.brute_force => ("path_trace", &PATH_TRACE_BRUTE_FORCE),
         (false, true) => ("path_trace", &PATH_TRACE_TREE),
         (false, false) => ("path_trace", &PATH_TRACE),

@@ -120,10 +120,11 @@ impl Renderer {
             .map(|i| Buffer::new(device, &format!("readback {i}"), size_of::<Counters>() as u64, Usage::Readback))
             .collect::<Result<Vec<_>, _>>()?;
 
-        let reusable = settings.reuse == Reuse::Auto && features.can_reuse();
-        let queued = !features.brute_force
+        let reusable = settings.reuse == Reuse::Auto && features.tree && features.can_reuse();
+        let queued = features.tree
+            && !features.brute_force
             && match settings.scheduler {
-                Scheduler::Auto => facts.queue && (features.tree || reusable),
+                Scheduler::Auto => facts.queue && features.tree,
                 Scheduler::Inline => false,
                 Scheduler::Queue => true,
             };

@@ -113,8 +113,7 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
         for (name, _, format, bytes) in &sources {
             buffers.push(Buffer::new(device, name, bytes.len() as u64, Usage::Texel(*format))?);
         }
-        let mut bindings: Vec<_> =
-            sources.iter().zip(&buffers).map(|(s, buffer)| Binding::new(s.1, buffer)).collect();
+        let mut bindings: Vec<_> = sources.iter().zip(&buffers).map(|(s, buffer)| Binding::new(s.1, buffer)).collect();
         bindings.extend([
             Binding::new(binding::FILM, &film),
             Binding::new(binding::COUNTERS, &counters),
