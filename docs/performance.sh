@@ -19,8 +19,9 @@ plot samplers $scenes/spheres.toml $scenes/cornell.toml $scenes/cat.toml --size 
 table features $scenes/spheres.toml $scenes/cat.toml --size 64x64 --samples 8,16 --seeds 5 \
     --vary features=specialised,+mirror,+dielectric,+emitter,+background,+smooth-normals,+tree,+sampler-levels,+places,general
 plot roulette $scenes/indirect.toml --size 96x96 --samples 4..64 --vary roulette=off,3,5,8
-plot scheduler $scenes/cat.toml --size 64x64 --samples 8..32 --vary scheduler=queue,inline \
+plot scheduler $scenes/cat.toml --size 64x64 --samples 8..32 --vary scheduler=queue,inline --vary reuse=off \
     --vary intersection=watertight,moller-trumbore
+plot reuse $scenes/cat.toml --size 96x96 --samples 4..64 --vary reuse=auto,off
 plot hierarchy $scenes/cat.toml --size 24x24 --samples 1,2,4 --seeds 3 --vary accel=bvh,none
 table rays $scenes/cat.toml --rays
 plot triangles --growth triangles --max 10000000

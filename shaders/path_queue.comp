@@ -215,6 +215,7 @@ void connect_paths(inout Pocket pocket, inout Run run, bool walking) {
             shadow_rays += wanted ? 1u : 0u;
             bool hidden;
             bool later = segment_needs_tree(ray, hidden) && wanted;
+            if (MUTATION == MUTATE_REUSE) hidden = later = false;
             if (gives && !later) note_coupling(region + path, member, wanted && !hidden ? value : 0.0);
             pocket_put_segment(pocket, ray, MEMBERS * path + member, value, later);
             loops += 1u;

@@ -4,7 +4,7 @@
 mod common;
 
 use common::{assert_same_bits, context, render, render_counted, shipped};
-use photolith::render::{Feature, Scheduler};
+use photolith::render::{Feature, Reuse, Scheduler};
 use photolith::{RenderSettings, Scene};
 
 const SAMPLES: u32 = 32;
@@ -16,15 +16,16 @@ fn small_budget(name: &str, scheduler: Scheduler) -> u32 {
     match (name, scheduler) {
         ("cat", Scheduler::Inline) => 1500,
         (_, Scheduler::Inline) => 400,
-        ("cat", Scheduler::Queue | Scheduler::Auto) => 20_000,
+        // Reusing the paths takes a share of it.
+        ("cat", Scheduler::Queue | Scheduler::Auto) => 40_000,
         ("cornell", Scheduler::Queue | Scheduler::Auto) => 4000,
         (_, Scheduler::Queue | Scheduler::Auto) => 15_000,
     }
 }
 
 /// Every way of rendering that may change no bit.
-fn variants(name: &str, scene: &Scene) -> Vec<(String, RenderSettings)> {
-    let base = RenderSettings::of(scene);
+fn variants(name: &str, scene: &Scene, reuse: Reuse) -> Vec<(String, RenderSettings)> {
+    let base = RenderSettings { reuse, ..RenderSettings::of(scene) };
     let mut all = vec![("a second run".to_owned(), base.clone())];
     for n in [1, 3, 7, 64] {
         all.push((
@@ -40,6 +41,9 @@ fn variants(name: &str, scene: &Scene) -> Vec<(String, RenderSettings)> {
         all.push((format!("+{feature}"), RenderSettings { unneeded: Some(unneeded), ..base.clone() }));
     }
     for scheduler in [Scheduler::Inline, Scheduler::Queue] {
+        if scheduler == Scheduler::Inline && reuse == Reuse::Auto {
+            continue;
+        }
         let budget = Some(small_budget(name, scheduler));
         all.push((format!("{scheduler:?}"), RenderSettings { scheduler, ..base.clone() }));
         all.push((
@@ -62,18 +66,19 @@ fn variants(name: &str, scene: &Scene) -> Vec<(String, RenderSettings)> {
 }
 
 /// Renders a scene at sizes that are no multiples of a tile, in every way.
-fn same_bits_in_every_way(name: &str) {
+fn same_bits_in_every_way(name: &str, reuse: Reuse) {
     let context = context();
     let scene = shipped(name, (48, 40), SAMPLES);
-    let expected = render(&context, &scene, &RenderSettings::of(&scene));
-    for (what, settings) in variants(name, &scene) {
+    let settings = |scene: &Scene| RenderSettings { reuse, ..RenderSettings::of(scene) };
+    let expected = render(&context, &scene, &settings(&scene));
+    for (what, settings) in variants(name, &scene, reuse) {
         assert_same_bits(&render(&context, &scene, &settings), &expected, &format!("{name}, {what}"));
     }
     for size in [(13, 21), (1, 1)] {
         let scene = shipped(name, size, SAMPLES);
-        let expected = render(&context, &scene, &RenderSettings::of(&scene));
+        let expected = render(&context, &scene, &settings(&scene));
         let all_at_once = |(what, _): &(String, RenderSettings)| what.contains("all at once");
-        for (what, settings) in variants(name, &scene).into_iter().filter(all_at_once) {
+        for (what, settings) in variants(name, &scene, reuse).into_iter().filter(all_at_once) {
             assert_same_bits(&render(&context, &scene, &settings), &expected, &format!("{name}, {size:?}, {what}"));
         }
     }
@@ -81,17 +86,28 @@ fn same_bits_in_every_way(name: &str) {
 
 #[test]
 fn spheres() {
-    same_bits_in_every_way("spheres");
+    same_bits_in_every_way("spheres", Reuse::Off);
 }
 
 #[test]
 fn glass() {
-    same_bits_in_every_way("glass");
+    same_bits_in_every_way("glass", Reuse::Off);
 }
 
 #[test]
 fn mesh() {
-    same_bits_in_every_way("cat");
+    same_bits_in_every_way("cat", Reuse::Off);
+}
+
+#[test]
+fn mesh_with_reused_paths() {
+    same_bits_in_every_way("cat", Reuse::Auto);
+    let context = context();
+    let scene = shipped("cat", (48, 40), SAMPLES);
+    let off = RenderSettings { reuse: Reuse::Off, ..RenderSettings::of(&scene) };
+    let differing = |a: &[[f64; 3]], b: &[[f64; 3]]| a.iter().zip(b).filter(|(a, b)| a != b).count();
+    let (with, without) = (render(&context, &scene, &RenderSettings::of(&scene)), render(&context, &scene, &off));
+    assert!(differing(with.sums(), without.sums()) > 1000, "paths are not reused");
 }
 
 #[test]
@@ -100,7 +116,7 @@ fn emitters_and_roulette() {
     let scene = shipped("cornell", (48, 40), SAMPLES);
     let expected = render(&context, &scene, &RenderSettings::of(&scene));
     let schedulers = |(what, _): &(String, RenderSettings)| what.contains("Inline") || what.contains("Queue");
-    for (what, settings) in variants("cornell", &scene).into_iter().filter(schedulers) {
+    for (what, settings) in variants("cornell", &scene, Reuse::Off).into_iter().filter(schedulers) {
         assert_same_bits(&render(&context, &scene, &settings), &expected, &what);
     }
 }

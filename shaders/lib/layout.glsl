@@ -82,6 +82,7 @@ const uint MUTATE_FRESNEL = 18u;
 const uint MUTATE_BARYCENTRIC = 19u;
 const uint MUTATE_PROJECTION = 20u;
 const uint MUTATE_INVERSE = 21u;
+const uint MUTATE_REUSE = 22u;
 
 // ---- bindings
 layout(binding = 0) uniform samplerBuffer tree_texels;     // 4 texels a record, see intersect/tree.glsl

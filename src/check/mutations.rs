@@ -26,5 +26,6 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::HitAlongRay => &["triangles/hit-points"],
         Mutation::NoProjection => &["triangles/facet-points"],
         Mutation::InfiniteInverse => &["tree/non-finite-steps"],
+        Mutation::BlindReuse => &["oracle/reused-paths"],
     }
 }

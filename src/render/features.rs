@@ -214,6 +214,12 @@ impl Features {
             ),
             plain("tree", self.tree, "triangles or many spheres", "all triangles and spheres are constants"),
             plain("tree spheres", self.tree_spheres, "more spheres than constants hold", "all spheres are constants"),
+            plain(
+                "path reuse",
+                self.tree && self.can_reuse(),
+                "on CPU drivers: rays are dear, and diffuse surfaces light each other",
+                "no tree, or no diffuse surface lights another",
+            ),
             plain("brute force", self.brute_force, "no hierarchy was asked for", "the hierarchy is used"),
             plain("smooth normals", self.smooth_normals, "a mesh has them", "no mesh has them"),
             plain("moller-trumbore", self.moller_trumbore, "was asked for", "the watertight test is used"),

@@ -115,7 +115,7 @@ pub(crate) fn pixel_of_slot(slot: u32, width: u32, height: u32) -> Option<usize>
     let [x, y] = tile_corner(slot / 64, width);
     let within = slot % 64;
     let x = x + within % 4 + (within & 16);
-    let y = y + within / 4 % 4 + (within / 2 & 16);
+    let y = y + within / 4 % 4 + ((within / 2) & 16);
     (x < width && y < height).then(|| y as usize * width as usize + x as usize)
 }
 

@@ -46,11 +46,13 @@ pub enum Mutation {
     NoProjection = 20,
     /// Reciprocals of directions with their infinities.
     InfiniteInverse = 21,
+    /// Light that is reused for other pixels passes through everything.
+    BlindReuse = 22,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 22] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -72,6 +74,7 @@ impl Mutation {
         Self::HitAlongRay,
         Self::NoProjection,
         Self::InfiniteInverse,
+        Self::BlindReuse,
     ];
 
     /// What is broken, in words.
@@ -98,6 +101,7 @@ impl Mutation {
             Self::HitAlongRay => "hit points on triangles as o + t·d instead of from barycentrics",
             Self::NoProjection => "hit points on facets not brought back onto the plane",
             Self::InfiniteInverse => "reciprocals of directions not kept finite",
+            Self::BlindReuse => "light reused without regard to visibility",
         }
     }
 }

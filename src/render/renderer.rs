@@ -120,7 +120,7 @@ impl Renderer {
             .map(|i| Buffer::new(device, &format!("readback {i}"), size_of::<Counters>() as u64, Usage::Readback))
             .collect::<Result<Vec<_>, _>>()?;
 
-        let reusable = settings.reuse == Reuse::Auto && features.tree && features.can_reuse();
+        let reusable = settings.reuse == Reuse::Auto && tables.tree.is_some() && features.can_reuse();
         let queued = features.tree
             && !features.brute_force
             && match settings.scheduler {

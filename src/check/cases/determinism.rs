@@ -3,39 +3,41 @@
 use std::ops::ControlFlow;
 
 use crate::check::lab::Rendered;
-use crate::check::scenes::room;
+use crate::check::scenes::{divided_room, room};
 use crate::check::{Case, CheckError, Lab, Measured};
-use crate::render::{Accel, RenderSettings, Renderer, Scheduler};
+use crate::render::{Accel, RenderSettings, Renderer, Reuse, Scheduler};
+use crate::scene::Scene;
 
 pub(super) const CASES: &[Case] = &[
     Case {
         name: "determinism/repeat",
-        what: "a room rendered twice",
+        what: "a room rendered twice, its paths reused",
         oracle: "the first image",
         quantity: "pixels whose bits differ",
         threshold: 0.0,
         full_only: false,
-        measure: |lab| variants(lab, &[|_| ()]),
+        measure: |lab| variants(lab, &divided_room(), |_| (), &[|_| ()]),
     },
     Case {
         name: "determinism/split",
-        what: "one sample a dispatch, workgroups of 8 and 96, a small loop budget, both schedulers",
+        what: "one sample a dispatch, workgroups of 8 and 96, a small loop budget, with paths reused and not, both \
+               schedulers",
         oracle: "the image as usual",
         quantity: "pixels whose bits differ",
         threshold: 0.0,
         full_only: false,
         measure: |lab| {
-            variants(
-                lab,
-                &[
-                    |s| s.samples_per_dispatch = Some(1),
-                    |s| s.workgroup_size = Some(8),
-                    |s| s.workgroup_size = Some(96),
-                    |s| s.loop_budget = Some(700),
-                    |s| s.scheduler = Scheduler::Inline,
-                    |s| s.scheduler = Scheduler::Queue,
-                ],
-            )
+            let cuts: [Change; 4] = [
+                |s| s.samples_per_dispatch = Some(1),
+                |s| s.workgroup_size = Some(8),
+                |s| s.workgroup_size = Some(96),
+                |s| s.loop_budget = Some(1400),
+            ];
+            let schedulers: [Change; 2] = [|s| s.scheduler = Scheduler::Inline, |s| s.scheduler = Scheduler::Queue];
+            let reused = variants(lab, &divided_room(), |_| (), &cuts)?;
+            let plain =
+                variants(lab, &divided_room(), |s| s.reuse = Reuse::Off, &[&cuts[..], &schedulers[..]].concat())?;
+            Ok(Measured::new(reused.value + plain.value, "10 variants, 1024 pixels".to_owned()))
         },
     },
     Case {
@@ -45,7 +47,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "pixels whose bits differ",
         threshold: 0.0,
         full_only: false,
-        measure: |lab| variants(lab, &[|s| s.general = true]),
+        measure: |lab| variants(lab, &room(), |_| (), &[|s| s.general = true]),
     },
     Case {
         name: "determinism/no-tree",
@@ -54,7 +56,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "pixels whose bits differ",
         threshold: 0.0,
         full_only: false,
-        measure: |lab| variants(lab, &[|s| s.accel = Accel::None]),
+        measure: |lab| variants(lab, &divided_room(), |s| s.reuse = Reuse::Off, &[|s| s.accel = Accel::None]),
     },
     Case {
         name: "determinism/stopped",
@@ -69,14 +71,15 @@ pub(super) const CASES: &[Case] = &[
 
 type Change = fn(&mut RenderSettings);
 
-fn variants(lab: &Lab, changes: &[Change]) -> Result<Measured, CheckError> {
-    let scene = room();
-    let usual: Rendered = lab.render(&scene)?;
+fn variants(lab: &Lab, scene: &Scene, base: Change, changes: &[Change]) -> Result<Measured, CheckError> {
+    let mut usual_settings = lab.settings(scene);
+    base(&mut usual_settings);
+    let usual: Rendered = lab.render_with(scene, &usual_settings)?;
     let mut differ = 0;
     for change in changes {
-        let mut settings = lab.settings(&scene);
+        let mut settings = usual_settings.clone();
         change(&mut settings);
-        differ += usual.differing(&lab.render_with(&scene, &settings)?);
+        differ += usual.differing(&lab.render_with(scene, &settings)?);
     }
     let lit = usual.channel(0).iter().filter(|&&x| x > 0.0).count();
     if lit < 500 {

@@ -1,6 +1,6 @@
 //! Whole images against the path tracer in double precision.
 
-use crate::check::scenes::{Build, diffuse, emitter, empty, glass, icosphere, lamps, mirror, room, v};
+use crate::check::scenes::{Build, diffuse, divided_room, emitter, empty, glass, icosphere, lamps, mirror, room, v};
 use crate::check::{Case, CheckError, Lab, Measured};
 use crate::oracle::{self, OracleSettings};
 use crate::render::RenderSettings;
@@ -42,6 +42,15 @@ pub(super) const CASES: &[Case] = &[
         threshold: 1.0,
         full_only: false,
         measure: |lab| against_oracle(lab, &lamps()),
+    },
+    Case {
+        name: "oracle/reused-paths",
+        what: "a body, many balls, a screen and a mirror in a room: paths serve pixels that may not see their second hits",
+        oracle: "path tracer in f64",
+        quantity: "the same",
+        threshold: 1.0,
+        full_only: false,
+        measure: |lab| against_oracle(lab, &divided_room()),
     },
 ];
 

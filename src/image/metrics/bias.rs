@@ -46,7 +46,8 @@ impl Bias {
     /// Measures; the pair has at least one finite pixel.
     pub(super) fn measure(pair: &Pair) -> Self {
         let (width, height) = (pair.image.width(), pair.image.height());
-        let mut side = TILE_SIDE;
+        // As wide as the blocks within which pixels have part of their noise in common, if paths are reused.
+        let mut side = 2 * TILE_SIDE;
         while side > 1 && tiles(width, height, side).count() < LEAST_TILES {
             side /= 2;
         }
