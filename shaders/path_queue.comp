@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_vote : require
@@ -256,11 +257,21 @@ void share_notes() {
     subgroupMemoryBarrierBuffer();
 }
 
-// Whether a slot is to get a sample of number s in this dispatch.
-bool wants(uint slot, uint s, uint samples) {
-    uint pixel;
-    uint done = slot < end_slot && pixel_of_slot(slot, pixel) ? film_count(slot) : target_samples;
-    return s < samples && done + s < target_samples;
+// How many samples the members of a slot's group are to get in this dispatch.
+uvec4 wanted_of_group(uint slot, uint samples) {
+    uvec4 wanted;
+    [[dont_unroll]] for (uint m = 0u; m < MEMBERS; ++m) {
+        uint member = group_member(slot, m);
+        uint pixel;
+        bool real = member < end_slot && pixel_of_slot(member, pixel);
+        wanted[m] = real ? min(samples, target_samples - min(target_samples, film_count(member))) : 0u;
+    }
+    return wanted;
+}
+
+// Bit m: sample s is below the m-th number.
+uint mask_below(uint s, uvec4 numbers) {
+    return (s < numbers.x ? 1u : 0u) | (s < numbers.y ? 2u : 0u) | (s < numbers.z ? 4u : 0u) | (s < numbers.w ? 8u : 0u);
 }
 
 void main() {
@@ -307,18 +318,11 @@ void main() {
             break;
         }
     }
+    uint complete = samples;    // the first sample that is not to be had
     if (REUSE) {
         // Segments come in the order of the samples. Those of samples that the budget did not suffice for are missing.
         uint missing = min(pocket_first_segment(pocket) / MEMBERS, run.left > 0u ? run.slot : NOTHING);
-        uint complete = connecting ? min(samples, subgroupMin(missing) / TILE) : 0u;
-        share_notes();
-        for (uint i = gl_SubgroupInvocationID; i < (TILE / MEMBERS) * samples; i += gl_SubgroupSize) {
-            uint s = i / (TILE / MEMBERS);
-            uint first = i % (TILE / MEMBERS);
-            bvec4 wanted;
-            for (uint m = 0u; m < MEMBERS; ++m) wanted[m] = wants(tile + group_member(first, m), s, samples);
-            share_light(region + s * TILE + first, wanted, s < complete);
-        }
+        complete = connecting ? min(samples, subgroupMin(missing) / TILE) : 0u;
     }
     share_notes();
 
@@ -330,8 +334,10 @@ void main() {
         if (tile + p < end_slot && pixel_of_slot(tile + p, pixel)) {
             FilmPixel film_pixel = film_load(tile + p);
             uint first = film_pixel.count;
-            for (uint s = 0u; s < samples; ++s) {
-                vec4 light = path_load(region + s * TILE + p, ROW_LIGHT);
+            uvec4 wanted = REUSE ? wanted_of_group(tile + p, samples) : uvec4(0u);
+            for (uint s = 0u; s < complete; ++s) {
+                uint path = region + s * TILE + p;
+                vec4 light = REUSE ? shared_light(path, mask_below(s, wanted)) : path_load(path, ROW_LIGHT);
                 if (light.w == PATH_OPEN || film_pixel.count >= target_samples) break;
                 bad += film_add(film_pixel, light.xyz) ? 0u : 1u;
             }

@@ -37,15 +37,24 @@ const float PATH_GIVES = 2.0;   // its light leaves y
 
 // A row of all paths after another: lanes write next to each other.
 int path_texel(uint path, uint row) { return int(row * (REGIONS << SLOT_BITS) + path); }
-vec4 path_load(uint path, uint row) { return imageLoad(path_texels, path_texel(path, row)); }
+vec4 path_load(uint path, uint row) {
+    if (PATHS_BY_TEXEL) return imageLoad(path_texels, path_texel(path, row));
+    return path_rows[path_texel(path, row)];
+}
 void path_store(uint path, uint row, vec4 value) { path_rows[path_texel(path, row)] = value; }
+
+// Slower, but less code to compile.
+void path_store_compactly(uint path, uint row, vec4 value) {
+    if (PATHS_BY_TEXEL) imageStore(path_texels, path_texel(path, row), value);
+    else path_store(path, row, value);
+}
 
 // The path has not begun.
 void path_clear(uint path) {
-    path_store(path, ROW_LIGHT, vec4(0.0, 0.0, 0.0, PATH_OPEN));
+    path_store_compactly(path, ROW_LIGHT, vec4(0.0, 0.0, 0.0, PATH_OPEN));
     if (REUSE) {
-        path_store(path, ROW_FIRST_NORMAL, vec4(0.0));
-        path_store(path, ROW_SECOND_NORMAL, vec4(0.0));
+        path_store_compactly(path, ROW_FIRST_NORMAL, vec4(0.0));
+        path_store_compactly(path, ROW_SECOND_NORMAL, vec4(0.0));
     }
 }
 
@@ -101,34 +110,28 @@ ShadowRay connect(vec3 y, vec3 normal, uint to, out float value) {
     return ray;
 }
 
-// Puts together the light of the four pixels of a group for one sample; `path` is the first of its paths. If one of
-// them is wanted but has not ended, or they have not been connected, none has.
-void share_light(uint path, bvec4 wanted, bool connected) {
-    vec4 light[MEMBERS];
-    bool complete = connected;
-    for (uint m = 0u; m < MEMBERS; ++m) {
-        light[m] = path_load(group_member(path, m), ROW_LIGHT);
-        complete = complete && (!wanted[m] || light[m].w != PATH_OPEN);
+// All light of a path's pixel for one sample, and PATH_OPEN unless those of its group that are wanted (a bit each, the
+// path itself first) have ended: then either all of a group have a sample or none.
+vec4 shared_light(uint path, uint wanted) {
+    bool complete = true;
+    vec3 own = vec3(0.0);
+    vec3 sum = vec3(0.0);
+    [[dont_unroll]] for (uint member = 0u; member < MEMBERS; ++member) {
+        uint from = group_member(path, member);
+        vec4 light = path_load(from, ROW_LIGHT);
+        vec4 a = path_load(from, ROW_COUPLINGS);
+        float mine = member < 2u ? (member == 0u ? a.x : a.y) : (member == 2u ? a.z : a.w);
+        float all = (a.x + a.y) + (a.z + a.w);
+        complete = complete && ((wanted >> member & 1u) == 0u || light.w != PATH_OPEN);
+        if (member == 0u && light.w != PATH_GIVES) own = light.xyz;
+        if (light.w == PATH_GIVES && mine > 0.0) sum += light.xyz * (mine / all);
     }
-    vec3 sums[MEMBERS] = vec3[MEMBERS](vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
-    for (uint j = 0u; j < MEMBERS; ++j) {
-        vec4 a = path_load(group_member(path, j), ROW_COUPLINGS);
-        float sum = (a.x + a.y) + (a.z + a.w);
-        if (light[j].w == PATH_GIVES && sum > 0.0) {
-            vec3 shared_light = light[j].xyz * (1.0 / sum);
-            for (uint i = 0u; i < MEMBERS; ++i) sums[i] += shared_light * a[i ^ j];
-        }
+    vec4 normal = path_load(path, ROW_FIRST_NORMAL);
+    if (normal.xyz != vec3(0.0)) {
+        vec3 beta = vec3(normal.w, path_load(path, ROW_SECOND).w, path_load(path, ROW_SECOND_NORMAL).w);
+        own += path_load(path, ROW_OWN).xyz + beta * sum;
     }
-    for (uint m = 0u; m < MEMBERS; ++m) {
-        uint own = group_member(path, m);
-        vec3 total = light[m].w == PATH_GIVES ? vec3(0.0) : light[m].xyz;
-        vec4 nx = path_load(own, ROW_FIRST_NORMAL);
-        if (nx.xyz != vec3(0.0)) {
-            vec3 beta = vec3(nx.w, path_load(own, ROW_SECOND).w, path_load(own, ROW_SECOND_NORMAL).w);
-            total += path_load(own, ROW_OWN).xyz + beta * sums[m];
-        }
-        path_store(own, ROW_LIGHT, vec4(total, complete && wanted[m] ? PATH_ENDED : PATH_OPEN));
-    }
+    return vec4(own, complete ? PATH_ENDED : PATH_OPEN);
 }
 
 #endif
