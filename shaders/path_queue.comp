@@ -257,21 +257,10 @@ void share_notes() {
     subgroupMemoryBarrierBuffer();
 }
 
-// How many samples the members of a slot's group are to get in this dispatch.
-uvec4 wanted_of_group(uint slot, uint samples) {
-    uvec4 wanted;
-    [[dont_unroll]] for (uint m = 0u; m < MEMBERS; ++m) {
-        uint member = group_member(slot, m);
-        uint pixel;
-        bool real = member < end_slot && pixel_of_slot(member, pixel);
-        wanted[m] = real ? min(samples, target_samples - min(target_samples, film_count(member))) : 0u;
-    }
-    return wanted;
-}
-
-// Bit m: sample s is below the m-th number.
-uint mask_below(uint s, uvec4 numbers) {
-    return (s < numbers.x ? 1u : 0u) | (s < numbers.y ? 2u : 0u) | (s < numbers.z ? 4u : 0u) | (s < numbers.w ? 8u : 0u);
+// Whether a slot is to get a sample of number s in this dispatch.
+bool wants(uint slot, uint s) {
+    uint pixel;
+    return slot < end_slot && pixel_of_slot(slot, pixel) && film_count(slot) + s < target_samples;
 }
 
 void main() {
@@ -286,7 +275,9 @@ void main() {
     region = r * PATHS;
     uint samples = min(max_new_samples, PATHS / TILE);
     uint paths = TILE * samples;
-    for (uint i = gl_SubgroupInvocationID; i < paths; i += gl_SubgroupSize) path_clear(region + i);
+    for (uint i = gl_SubgroupInvocationID; i < paths; i += gl_SubgroupSize) {
+        path_clear(region + i, !REUSE || wants(tile + i % TILE, i / TILE));
+    }
     share_notes();
     loops += paths / gl_SubgroupSize;
     // What is left of the budget must do for reusing the paths and for the film.
@@ -334,10 +325,9 @@ void main() {
         if (tile + p < end_slot && pixel_of_slot(tile + p, pixel)) {
             FilmPixel film_pixel = film_load(tile + p);
             uint first = film_pixel.count;
-            uvec4 wanted = REUSE ? wanted_of_group(tile + p, samples) : uvec4(0u);
             for (uint s = 0u; s < complete; ++s) {
                 uint path = region + s * TILE + p;
-                vec4 light = REUSE ? shared_light(path, mask_below(s, wanted)) : path_load(path, ROW_LIGHT);
+                vec4 light = REUSE ? shared_light(path) : path_load(path, ROW_LIGHT);
                 if (light.w == PATH_OPEN || film_pixel.count >= target_samples) break;
                 bad += film_add(film_pixel, light.xyz) ? 0u : 1u;
             }

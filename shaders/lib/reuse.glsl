@@ -31,6 +31,7 @@ const uint ROW_OWN = 5u;        // light from x itself
 const uint ROW_COUPLINGS = 6u;  // a(x, y) of the group's members, the path itself first
 const uint ROW_FIRST_UP = 7u;   // with SMOOTH_NORMALS: geometric normal of x
 
+const float PATH_UNWANTED = -1.0;   // its pixel is to get no such sample
 const float PATH_OPEN = 0.0;    // it has not ended
 const float PATH_ENDED = 1.0;   // all its light is its own
 const float PATH_GIVES = 2.0;   // its light leaves y
@@ -50,8 +51,8 @@ void path_store_compactly(uint path, uint row, vec4 value) {
 }
 
 // The path has not begun.
-void path_clear(uint path) {
-    path_store_compactly(path, ROW_LIGHT, vec4(0.0, 0.0, 0.0, PATH_OPEN));
+void path_clear(uint path, bool wanted) {
+    path_store_compactly(path, ROW_LIGHT, vec4(0.0, 0.0, 0.0, wanted ? PATH_OPEN : PATH_UNWANTED));
     if (REUSE) {
         path_store_compactly(path, ROW_FIRST_NORMAL, vec4(0.0));
         path_store_compactly(path, ROW_SECOND_NORMAL, vec4(0.0));
@@ -110,9 +111,9 @@ ShadowRay connect(vec3 y, vec3 normal, uint to, out float value) {
     return ray;
 }
 
-// All light of a path's pixel for one sample, and PATH_OPEN unless those of its group that are wanted (a bit each, the
-// path itself first) have ended: then either all of a group have a sample or none.
-vec4 shared_light(uint path, uint wanted) {
+// All light of a path's pixel for one sample, and PATH_ENDED; or PATH_OPEN if any path of the group that is wanted has
+// not ended: either all of a group have a sample or none.
+vec4 shared_light(uint path) {
     bool complete = true;
     vec3 own = vec3(0.0);
     vec3 sum = vec3(0.0);
@@ -122,7 +123,7 @@ vec4 shared_light(uint path, uint wanted) {
         vec4 a = path_load(from, ROW_COUPLINGS);
         float mine = member < 2u ? (member == 0u ? a.x : a.y) : (member == 2u ? a.z : a.w);
         float all = (a.x + a.y) + (a.z + a.w);
-        complete = complete && ((wanted >> member & 1u) == 0u || light.w != PATH_OPEN);
+        complete = complete && light.w != PATH_OPEN;
         if (member == 0u && light.w != PATH_GIVES) own = light.xyz;
         if (light.w == PATH_GIVES && mine > 0.0) sum += light.xyz * (mine / all);
     }
