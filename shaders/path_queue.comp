@@ -18,6 +18,9 @@
 // A workgroup is one subgroup. It owns a tile of 64 pixels, whose samples its lanes draw in runs. The light of each
 // path goes to a slot of its own, and the film is summed in the order of the samples: the image does not depend on how
 // work is cut or scheduled, and no stage needs the host.
+//
+// With REUSE, what paths note of their first two hits is then used for the other pixels of their groups (reuse.glsl):
+// segments from hit to hit are tested like shadow rays, those that meet the tree's boxes through the pockets as well.
 
 #include "lib/pixel_order.glsl"
 #include "lib/path.glsl"
@@ -141,7 +144,9 @@ void advance(uvec2 corner, uint tile, uint samples, inout Held h, inout Pocket p
         bool alive = path_arrive(h.path, shades ? h.id : -1, h.t, key, radiance, arrival, shadow) && shades;
         h.radiance = shades ? radiance : h.radiance;
         if (REUSE) {
-            if (SMOOTH_NORMALS && shades && arrival.hits == 1u) path_store(region + h.slot, ROW_FIRST_UP, vec4(arrival.up, 0.0));
+            if (SMOOTH_NORMALS && shades && arrival.hits == 1u) {
+                path_store(region + h.slot, ROW_FIRST_UP, vec4(arrival.up, 0.0));
+            }
             bool second = shades && h.path.second;
             if (second) note_second_hit(region + h.slot, h.path, arrival, h.t, h.radiance);
             bool gives = second && arrival.gives;

@@ -89,7 +89,8 @@ void pocket_put(inout Pocket p, Held h, ShadowRay shadow, bool waits, bool later
         vec4 origin = vec4(h.path.origin, h.t);
         vec4 direction = vec4(h.path.direction, intBitsToFloat(h.id));
         vec4 throughput = vec4(h.path.throughput, intBitsToFloat(h.path.leaving));
-        uint bits = h.slot | (h.path.second ? SECOND_BIT : 0u) | (h.gives ? GIVES_BIT : 0u) | (h.path.hits << HITS_SHIFT);
+        uint flags = (h.path.second ? SECOND_BIT : 0u) | (h.gives ? GIVES_BIT : 0u);
+        uint bits = h.slot | flags | (h.path.hits << HITS_SHIFT);
         vec4 radiance = vec4(h.radiance, uintBitsToFloat(bits));
         vec4 toward = vec4(shadow.direction, shadow.distance);
         vec4 light = vec4(shadow.radiance, uintBitsToFloat(h.path.index));
