@@ -56,7 +56,6 @@ layout(constant_id = 24) const uint MUTATION = 0u;         // tests only: breaks
 layout(constant_id = 25) const uint EMITTER_COUNT = 0u;    // emitters among them
 layout(constant_id = 27) const uint REGIONS = 64u;         // of path_light, which workgroups share; a multiple of 32
 layout(constant_id = 28) const uint ENOUGH_LANES = 5u;     // with fewer at work, a subgroup turns to what else there is
-layout(constant_id = 58) const bool PATHS_BY_TEXEL = false;
 layout(constant_id = 57) const bool REUSE = false;         // paths serve several pixels, see reuse.glsl
 layout(constant_id = 31) const uint FACET_COUNT = 0u;      // flat polygons held in constants, see intersect/facet.glsl
 layout(constant_id = 30) const uint LIGHT_LOOPS = 0u;      // loop iterations that choosing lights takes at a hit
@@ -97,8 +96,8 @@ const uint FILM_ROWS = 3u;
 layout(std430, binding = 5) buffer Counters { uint counters[]; };
 // What path_queue.comp notes of its paths.
 layout(std430, binding = 6) coherent buffer Paths { vec4 path_rows[]; };    // PATH_ROWS a path, see reuse.glsl
-// The same, to write single numbers; and, with PATHS_BY_TEXEL, to read. A vec4 of a storage buffer is 4 scalar accesses
-// for each lane on lavapipe, all of them unrolled; a texel is one call since Mesa 25, but slow to write.
+// The same, to write single numbers; and to read, or to write where time does not matter: on lavapipe a vec4 of a storage
+// buffer is 4 scalar accesses for each lane, all of them unrolled, a texel one call (slow where it writes).
 layout(std430, binding = 6) coherent buffer PathNumbers { float path_numbers[]; };
 layout(rgba32f, binding = 8) coherent uniform imageBuffer path_texels;
 layout(std430, binding = 7) coherent buffer QueuePool { uint pool[]; };

@@ -38,16 +38,12 @@ const float PATH_GIVES = 2.0;   // its light leaves y
 
 // A row of all paths after another: lanes write next to each other.
 int path_texel(uint path, uint row) { return int(row * (REGIONS << SLOT_BITS) + path); }
-vec4 path_load(uint path, uint row) {
-    if (PATHS_BY_TEXEL) return imageLoad(path_texels, path_texel(path, row));
-    return path_rows[path_texel(path, row)];
-}
+vec4 path_load(uint path, uint row) { return imageLoad(path_texels, path_texel(path, row)); }
 void path_store(uint path, uint row, vec4 value) { path_rows[path_texel(path, row)] = value; }
 
 // Slower, but less code to compile.
 void path_store_compactly(uint path, uint row, vec4 value) {
-    if (PATHS_BY_TEXEL) imageStore(path_texels, path_texel(path, row), value);
-    else path_store(path, row, value);
+    imageStore(path_texels, path_texel(path, row), value);
 }
 
 // The path has not begun.

@@ -12,9 +12,6 @@ pub(crate) struct DriverFacts {
     /// Paths that need the tree wait for each other ([`Scheduler::Queue`](super::Scheduler::Queue)): pays where a
     /// subgroup is a SIMD register of a CPU, whose idle lanes cost as much as busy ones.
     pub queue: bool,
-    /// The notes of paths are read as texels and not as elements of an array. Measured on lavapipe, bunny, time of the
-    /// whole rendering with texels over that with the array: 1.07 to 1.25 on 22.3.6, 0.88 on 25.0.7.
-    pub paths_by_texel: bool,
     /// Regions for the notes of paths, which the workgroups that run share: a workgroup that finds none free waits.
     pub queue_regions: u32,
 }
@@ -31,7 +28,6 @@ impl DriverFacts {
             },
             workgroup_size: if device.kind == DeviceKind::Cpu { 64 } else { device.subgroup_size.clamp(32, 128) },
             queue: device.kind == DeviceKind::Cpu,
-            paths_by_texel: mesa_version(&device.driver).is_some_and(|version| version >= (25, 0)),
             queue_regions: if device.kind == DeviceKind::Cpu { 64 } else { 1024 },
         }
     }

@@ -175,7 +175,7 @@ impl Renderer {
         // Lanes that must be at work for a subgroup to go on as it does.
         let enough = (workgroup * 5 / 8).max(1);
         specialization.uint(constant::REGIONS, regions).uint(constant::ENOUGH_LANES, enough);
-        specialization.bool(constant::REUSE, reuse).bool(constant::PATHS_BY_TEXEL, facts.paths_by_texel);
+        specialization.bool(constant::REUSE, reuse);
         let built_in =
             kernels::choose(&features, queued, settings.general || settings.unneeded == Some(Feature::Places));
         let stage = built_in.name;

@@ -40,7 +40,6 @@ fn expected_constants() -> BTreeMap<String, u32> {
         ("PATH_STATS", constant::PATH_STATS),
         ("REGIONS", constant::REGIONS),
         ("REUSE", constant::REUSE),
-        ("PATHS_BY_TEXEL", constant::PATHS_BY_TEXEL),
         ("ENOUGH_LANES", constant::ENOUGH_LANES),
         ("LIGHT_NODES", constant::LIGHT_NODES),
         ("LIGHT_LOOPS", constant::LIGHT_LOOPS),
