@@ -112,9 +112,14 @@ void release_region(uint r) {
     if (subgroupElect()) atomicAnd(pool[r / 32u], ~(1u << (r % 32u)));
 }
 
-// Whether a lane has a path to go on with, or may begin one; or, when paths are being connected, segments to make.
+// Whether a lane has segments to make, or results of others to note.
+bool can_connect(Pocket pocket, Run run) {
+    return pocket_traced(pocket) != 0u || (run.left > 0u && pocket_room_for_group(pocket));
+}
+
+// Whether a lane has a path to go on with, or may begin one; or the like for segments, when paths are being connected.
 bool able(Held h, Pocket pocket, Run run) {
-    if (REUSE && connecting) return pocket_traced(pocket) != 0u || (run.left > 0u && pocket_room_for_group(pocket));
+    if (REUSE && connecting) return can_connect(pocket, run);
     return h.slot != NOTHING || pocket_traced(pocket) != 0u || (run.left > 0u && pocket_room(pocket));
 }
 
@@ -199,7 +204,7 @@ void connect_paths(inout Pocket pocket, inout Run run, bool walking) {
     while (!out_of_budget()) {
         if (--until_check == 0u) {
             until_check = CHECK_PATHS;
-            uint count = lanes(pocket_traced(pocket) != 0u || (run.left > 0u && pocket_room_for_group(pocket)));
+            uint count = lanes(can_connect(pocket, run));
             if (count < ENOUGH_LANES && (count == 0u || subgroupAny(walking || pocket_waiting(pocket) != 0u))) break;
         }
         loops += 1u;
@@ -262,10 +267,11 @@ void share_notes() {
     subgroupMemoryBarrierBuffer();
 }
 
-// Whether a slot is to get a sample of number s in this dispatch.
-bool wants(uint slot, uint s) {
+// Samples that a slot still lacks.
+uint wanted_samples(uint slot) {
     uint pixel;
-    return slot < end_slot && pixel_of_slot(slot, pixel) && film_count(slot) + s < target_samples;
+    bool real = slot < end_slot && pixel_of_slot(slot, pixel);
+    return real ? target_samples - min(target_samples, film_count(slot)) : 0u;
 }
 
 void main() {
@@ -280,11 +286,12 @@ void main() {
     region = r * PATHS;
     uint samples = min(max_new_samples, PATHS / TILE);
     uint paths = TILE * samples;
-    for (uint i = gl_SubgroupInvocationID; i < paths; i += gl_SubgroupSize) {
-        path_clear(region + i, !REUSE || wants(tile + i % TILE, i / TILE));
+    for (uint p = gl_SubgroupInvocationID; p < TILE; p += gl_SubgroupSize) {
+        uint wanted = REUSE ? wanted_samples(tile + p) : samples;
+        for (uint s = 0u; s < samples; ++s) path_clear(region + s * TILE + p, s < wanted);
     }
     share_notes();
-    loops += paths / gl_SubgroupSize;
+    loops += (TILE + paths) / gl_SubgroupSize;
     // What is left of the budget must do for reusing the paths and for the film.
     budget = REUSE ? LOOP_BUDGET / 2u : LOOP_BUDGET;
     uvec2 corner = tile_corner(tile / TILE);
@@ -314,11 +321,11 @@ void main() {
             break;
         }
     }
-    uint complete = samples;    // the first sample that is not to be had
+    uint complete = samples;    // samples of each pixel before the first that is not to be had
     if (REUSE) {
         // Segments come in the order of the samples. Those of samples that the budget did not suffice for are missing.
         uint missing = min(pocket_first_segment(pocket) / MEMBERS, run.left > 0u ? run.slot : NOTHING);
-        complete = connecting ? min(samples, subgroupMin(missing) / TILE) : 0u;
+        complete = min(samples, subgroupMin(missing) / TILE);
     }
     share_notes();
 

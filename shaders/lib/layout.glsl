@@ -54,7 +54,7 @@ layout(constant_id = 22) const uint LEAF_BEGIN = 0u;       // first leaf record,
 layout(constant_id = 23) const uint LEAF_END = 0u;
 layout(constant_id = 24) const uint MUTATION = 0u;         // tests only: breaks one thing, see render/mutation.rs
 layout(constant_id = 25) const uint EMITTER_COUNT = 0u;    // emitters among them
-layout(constant_id = 27) const uint REGIONS = 64u;         // of path_light, which workgroups share; a multiple of 32
+layout(constant_id = 27) const uint REGIONS = 64u;         // for notes of paths, which workgroups share; a multiple of 32
 layout(constant_id = 28) const uint ENOUGH_LANES = 5u;     // with fewer at work, a subgroup turns to what else there is
 layout(constant_id = 57) const bool REUSE = false;         // paths serve several pixels, see reuse.glsl
 layout(constant_id = 31) const uint FACET_COUNT = 0u;      // flat polygons held in constants, see intersect/facet.glsl

@@ -39,6 +39,9 @@ struct ShadowRay {
 // Whether a path is followed one hit further than MAX_DEPTH, for light that it meets there.
 const bool LIGHT_AFTER_LAST_HIT = HAS_BACKGROUND || HAS_EMITTER;
 
+// Whether somebody asks for a path's normal later.
+const bool KEEPS_NORMAL = EMITTER_COUNT > 0u || REUSE;
+
 Path path_begin(uint pixel, uint key, uint index) {
     vec2 u = sample_pair(key, index, PAIR_PIXEL, 0u);
     return Path(vec3(0.0), camera_direction(pixel, u), -1, vec3(1.0), 0u, index, vec3(0.0), 0.0, false);
@@ -120,7 +123,7 @@ bool path_arrive(Path path, int id, float t, uint key, inout vec3 radiance, out 
     bool alive = met && a.hits <= MAX_DEPTH && kind != KIND_EMITTER;
     vec3 weight = HAS_DIELECTRIC && kind > 0.0 ? vec3(1.0) : a.surface.color;
     if (MUTATION == MUTATE_ALBEDO) weight *= 1.01;
-    a.gives = REUSE && path.second && diffuse && met && a.hits <= MAX_DEPTH && path.throughput != vec3(0.0);
+    a.gives = REUSE && path.second && diffuse && alive && path.throughput != vec3(0.0);
     a.throughput = (a.gives ? vec3(1.0) : path.throughput) * weight;
     float strongest = upper(upper(a.throughput.x, a.throughput.y), a.throughput.z);
     alive = alive && strongest > 0.0;
@@ -168,11 +171,8 @@ void path_depart(inout Path path, Arrival a, bool alive, uint pixel, uint key, u
     path.hits = alive ? (a.last ? MAX_DEPTH : a.hits) : 0u;
     path.index = index;
     path.second = REUSE && alive && a.hits == 1u && kind == KIND_DIFFUSE;
-    if (REUSE) path.normal = a.normal;
-    if (EMITTER_COUNT > 0u) {
-        path.normal = a.normal;
-        path.pdf = alive && kind == KIND_DIFFUSE ? diffuse_pdf(dot(a.normal, next)) : 0.0;
-    }
+    if (KEEPS_NORMAL) path.normal = a.normal;
+    if (EMITTER_COUNT > 0u) path.pdf = alive && kind == KIND_DIFFUSE ? diffuse_pdf(dot(a.normal, next)) : 0.0;
 }
 
 #endif

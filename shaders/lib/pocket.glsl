@@ -10,7 +10,6 @@ const uint SECOND_BIT = 1u << SLOT_BITS;
 const uint GIVES_BIT = 2u << SLOT_BITS;
 const uint HITS_SHIFT = SLOT_BITS + 2u;
 const uint NOTHING = 0xffffffffu;
-const bool KEEPS_NORMAL = EMITTER_COUNT > 0u || REUSE;
 const uint PLACES = 6u;                 // FOR_EACH_PLACE below
 const uint ALL_PLACES = (1u << PLACES) - 1u;
 

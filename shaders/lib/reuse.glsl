@@ -20,7 +20,7 @@
 #include "pixel_order.glsl"
 
 const uint SLOT_BITS = 11u;     // of a path's number in its workgroup
-const uint MEMBERS = 4u;        // of a group
+const uint MEMBERS = PATCHES;   // of a group
 
 const uint ROW_LIGHT = 0u;      // light; then one of the states below
 const uint ROW_FIRST = 1u;      // x; the id that a ray from it leaves

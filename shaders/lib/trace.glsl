@@ -51,9 +51,8 @@ int closest_hit(vec3 o, vec3 d, int leaving, out float t, inout uint loops) {
     return id;
 }
 
-// Whether a shadow ray must be traced through the tree; if not, `hidden` is already known.
-bool shadow_needs_tree(ShadowRay ray, out bool hidden) {
-    hidden = spheres_occlude(ray);
+// Whether a ray that a constant sphere hides or not must be traced through the tree; if not, `hidden` is known.
+bool needs_tree(ShadowRay ray, inout bool hidden) {
     if (FACET_COUNT > 0u) hidden = hidden || any_facet(ray.origin, ray.direction, ray.distance, ray.leaving);
 #if WITH_TREE
     return !hidden && meets_tree(ray.origin, ray.direction, ray.distance);
@@ -62,15 +61,16 @@ bool shadow_needs_tree(ShadowRay ray, out bool hidden) {
 #endif
 }
 
+// Whether a shadow ray must be traced through the tree; if not, `hidden` is known.
+bool shadow_needs_tree(ShadowRay ray, out bool hidden) {
+    hidden = spheres_occlude(ray);
+    return needs_tree(ray, hidden);
+}
+
 // The same for the segment between two surfaces.
 bool segment_needs_tree(ShadowRay ray, out bool hidden) {
     hidden = any_sphere(ray.origin, ray.direction, ray.distance, ray.leaving);
-    if (FACET_COUNT > 0u) hidden = hidden || any_facet(ray.origin, ray.direction, ray.distance, ray.leaving);
-#if WITH_TREE
-    return !hidden && meets_tree(ray.origin, ray.direction, ray.distance);
-#else
-    return false;
-#endif
+    return needs_tree(ray, hidden);
 }
 
 bool hidden_by_tree(ShadowRay ray, uint loops, out uint steps) {

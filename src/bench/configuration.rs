@@ -29,10 +29,9 @@ impl Configuration {
 /// A setting and the values it takes, written `KEY=VALUE,VALUE…`.
 ///
 /// Keys: `sampler` (sobol, independent, pcg), `accel` (bvh, none), `intersection` (watertight, moller-trumbore),
-/// `sampling` (uniform, adaptive: with the same mean number of samples), `scheduler` (auto, inline, queue), `reuse` (auto, off), `features`
-/// (specialised, general, or `+` and one of [`Feature::ALL`] that is compiled although not needed), `roulette` (off, or
-/// the first hit),
-/// `device` (index, name or UUID).
+/// `sampling` (uniform, adaptive: with the same mean number of samples), `scheduler` (auto, inline, queue),
+/// `reuse` (auto, off), `features` (specialised, general, or `+` and one of [`Feature::ALL`] that is compiled although
+/// not needed), `roulette` (off, or the first hit), `device` (index, name or UUID).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Vary {
     key: Key,

@@ -18,10 +18,27 @@ pub(crate) enum Usage {
     Texel(vk::Format),
     /// Read and written by shaders through a typed view; on the device.
     StorageTexel(vk::Format),
+    /// The same, and an array of numbers too ([`Binding::untyped`](super::Binding::untyped)).
+    StorageTexelAndArray(vk::Format),
     /// Written by the host, source of copies.
     Upload,
     /// Read by the host, destination of copies.
     Readback,
+}
+
+impl Usage {
+    /// Whether shaders may see it as an array.
+    fn is_array(self) -> bool {
+        matches!(self, Self::Storage | Self::StorageTexelAndArray(_))
+    }
+
+    /// The format of the typed view, if there is one.
+    fn format(self) -> Option<vk::Format> {
+        match self {
+            Self::Texel(format) | Self::StorageTexel(format) | Self::StorageTexelAndArray(format) => Some(format),
+            _ => None,
+        }
+    }
 }
 
 /// A buffer that owns its memory and, for texel buffers, its view.
@@ -48,31 +65,30 @@ impl Buffer {
             kind,
             device: device.info.name.clone(),
         };
+        let (array, format) = (usage.is_array(), usage.format());
+        if array && bytes > device.info.max_storage_range {
+            return Err(too_large(device.info.max_storage_range, "storage buffer"));
+        }
+        if format.is_some() && bytes / 16 > device.info.max_texel_elements {
+            return Err(too_large(device.info.max_texel_elements.saturating_mul(16), "texel buffer"));
+        }
         let (flags, location) = match usage {
-            Usage::Storage => {
-                if bytes > device.info.max_storage_range {
-                    return Err(too_large(device.info.max_storage_range, "storage buffer"));
-                }
-                (
-                    vk::BufferUsageFlags::STORAGE_BUFFER
-                        | vk::BufferUsageFlags::TRANSFER_SRC
-                        | vk::BufferUsageFlags::TRANSFER_DST,
-                    MemoryLocation::GpuOnly,
-                )
-            }
-            Usage::Texel(_) | Usage::StorageTexel(_) => {
-                if bytes / 16 > device.info.max_texel_elements {
-                    return Err(too_large(device.info.max_texel_elements.saturating_mul(16), "texel buffer"));
-                }
-                let shader = match usage {
-                    Usage::Texel(_) => vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER,
-                    _ => {
-                        vk::BufferUsageFlags::STORAGE_TEXEL_BUFFER
-                            | vk::BufferUsageFlags::STORAGE_BUFFER
-                            | vk::BufferUsageFlags::TRANSFER_SRC
-                    }
-                };
-                (shader | vk::BufferUsageFlags::TRANSFER_DST, MemoryLocation::GpuOnly)
+            Usage::Storage => (
+                vk::BufferUsageFlags::STORAGE_BUFFER
+                    | vk::BufferUsageFlags::TRANSFER_SRC
+                    | vk::BufferUsageFlags::TRANSFER_DST,
+                MemoryLocation::GpuOnly,
+            ),
+            Usage::Texel(_) => (
+                vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER | vk::BufferUsageFlags::TRANSFER_DST,
+                MemoryLocation::GpuOnly,
+            ),
+            Usage::StorageTexel(_) | Usage::StorageTexelAndArray(_) => {
+                let texels = vk::BufferUsageFlags::STORAGE_TEXEL_BUFFER
+                    | vk::BufferUsageFlags::TRANSFER_SRC
+                    | vk::BufferUsageFlags::TRANSFER_DST;
+                let array = if array { vk::BufferUsageFlags::STORAGE_BUFFER } else { vk::BufferUsageFlags::empty() };
+                (texels | array, MemoryLocation::GpuOnly)
             }
             Usage::Upload => (vk::BufferUsageFlags::TRANSFER_SRC, MemoryLocation::CpuToGpu),
             Usage::Readback => (vk::BufferUsageFlags::TRANSFER_DST, MemoryLocation::GpuToCpu),
@@ -107,7 +123,7 @@ impl Buffer {
             buffer.allocation = Some(allocation);
             bound.map_err(|e| no_memory(e.to_string()))?;
         }
-        if let Usage::Texel(format) | Usage::StorageTexel(format) = usage {
+        if let Some(format) = format {
             let view = vk::BufferViewCreateInfo::default().buffer(raw).format(format).range(vk::WHOLE_SIZE);
             // SAFETY: the buffer is bound and has the texel usage; the range was checked above.
             buffer.view = check("vkCreateBufferView", unsafe { device.raw.create_buffer_view(&view, None) })?;
@@ -120,7 +136,7 @@ impl Buffer {
     pub fn descriptor_type(&self) -> vk::DescriptorType {
         match self.usage {
             Usage::Texel(_) => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
-            Usage::StorageTexel(_) => vk::DescriptorType::STORAGE_TEXEL_BUFFER,
+            Usage::StorageTexel(_) | Usage::StorageTexelAndArray(_) => vk::DescriptorType::STORAGE_TEXEL_BUFFER,
             _ => vk::DescriptorType::STORAGE_BUFFER,
         }
     }

@@ -61,7 +61,7 @@ impl<'a> Binding<'a> {
         Self { number, buffer, ty: buffer.descriptor_type() }
     }
 
-    /// A [`Usage::StorageTexel`](super::Usage::StorageTexel) buffer without its format, as an array.
+    /// A [`Usage::StorageTexelAndArray`](super::Usage::StorageTexelAndArray) buffer as an array.
     pub fn untyped(number: u32, buffer: &'a Buffer) -> Self {
         Self { number, buffer, ty: vk::DescriptorType::STORAGE_BUFFER }
     }

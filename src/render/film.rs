@@ -62,7 +62,7 @@ impl Film {
 
 /// Pixels on a side of the blocks into which an image is cut; 16 tiles of 64 slots share a block, see
 /// shaders/lib/pixel_order.glsl.
-pub(crate) const BLOCK_SIDE: u32 = 32;
+const BLOCK_SIDE: u32 = 32;
 
 /// Slots of an image: its pixels in blocks, padded.
 pub(crate) fn slot_count(width: u32, height: u32) -> u64 {

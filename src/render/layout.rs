@@ -127,8 +127,6 @@ pub(crate) mod queue {
     pub const PATHS: u32 = 2048;
     /// Texels of a path's notes.
     pub const PATH_ROWS: u32 = 8;
-    /// Bytes of the notes of a workgroup's paths.
-    pub const REGION_BYTES: u64 = 16 * (PATH_ROWS * PATHS) as u64;
 }
 
 impl FilmSlot {

@@ -131,8 +131,10 @@ impl Renderer {
         let reuse = queued && reusable;
         let regions = if queued { facts.queue_regions } else { 0 };
         let queue_pool = Buffer::new(device, "queue pool", u64::from(regions / 8), Usage::Storage)?;
-        let path_bytes = u64::from(regions) * queue::REGION_BYTES;
-        let paths = Buffer::new(device, "paths", path_bytes, Usage::StorageTexel(float4))?;
+        // Rows follow each other; only reuse needs more than the first, the paths' light.
+        let rows = if reuse { queue::PATH_ROWS } else { 1 };
+        let path_bytes = 16 * u64::from(rows) * u64::from(regions) * u64::from(queue::PATHS);
+        let paths = Buffer::new(device, "paths", path_bytes, Usage::StorageTexelAndArray(float4))?;
 
         let workgroup = match settings.workgroup_size {
             // The queue's workgroup is one subgroup.

@@ -27,16 +27,18 @@ pub(super) const CASES: &[Case] = &[
         threshold: 0.0,
         full_only: false,
         measure: |lab| {
-            let cuts: [Change; 4] = [
-                |s| s.samples_per_dispatch = Some(1),
-                |s| s.workgroup_size = Some(8),
-                |s| s.workgroup_size = Some(96),
-                |s| s.loop_budget = Some(1400),
+            let cuts: [Change; 3] =
+                [|s| s.samples_per_dispatch = Some(1), |s| s.workgroup_size = Some(8), |s| s.workgroup_size = Some(96)];
+            // Half of a budget is for reusing the paths.
+            let with_reuse: [Change; 1] = [|s| s.loop_budget = Some(1400)];
+            let without: [Change; 3] = [
+                |s| s.loop_budget = Some(700),
+                |s| s.scheduler = Scheduler::Inline,
+                |s| s.scheduler = Scheduler::Queue,
             ];
-            let schedulers: [Change; 2] = [|s| s.scheduler = Scheduler::Inline, |s| s.scheduler = Scheduler::Queue];
-            let reused = variants(lab, &divided_room(), |_| (), &cuts)?;
-            let plain =
-                variants(lab, &divided_room(), |s| s.reuse = Reuse::Off, &[&cuts[..], &schedulers[..]].concat())?;
+            let (scene, off): (_, Change) = (divided_room(), |s| s.reuse = Reuse::Off);
+            let reused = variants(lab, &scene, |_| (), &[&cuts[..], &with_reuse].concat())?;
+            let plain = variants(lab, &scene, off, &[&cuts[..], &without].concat())?;
             Ok(Measured::new(reused.value + plain.value, "10 variants, 1024 pixels".to_owned()))
         },
     },
