@@ -54,7 +54,6 @@ bool out_of_budget() { return LOOP_BUDGET > 0u && loops >= budget; }
 struct Run {
     uint left;
     uint slot;
-    uint pixel;
     uint key;
     uint index;
 };
@@ -75,8 +74,7 @@ void draw_runs(uvec2 corner, uint tile, uint samples, inout Run run) {
             uvec2 at = corner + place_in_tile(p);
             uint done = film_count(tile + p);
             run.slot = p + first * TILE;
-            run.pixel = at.y * width + at.x;
-            run.key = pixel_key(run.pixel);
+            run.key = pixel_key(pixel_number(at));
             run.index = done + first;
             // A pixel that is ahead of the others just ends sooner.
             uint end = min(target_samples, done + samples);
@@ -141,8 +139,7 @@ void advance(uvec2 corner, uint tile, uint samples, inout Held h, inout Pocket p
         bool shades = held && !h.dying;
         uint p = held ? h.slot % TILE : 0u;
         uvec2 at = corner + place_in_tile(p);
-        uint pixel = at.y * width + at.x;
-        uint key = pixel_key(pixel);
+        uint key = pixel_key(pixel_number(at));
         Arrival arrival;
         ShadowRay shadow;
         vec3 radiance = h.radiance;
@@ -177,7 +174,7 @@ void advance(uvec2 corner, uint tile, uint samples, inout Held h, inout Pocket p
         h.radiance = begins ? vec3(0.0) : h.radiance;
         h.gives = h.gives && !begins;
         h.dying = !alive && later;
-        path_depart(h.path, arrival, alive, begins ? run.pixel : pixel, begins ? run.key : key,
+        path_depart(h.path, arrival, alive, corner + place_in_tile(run.slot % TILE), begins ? run.key : key,
                     begins ? run.index : h.path.index);
         run.left -= begins ? 1u : 0u;
         run.slot += begins ? TILE : 0u;
@@ -269,8 +266,8 @@ void share_notes() {
 
 // Samples that a slot still lacks.
 uint wanted_samples(uint slot) {
-    uint pixel;
-    bool real = slot < end_slot && pixel_of_slot(slot, pixel);
+    uvec2 at;
+    bool real = slot < end_slot && pixel_of_slot(slot, at);
     return real ? target_samples - min(target_samples, film_count(slot)) : 0u;
 }
 
@@ -299,7 +296,7 @@ void main() {
     Held h = held_nothing();
     Pocket pocket = pocket_empty();
     PocketWalk w = pocket_walk_idle();
-    Run run = Run(0u, 0u, 0u, 0u, 0u);
+    Run run = Run(0u, 0u, 0u, 0u);
     while (true) {
         if (REUSE && connecting) {
             connect_paths(pocket, run, w.entry != 0u);
@@ -333,8 +330,8 @@ void main() {
     uint committed = 0u;
     uint bad = 0u;
     for (uint p = gl_SubgroupInvocationID; p < TILE; p += gl_SubgroupSize) {
-        uint pixel;
-        if (tile + p < end_slot && pixel_of_slot(tile + p, pixel)) {
+        uvec2 at;
+        if (tile + p < end_slot && pixel_of_slot(tile + p, at)) {
             FilmPixel film_pixel = film_load(tile + p);
             uint first = film_pixel.count;
             for (uint s = 0u; s < complete; ++s) {

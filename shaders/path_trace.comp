@@ -14,15 +14,15 @@ layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
 
 void main() {
     uint slot = first_slot + group_of_work() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
-    uint pixel;
-    if (slot >= end_slot || !pixel_of_slot(slot, pixel)) return;
+    uvec2 at;
+    if (slot >= end_slot || !pixel_of_slot(slot, at)) return;
     FilmPixel film_pixel = film_load(slot);
     uint first = film_pixel.count;
     uint end = min(target_samples, first + max_new_samples);
     if (first >= end) return;
 
-    uint key = pixel_key(pixel);
-    Path path = path_begin(pixel, key, first);
+    uint key = pixel_key(pixel_number(at));
+    Path path = path_begin(at, key, first);
     vec3 radiance = vec3(0.0);
     uint bad = 0u;
     uint rays = 0u;
@@ -55,7 +55,7 @@ void main() {
             bad += film_add(film_pixel, radiance) ? 0u : 1u;
             radiance = vec3(0.0);
         }
-        path_depart(path, arrival, alive, pixel, key, path.index + (alive ? 0u : 1u));
+        path_depart(path, arrival, alive, at, key, path.index + (alive ? 0u : 1u));
     }
     film_store(slot, film_pixel);
     atomicAdd(counters[COUNT_SAMPLES], film_pixel.count - first);

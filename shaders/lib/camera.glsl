@@ -14,10 +14,9 @@ vec2 filter_offset(vec2 u) {
     return radius * cos_sin_2pi(u.y);
 }
 
-// Unit direction of the camera ray through a point of the pixel.
-vec3 camera_direction(uint pixel, vec2 u) {
-    vec2 centre = vec2(float(pixel % width) + 0.5, float(pixel / width) + 0.5);
-    vec2 p = centre + filter_offset(u);
+// Unit direction of the camera ray through a point of the pixel at column and row `at`.
+vec3 camera_direction(uvec2 at, vec2 u) {
+    vec2 p = vec2(at) + 0.5 + filter_offset(u);
     float x = p.x * (2.0 / float(width)) - 1.0;
     float y = 1.0 - p.y * (2.0 / float(height));
     return normalize(camera_forward.xyz + x * camera_right.xyz + y * camera_up.xyz);

@@ -50,8 +50,8 @@ layout(constant_id = 18) const uint LIGHT_COUNT = 0u;      // lights: points and
 layout(constant_id = 19) const uint SOBOL_LEVELS = 1u;     // table levels: samples < 2^10, 2^20, 2^30
 layout(constant_id = 20) const uint LOOP_BUDGET = 0u;      // loop iterations of an invocation; 0: no bound
 layout(constant_id = 21) const uint TREE_BOX_COUNT = 0u;   // boxes that a ray must meet to enter the tree
-layout(constant_id = 22) const uint LEAF_BEGIN = 0u;       // first leaf record, for BRUTE_FORCE
-layout(constant_id = 23) const uint LEAF_END = 0u;
+layout(constant_id = 22) const uint RECORD_COUNT = 1u;     // of the tree
+layout(constant_id = 23) const uint TREE_LEVELS = 64u;     // entries that its walk needs on the stack
 layout(constant_id = 24) const uint MUTATION = 0u;         // tests only: breaks one thing, see render/mutation.rs
 layout(constant_id = 25) const uint EMITTER_COUNT = 0u;    // emitters among them
 layout(constant_id = 27) const uint REGIONS = 64u;         // for notes of paths, which workgroups share; a multiple of 32
@@ -85,7 +85,7 @@ const uint MUTATE_INVERSE = 21u;
 const uint MUTATE_REUSE = 22u;
 
 // ---- bindings
-layout(binding = 0) uniform samplerBuffer tree_texels;     // 4 texels a record, see intersect/tree.glsl
+layout(binding = 0) uniform usamplerBuffer tree_texels;    // 3 texels a record, then 1, see intersect/tree.glsl
 layout(binding = 1) uniform samplerBuffer shape_texels;    // spheres and materials, see surface.glsl
 layout(binding = 2) uniform usamplerBuffer sobol_texels;   // see sampler.glsl
 layout(binding = 3) uniform samplerBuffer light_texels;    // see light/

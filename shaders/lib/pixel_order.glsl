@@ -27,10 +27,12 @@ uvec2 tile_corner(uint tile) {
 // A pixel of a tile, relative to its corner.
 uvec2 place_in_tile(uint p) { return uvec2((p & 3u) + (p & 16u), ((p >> 2) & 3u) + ((p >> 1) & 16u)); }
 
-// The pixel of a slot; false for slots that pad the blocks at the right and lower edge.
-bool pixel_of_slot(uint slot, out uint pixel) {
-    uvec2 at = tile_corner(slot / TILE) + place_in_tile(slot % TILE);
-    pixel = at.y * width + at.x;
+// The number of the pixel at column and row `at`.
+uint pixel_number(uvec2 at) { return at.y * width + at.x; }
+
+// Column and row of a slot's pixel; false for slots that pad the blocks at the right and lower edge.
+bool pixel_of_slot(uint slot, out uvec2 at) {
+    at = tile_corner(slot / TILE) + place_in_tile(slot % TILE);
     return at.x < width && at.y < height;
 }
 

@@ -68,7 +68,7 @@ Pocket pocket_empty() {
 }
 
 PocketWalk pocket_walk_idle() {
-    return PocketWalk(0u, false, -1, tree_ray(vec3(0.0), vec3(0.0, 0.0, 1.0)), Walk(FINISHED, 1, 0.0, -1));
+    return PocketWalk(0u, false, -1, tree_ray(vec3(0.0), vec3(0.0, 0.0, 1.0)), walk_idle());
 }
 
 uint lowest_bit(uint set) { return set & (~set + 1u); }

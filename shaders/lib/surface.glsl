@@ -51,26 +51,27 @@ Surface surface_of_constant(int id, vec3 p) {
 }
 
 Surface surface_of_record(int record, vec3 o, vec3 d, float t) {
-    vec4 q0 = texelFetch(tree_texels, 4 * record);
-    vec4 q1 = texelFetch(tree_texels, 4 * record + 1);
-    vec4 q2 = texelFetch(tree_texels, 4 * record + 2);
-    vec4 q3 = texelFetch(tree_texels, 4 * record + 3);
-    vec4 material = texelFetch(shape_texels, floatBitsToInt(q0.w));
-    vec3 n = q3.xyz;
+    TreeRecord q = tree_record(record);
+    vec4 apart = uintBitsToFloat(texelFetch(tree_texels, 3 * int(RECORD_COUNT) + record));
+    vec3 v0 = uintBitsToFloat(q.a.xyz);
+    vec3 v1 = uintBitsToFloat(q.b.xyz);
+    vec3 v2 = uintBitsToFloat(q.c.xyz);
+    vec4 material = texelFetch(shape_texels, int(q.a.w));
+    vec3 n = apart.xyz;
     vec3 ns = n;
     // From barycentrics: closer to the plane than o + t·d, with pbrt's bound γ(7)(|b0 v0| + |b1 v1| + |b2 v2|).
     float unused;
     vec3 b;
-    watertight(shear_of(d), o, q0.xyz, q1.xyz, q2.xyz, INFINITY, unused, b);
-    vec3 p0 = b.x * q0.xyz;
-    vec3 p1 = b.y * q1.xyz;
-    vec3 p2 = b.z * q2.xyz;
+    watertight(shear_of(d), o, v0, v1, v2, INFINITY, unused, b);
+    vec3 p0 = b.x * v0;
+    vec3 p1 = b.y * v1;
+    vec3 p2 = b.z * v2;
     vec3 p = MUTATION == MUTATE_BARYCENTRIC ? o + t * d : p0 + p1 + p2;
     const float gamma7 = 4.2e-7;
     float curvature = 0.0;
     float offset = MUTATION == MUTATE_OFFSET ? 0.0 : gamma7 * dot(abs(p0) + abs(p1) + abs(p2), abs(n));
     if (SMOOTH_NORMALS) {
-        int row = floatBitsToInt(q1.w);
+        int row = int(q.b.w);
         if (row >= 0) {
             vec3 s = b.x * texelFetch(shape_texels, row).xyz + b.y * texelFetch(shape_texels, row + 1).xyz +
                      b.z * texelFetch(shape_texels, row + 2).xyz;
@@ -79,14 +80,14 @@ Surface surface_of_record(int record, vec3 o, vec3 d, float t) {
             ns = dot(s, n) < 0.0 ? -s : s;
         }
     }
-    if (TREE_SPHERES && q3.w == 2.0) {
+    if (TREE_SPHERES && apart.w == 2.0) {
         p = o + t * d;
-        n = normalize(p - q0.xyz) * (q1.y < 0.0 ? -1.0 : 1.0);
+        n = normalize(p - v0) * (v1.y < 0.0 ? -1.0 : 1.0);
         ns = n;
         offset = 0.0;
-        curvature = q1.y;
+        curvature = v1.y;
     }
-    return Surface(p, n, ns, material.rgb, material.w, offset, curvature, floatBitsToInt(q2.w));
+    return Surface(p, n, ns, material.rgb, material.w, offset, curvature, int(q.c.w));
 }
 
 Surface surface_at(int id, vec3 o, vec3 d, float t) {

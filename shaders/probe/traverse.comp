@@ -30,7 +30,7 @@ void main() {
     int leaving = -1;
     int id = -1;
     TreeRay ray = tree_ray(vec3(0.0), vec3(0.0, 0.0, 1.0));
-    Walk walk = Walk(FINISHED, 1, 0.0, -1);
+    Walk walk = walk_idle();
     while (LOOP_BUDGET == 0u || loops < LOOP_BUDGET) {
         if (fetch && mine < total) {
             vec4 o = input_floats(2u * (first + mine));

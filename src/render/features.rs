@@ -26,6 +26,8 @@ pub enum Feature {
     Tree,
     /// Spheres in the tree.
     TreeSpheres,
+    /// A stack for trees of any depth.
+    DeepTree,
     /// Interpolated normals.
     SmoothNormals,
     /// All levels of the sampler's table.
@@ -36,7 +38,7 @@ pub enum Feature {
 
 impl Feature {
     /// All of them, and their names.
-    pub const ALL: [(&'static str, Self); 10] = [
+    pub const ALL: [(&'static str, Self); 11] = [
         ("diffuse", Self::Diffuse),
         ("mirror", Self::Mirror),
         ("dielectric", Self::Dielectric),
@@ -44,6 +46,7 @@ impl Feature {
         ("background", Self::Background),
         ("tree", Self::Tree),
         ("tree-spheres", Self::TreeSpheres),
+        ("deep-tree", Self::DeepTree),
         ("smooth-normals", Self::SmoothNormals),
         ("sampler-levels", Self::SamplerLevels),
         ("places", Self::Places),
@@ -82,6 +85,8 @@ pub struct Features {
     pub tree_spheres: bool,
     /// A tree: triangles, or spheres beyond the constants.
     pub tree: bool,
+    /// A stack for trees of any depth, whatever the depth of this one.
+    pub deep_tree: bool,
     /// Every leaf is tested.
     pub brute_force: bool,
     /// Möller–Trumbore instead of the watertight test.
@@ -129,6 +134,7 @@ impl Features {
             facets: facets.len() as u32,
             tree_spheres: unneeded(Feature::TreeSpheres) || !rest.is_empty(),
             tree: unneeded(Feature::Tree) || unneeded(Feature::TreeSpheres) || triangles || !rest.is_empty(),
+            deep_tree: unneeded(Feature::DeepTree),
             brute_force: settings.accel == Accel::None && (triangles || !rest.is_empty()),
             moller_trumbore: settings.triangle_test == TriangleTest::MollerTrumbore,
             smooth_normals: unneeded(Feature::SmoothNormals)

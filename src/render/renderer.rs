@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use bytemuck::Zeroable;
 
-use crate::accel::TreeStatistics;
+use crate::accel::{MAX_RECORDS, TreeStatistics};
 use crate::gpu::{Binding, BindingSet, Buffer, Context, Device, Pipeline, Timeline, Usage};
 use crate::scene::Scene;
 
@@ -103,11 +103,20 @@ impl Renderer {
             return Err(RenderError::Settings(format!("an image of {width}×{height} pixels is too large")));
         }
 
+        if tables.tree_records() > MAX_RECORDS {
+            let (records, triangles) = (tables.tree_records(), scene.triangle_count());
+            return Err(RenderError::Settings(format!(
+                "a tree of {records} records for {triangles} triangles is too large: there may be {MAX_RECORDS}"
+            )));
+        }
         let texel = |name, bytes: usize, format| Buffer::new(device, name, bytes as u64, Usage::Texel(format));
         let float4 = ash::vk::Format::R32G32B32A32_SFLOAT;
         let uint4 = ash::vk::Format::R32G32B32A32_UINT;
         let mut uploads = vec![
-            (texel("tree", size_of_val(tables.records.as_slice()), float4)?, bytemuck::cast_slice(&tables.records)),
+            (
+                texel("tree", size_of_val(tables.tree_texels.as_slice()), uint4)?,
+                bytemuck::cast_slice(&tables.tree_texels),
+            ),
             (texel("shapes", size_of_val(tables.shapes.as_slice()), float4)?, bytemuck::cast_slice(&tables.shapes)),
             (texel("sobol", size_of_val(sobol.as_slice()), uint4)?, bytemuck::cast_slice::<_, u8>(&sobol)),
             (

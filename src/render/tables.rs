@@ -5,7 +5,7 @@ use std::time::Instant;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::accel::{self, Aabb, Primitive, Record, TreeStatistics};
+use crate::accel::{self, Aabb, Packed, Primitive, Texel, TreeStatistics};
 use crate::gpu::Specialization;
 use crate::scene::{self, Scene, Sphere, Surface};
 
@@ -39,13 +39,15 @@ pub(crate) struct Tables {
     emitter_count: u32,
     /// The only light, if that is a point.
     single_point: Option<Light>,
-    pub records: Vec<Record>,
+    /// Of the packed tree.
+    pub tree_texels: Vec<Texel>,
     pub tree: Option<TreeStatistics>,
-    /// Of each leaf record, where its primitive comes from.
-    leaves: Vec<Origin>,
+    /// Of each record of the tree, its primitive.
+    records: Vec<u32>,
+    /// Where the tree's primitives come from.
+    origins: Vec<Origin>,
     /// Scene indices of the constant spheres.
     constant_origins: Vec<usize>,
-    first_leaf: u32,
     tree_boxes: Vec<Aabb>,
     constant_spheres: Vec<ConstantSphere>,
     facets: Vec<Facet>,
@@ -132,11 +134,11 @@ impl Tables {
             light_count: lights.len() as u32,
             emitter_count: (lights.len() - points) as u32,
             lights: light_table,
-            records: Vec::new(),
+            tree_texels: Vec::new(),
             tree: None,
-            leaves: Vec::new(),
+            records: Vec::new(),
+            origins: Vec::new(),
             constant_origins: constant,
-            first_leaf: 0,
             tree_boxes: Vec::new(),
             constant_spheres,
             facet_occluders: facets::occluders(&facets, scene, space),
@@ -144,17 +146,18 @@ impl Tables {
             hidden_lights: scene.lights.len() - visible.len(),
         };
         if let Some(tree) = build_tree(&mut primitives, &mut origins, settings) {
-            tables.records = accel::pack(&tree, &primitives);
-            tables.first_leaf = tree.nodes.len() as u32;
+            let packed = accel::pack(&tree, &primitives);
+            let build_seconds = start.elapsed().as_secs_f64();
+            tables.tree = Some(TreeStatistics { build_seconds, ..packed.statistics });
             tables.tree_boxes = tree.top_boxes(constant::MAX_TREE_BOXES);
-            tables.tree = Some(TreeStatistics::of(&tree, start.elapsed().as_secs_f64()));
-            tables.leaves = tree.order.iter().map(|&p| origins[p as usize]).collect();
+            tables.records = packed.primitives;
+            tables.tree_texels = packed.texels;
+            tables.origins = origins;
         } else {
-            // A tree is compiled in only by the general pipeline: one node whose boxes no ray meets.
-            let mut nothing = [f32::NAN; 16];
-            nothing[3] = f32::from_bits(0x8000_0000);
-            nothing[7] = f32::from_bits(0x8000_0000);
-            tables.records.push(nothing);
+            // A tree is compiled in only by the general pipeline.
+            let nothing = Packed::nothing();
+            tables.records = nothing.primitives;
+            tables.tree_texels = nothing.texels;
         }
         tables
     }
@@ -164,12 +167,21 @@ impl Tables {
         self.hidden_lights
     }
 
+    /// Records of the packed tree.
+    pub fn tree_records(&self) -> usize {
+        self.records.len()
+    }
+
+    fn tree_depth(&self) -> u32 {
+        self.tree.as_ref().map_or(1, |t| t.depth)
+    }
+
     /// Where the primitive with this id in the shader comes from; `None` for facets, which may join triangles.
     pub fn origin_of(&self, id: i32) -> Option<Origin> {
         let id = usize::try_from(id).ok()?;
         match id.checked_sub(TREE_ID) {
             None => self.constant_origins.get(id).map(|&i| Origin::Sphere(i)),
-            Some(record) => self.leaves.get(record.checked_sub(self.first_leaf as usize)?).copied(),
+            Some(record) => self.origins.get(*self.records.get(record)? as usize).copied(),
         }
     }
 
@@ -205,8 +217,8 @@ impl Tables {
             .uint(constant::LIGHT_LOOPS, if self.single_point.is_some() { 0 } else { 2 * self.lights.depth })
             .uint(constant::SOBOL_LEVELS, features.sobol_levels)
             .uint(constant::TREE_BOX_COUNT, self.tree_boxes.len() as u32)
-            .uint(constant::LEAF_BEGIN, self.first_leaf)
-            .uint(constant::LEAF_END, self.records.len() as u32)
+            .uint(constant::RECORD_COUNT, self.records.len() as u32)
+            .uint(constant::TREE_LEVELS, if features.deep_tree { accel::MAX_DEPTH } else { self.tree_depth() })
             .uint(constant::MUTATION, settings.mutation.map_or(0, |m| m as u32))
             .bool(constant::PATH_STATS, settings.count_steps);
         for (i, b) in self.tree_boxes.iter().enumerate() {

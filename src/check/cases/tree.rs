@@ -147,13 +147,18 @@ fn brute_force(lab: &Lab) -> Result<Measured, CheckError> {
     let seed = rng.bits();
     let count = lab.size(1 << 16, 20_000_000);
     let (mut wrong, mut traced) = (0, 0);
-    for scene in [spheres, closed] {
+    // A speck at the camera, in the middle of a large scene, and rays from all over that.
+    let mut speck = empty();
+    let (positions, triangles) = icosphere(v(1e-5, 2e-5, -3e-5), 1e-3, 3);
+    speck.mesh(&positions, &triangles, diffuse(0.5));
+    speck.light(v(2.0, 1.0, 3.0), 1.0);
+    for scene in [spheres, closed, speck] {
         let rays = |scale| aimed(&scene, scale, &mut Rng::new(u64::from(seed)), count);
         let (w, n) = compare(lab, &scene, &rays)?;
         wrong += w;
         traced += n;
     }
-    Ok(Measured::new(wrong as f64, format!("{traced} rays, 2 scenes")))
+    Ok(Measured::new(wrong as f64, format!("{traced} rays, 3 scenes")))
 }
 
 fn axis_aligned(lab: &Lab) -> Result<Measured, CheckError> {

@@ -98,7 +98,7 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
         let float4 = ash::vk::Format::R32G32B32A32_SFLOAT;
         let uint4 = ash::vk::Format::R32G32B32A32_UINT;
         let sources: [(&str, u32, ash::vk::Format, &[u8]); 4] = [
-            ("tree", binding::TREE, float4, bytemuck::cast_slice(&tables.records)),
+            ("tree", binding::TREE, uint4, bytemuck::cast_slice(&tables.tree_texels)),
             ("shapes", binding::SHAPES, float4, bytemuck::cast_slice(&tables.shapes)),
             ("sobol", binding::SOBOL, uint4, bytemuck::cast_slice(&table)),
             ("lights", binding::LIGHTS, float4, bytemuck::cast_slice(&tables.lights.texels)),

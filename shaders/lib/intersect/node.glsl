@@ -1,0 +1,85 @@
+// A record of the tree: an inner node with the boxes of up to four children, which take a byte a plane (Ylitie, Karras
+// and Laine, HPG 2017), or the primitive of a leaf. src/accel/record.rs packs them.
+//
+//   inner node   origin | first child, sign bit set,  lo | exponents,  hi | children and their order
+//   triangle     v0 | surface,  v1 | attributes,  v2 | light
+//   sphere       centre | surface,  (radius, 1/radius with the normal's sign, -) | -2,  - | light
+//
+// A group is a word for the children of a node that are still to be visited: their first record in bits 7.., the
+// order in which to visit them in three bits, and a bit for each of them.
+
+#ifndef NODE_GLSL
+#define NODE_GLSL
+
+#include "slab.glsl"
+#include "triangle.glsl"
+
+struct TreeRay {
+    vec3 origin;
+    vec3 direction;
+    vec3 inverse;
+    uint octant;        // three times the number of the direction's octant
+    Shear shear;
+};
+
+TreeRay tree_ray(vec3 o, vec3 d) {
+    vec3 inverse = safe_inverse(d);
+    uint octant = (inverse.x < 0.0 ? 3u : 0u) + (inverse.y < 0.0 ? 6u : 0u) + (inverse.z < 0.0 ? 12u : 0u);
+    return TreeRay(o, d, inverse, octant, shear_of(d));
+}
+
+// As fetched.
+struct TreeRecord {
+    uvec4 a;
+    uvec4 b;
+    uvec4 c;
+};
+
+TreeRecord tree_record(int record) {
+    return TreeRecord(texelFetch(tree_texels, 3 * record), texelFetch(tree_texels, 3 * record + 1),
+                      texelFetch(tree_texels, 3 * record + 2));
+}
+
+bool is_leaf(TreeRecord q) { return int(q.a.w) >= 0; }
+
+// The group of those children of an inner node whose boxes the ray meets before t_max.
+uint children_met(TreeRay r, TreeRecord q, float t_max) {
+    // Planes lie at origin + scale·byte, so that they are met at b + a·byte.
+    vec3 scale = uintBitsToFloat(uvec3(q.b.w << 23, q.b.w << 15, q.b.w << 7) & 0x7f800000u);
+    vec3 a = scale * r.inverse;
+    vec3 b = (uintBitsToFloat(q.a.xyz) - r.origin) * r.inverse;
+    bvec3 back = lessThan(r.inverse, vec3(0.0));
+    uvec3 lo = q.b.xyz ^ 0x40404040u;
+    uvec3 near = mix(lo, q.c.xyz, back);
+    uvec3 far = mix(q.c.xyz, lo, back);
+    uint met = 0u;
+#define CHILD(n)                                                                                \
+    {                                                                                           \
+        vec3 t0 = vec3((near >> (8u * n)) & 0xffu) * a + b;                                     \
+        vec3 t1 = vec3((far >> (8u * n)) & 0xffu) * a + b;                                      \
+        float enter = upper(upper(t0.x, t0.y), upper(t0.z, 0.0));                               \
+        float leave = lower(lower(t1.x, t1.y), lower(t1.z, t_max)) * SLAB_MARGIN;               \
+        met |= enter <= leave ? 1u << n : 0u;                                                   \
+    }
+    CHILD(0u) CHILD(1u) CHILD(2u) CHILD(3u)
+#undef CHILD
+    return (q.a.w << 7) | (((q.c.w >> r.octant) & 7u) << 4) | (met & (q.c.w >> 24));
+}
+
+// Whether a group has members.
+bool is_left(uint group) { return (group & 15u) != 0u; }
+
+// Takes the next member out of a group that has some: its record.
+int take_member(inout uint group) {
+    uint first_pair = group & 3u;
+    uint second_pair = (group >> 2) & 3u;
+    bool second = (group & 0x10u) != 0u ? second_pair != 0u : first_pair == 0u;
+    uint pair = second ? second_pair : first_pair;
+    uint swapped = (second ? group >> 6 : group >> 5) & 1u;
+    uint member = (pair == 3u ? swapped : pair >> 1) + (second ? 2u : 0u);
+    uint record = (group >> 7) + member;
+    group &= ~(1u << member);
+    return int(record);
+}
+
+#endif
