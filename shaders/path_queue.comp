@@ -48,7 +48,7 @@ uint shadow_rays = 0u;
 uint steps = 0u;
 
 uint lanes(bool wanted) { return subgroupBallotBitCount(subgroupBallot(wanted)); }
-bool out_of_budget() { return LOOP_BUDGET > 0u && loops >= budget; }
+bool out_of_budget() { return LOOP_BUDGET > 0u && loops + doubtful_loops >= budget; }
 
 // The samples that a lane will begin next, all of one pixel.
 struct Run {

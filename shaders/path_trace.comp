@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_KHR_shader_subgroup_vote : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
 // Path tracing by path regeneration: an invocation owns a pixel, and as soon as a path ends the next sample of the
 // pixel begins in its place, so that the lanes of a subgroup stay busy although paths differ in length.
@@ -50,7 +51,7 @@ void main() {
         loops += 1u + LIGHT_LOOPS;
         // Out of budget: a walk may have ended too early, so that the sample in hand does not count. What the film
         // holds is complete; the next dispatch begins with that sample again.
-        within_budget = LOOP_BUDGET == 0u || loops < LOOP_BUDGET;
+        within_budget = LOOP_BUDGET == 0u || loops + doubtful_loops < LOOP_BUDGET;
         if (!alive && within_budget) {
             bad += film_add(film_pixel, radiance) ? 0u : 1u;
             radiance = vec3(0.0);

@@ -83,6 +83,7 @@ const uint MUTATE_BARYCENTRIC = 19u;
 const uint MUTATE_PROJECTION = 20u;
 const uint MUTATE_INVERSE = 21u;
 const uint MUTATE_REUSE = 22u;
+const uint MUTATE_DOUBT = 23u;
 
 // ---- bindings
 layout(binding = 0) uniform usamplerBuffer tree_texels;    // 3 texels a record, then 1, see intersect/tree.glsl

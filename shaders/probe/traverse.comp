@@ -31,7 +31,7 @@ void main() {
     int id = -1;
     TreeRay ray = tree_ray(vec3(0.0), vec3(0.0, 0.0, 1.0));
     Walk walk = walk_idle();
-    while (LOOP_BUDGET == 0u || loops < LOOP_BUDGET) {
+    while (LOOP_BUDGET == 0u || loops + doubtful_loops < LOOP_BUDGET) {
         if (fetch && mine < total) {
             vec4 o = input_floats(2u * (first + mine));
             vec4 d = input_floats(2u * (first + mine) + 1u);
@@ -53,7 +53,7 @@ void main() {
             }
             loops += 1u;
         } while (subgroupBallotBitCount(subgroupBallot(walk.current != FINISHED)) >= enough &&
-                 (LOOP_BUDGET == 0u || loops < LOOP_BUDGET));
+                 (LOOP_BUDGET == 0u || loops + doubtful_loops < LOOP_BUDGET));
         fetch = busy && walk.current == FINISHED;
         if (fetch) {
             int found = walk.id >= 0 ? walk.id : id;

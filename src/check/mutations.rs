@@ -27,5 +27,6 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::NoProjection => &["triangles/facet-points"],
         Mutation::InfiniteInverse => &["tree/non-finite-steps"],
         Mutation::BlindReuse => &["oracle/reused-paths"],
+        Mutation::NoDoubt => &["triangles/quick-facets"],
     }
 }

@@ -12,22 +12,27 @@ pub(crate) struct DriverFacts {
     /// Paths that need the tree wait for each other ([`Scheduler::Queue`](super::Scheduler::Queue)): pays where a
     /// subgroup is a SIMD register of a CPU, whose idle lanes cost as much as busy ones.
     pub queue: bool,
+    /// A branch that no lane of a subgroup takes costs next to nothing. lavapipe before Mesa 23.1 executes it all the same.
+    pub skips_branches: bool,
     /// Regions for the notes of paths, which the workgroups that run share: a workgroup that finds none free waits.
     pub queue_regions: u32,
 }
 
 impl DriverFacts {
     pub fn of(device: &DeviceInfo) -> Self {
+        let old_lavapipe =
+            device.kind == DeviceKind::Cpu && mesa_version(&device.driver).is_some_and(|version| version < (23, 1));
         Self {
             // lavapipe before Mesa 23.1 silently ends all loops of a subgroup after 65,535 iterations in total.
             // Elsewhere the budget bounds a dispatch, so that no watchdog ends it.
             loop_budget: match mesa_version(&device.driver) {
-                Some(version) if device.kind == DeviceKind::Cpu && version < (23, 1) => 50_000,
+                Some(_) if old_lavapipe => 50_000,
                 Some(_) if device.kind == DeviceKind::Cpu => 0,
                 _ => 1 << 20,
             },
             workgroup_size: if device.kind == DeviceKind::Cpu { 64 } else { device.subgroup_size.clamp(32, 128) },
             queue: device.kind == DeviceKind::Cpu,
+            skips_branches: !old_lavapipe,
             queue_regions: if device.kind == DeviceKind::Cpu { 64 } else { 1024 },
         }
     }

@@ -24,6 +24,31 @@ impl Facet {
     pub fn is_triangle(&self) -> bool {
         self.corners[2] == self.corners[3]
     }
+
+    /// The axis that the normal is closest to.
+    pub fn axis(&self) -> usize {
+        self.normal.abs().max_position()
+    }
+
+    /// The facet's constants for the simpler test in place of its corners: `QuickFacet` of facet.glsl.
+    pub fn edges(&self) -> [DVec3; 4] {
+        let c = &self.corners;
+        let length = |i: usize| c[i].distance(c[(i + 1) % 4]);
+        let shortest = (0..4).map(length).filter(|&l| l > 0.0).fold(f64::INFINITY, f64::min);
+        let size = [c[0].distance(c[2]), c[1].distance(c[3])].into_iter().chain((0..4).map(length)).fold(0.0, f64::max);
+        let unit = 48.0 * 2f64.powi(-24) * size / shortest;
+        let axis = self.axis();
+        let (u, v) = [(1, 2), (0, 2), (0, 1)][axis];
+        [0, 1, 2, 3].map(|i| {
+            let Some(inward) = self.normal.cross(c[(i + 1) % 4] - c[i]).try_normalize() else {
+                return DVec3::new(0.0, 0.0, 1e30);
+            };
+            // The third coordinate follows from the plane.
+            let tilt = inward[axis] / self.normal[axis];
+            let across = inward - tilt * self.normal;
+            DVec3::new(across[u], across[v], -across.dot(c[i])) / unit
+        })
+    }
 }
 
 /// Bit i: facet i may lie between two points that paths can reach. A facet with all of the scene on one side of its
@@ -132,6 +157,27 @@ mod tests {
         let [a, b, c] = [a, b, c].map(DVec3::from_array);
         let normal = (b - a).cross(c - a).normalize();
         Facet { corners: [a, b, c, c], normal, material: 0, emits: false }
+    }
+
+    #[test]
+    fn edges_tell_the_distance() {
+        let facets = [
+            triangle([0.0, 0.0, 0.0], [1.0, 0.0, 0.25], [0.5, 1.0, 3.0]),
+            triangle([1.0, 2.0, 3.0], [1.0, 2.5, 3.0], [1.25, 2.0, 4.0]),
+            triangle([-1.0, 0.5, 0.0], [0.0, 0.5, 2.0], [1.0, 0.25, 0.0]),
+        ];
+        for f in facets {
+            let (u, v) = [(1, 2), (0, 2), (0, 1)][f.axis()];
+            let [a, b, c, _] = f.corners;
+            let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+            let shortest = a.distance(b).min(b.distance(c)).min(c.distance(a));
+            let unit = 48.0 * 2f64.powi(-24) * longest / shortest;
+            let value = |i: usize, p: DVec3| f.edges()[i].dot(DVec3::new(p[u], p[v], 1.0)) * unit;
+            let height = (b - a).cross(c - a).length() / a.distance(b);
+            assert!((value(0, c) - height).abs() < 1e-12 && value(0, a).abs() < 1e-12 && value(0, b).abs() < 1e-12);
+            let middle = (a + b + c) / 3.0;
+            assert!((0..3).all(|i| value(i, middle) > 0.0) && value(2, middle) > 1e20);
+        }
     }
 
     #[test]

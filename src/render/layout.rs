@@ -43,13 +43,16 @@ pub(crate) mod constant {
     pub const MAX_TREE_BOXES: usize = 4;
     /// Eight ids a sphere: x, y, z, radius, power, side, form.
     pub const SPHERES: u32 = 64;
-    /// Sixteen floats a facet: four corners, unit normal, and its product with a corner.
+    /// Sixteen floats a facet: four corners (or edges, see facet.glsl), unit normal, and its product with a corner.
     pub const FACETS: u32 = 256;
     /// Facets that there are constants for.
     pub const MAX_FACETS: usize = 32;
     /// Position and intensity of the only point light.
     pub const POINT: u32 = 200;
     pub const FACET_OCCLUDERS: u32 = 206;
+    pub const EXACT_FACETS: u32 = 207;
+    pub const FACETS_ACROSS_X: u32 = 208;
+    pub const FACETS_ACROSS_Y: u32 = 209;
 }
 
 /// Binding numbers.

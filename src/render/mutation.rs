@@ -48,11 +48,13 @@ pub enum Mutation {
     InfiniteInverse = 21,
     /// Light that is reused for other pixels passes through everything.
     BlindReuse = 22,
+    /// The simpler test of facets is believed where rounding may decide.
+    NoDoubt = 23,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 22] = [
+    pub const ALL: [Self; 23] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -75,6 +77,7 @@ impl Mutation {
         Self::NoProjection,
         Self::InfiniteInverse,
         Self::BlindReuse,
+        Self::NoDoubt,
     ];
 
     /// What is broken, in words.
@@ -102,6 +105,7 @@ impl Mutation {
             Self::NoProjection => "hit points on facets not brought back onto the plane",
             Self::InfiniteInverse => "reciprocals of directions not kept finite",
             Self::BlindReuse => "light reused without regard to visibility",
+            Self::NoDoubt => "facets not tested exactly where rounding may decide",
         }
     }
 }

@@ -181,7 +181,7 @@ impl Renderer {
         }
 
         let loop_budget = settings.loop_budget.unwrap_or(facts.loop_budget);
-        let mut specialization = tables.specialization(&features, settings);
+        let mut specialization = tables.specialization(&features, settings, facts);
         specialization.uint(constant::WORKGROUP, workgroup).uint(constant::LOOP_BUDGET, loop_budget);
         // Lanes that must be at work for a subgroup to go on as it does.
         let enough = (workgroup * 5 / 8).max(1);

@@ -133,6 +133,9 @@ pub struct RenderSettings {
     pub workgroup_size: Option<u32>,
     /// Loop iterations of an invocation; `None`: what the driver is known to allow. Changes no bit of the image.
     pub loop_budget: Option<u32>,
+    /// Whether polygons in constants are put to an exact test at once, not first to one that leaves few rays in doubt;
+    /// `None`: as is faster with the driver. Changes no bit of the image.
+    pub exact_facets: Option<bool>,
     /// Count steps through the tree as well; a little slower.
     pub count_steps: bool,
     /// A folder with `path_trace.spv`, `path_queue.spv` or `traverse.spv` to use instead of the built-in shaders: edit a

@@ -9,6 +9,7 @@ use crate::accel::{self, Aabb, Packed, Primitive, Texel, TreeStatistics};
 use crate::gpu::Specialization;
 use crate::scene::{self, Scene, Sphere, Surface};
 
+use super::driver::DriverFacts;
 use super::facets::{self, Facet};
 use super::features::Features;
 use super::layout::{constant, kind};
@@ -98,6 +99,10 @@ impl Tables {
             };
             shapes.push([f32::from_bits(light as u32), 0.0, 0.0, 0.0]);
         }
+        for f in &facets {
+            let plane = f.normal.extend(f.normal.dot(f.corners[0])).as_vec4().to_array();
+            shapes.extend(f.corners.iter().zip(plane).map(|(c, w)| c.as_vec3().extend(w).to_array()));
+        }
         let first_material = shapes.len() as u32;
         shapes.extend(&materials);
 
@@ -186,7 +191,7 @@ impl Tables {
     }
 
     /// Values of all specialization constants but the workgroup's size and the loop budget.
-    pub fn specialization(&self, features: &Features, settings: &RenderSettings) -> Specialization {
+    pub fn specialization(&self, features: &Features, settings: &RenderSettings, facts: DriverFacts) -> Specialization {
         let mut s = Specialization::default();
         s.uint(constant::FILTER, u32::from(features.gaussian))
             .uint(
@@ -235,9 +240,15 @@ impl Tables {
             s.uint(base + 5, sphere.side as u32).uint(base + 6, sphere.form as u32);
         }
         s.uint(constant::FACET_COUNT, self.facets.len() as u32).uint(constant::FACET_OCCLUDERS, self.facet_occluders);
+        let across = |axis| self.facets.iter().enumerate().map(|(i, f)| u32::from(f.axis() == axis) << i).sum();
+        let exact = settings.exact_facets.unwrap_or(!facts.skips_branches);
+        s.bool(constant::EXACT_FACETS, exact)
+            .uint(constant::FACETS_ACROSS_X, across(0))
+            .uint(constant::FACETS_ACROSS_Y, across(1));
         for (i, f) in self.facets.iter().enumerate() {
             let base = constant::FACETS + 16 * i as u32;
-            let corners = f.corners.iter().flat_map(|c| c.to_array());
+            let corners = if exact { f.corners } else { f.edges() };
+            let corners = corners.iter().flat_map(|c| c.to_array());
             let plane = f.normal.to_array().into_iter().chain([f.normal.dot(f.corners[0])]);
             for (j, v) in corners.chain(plane).enumerate() {
                 s.float(base + j as u32, v as f32);

@@ -1,9 +1,13 @@
-// Flat polygons held in specialization constants: the triangles and convex quadrilaterals of small meshes. Walking a tree
-// over a few polygons costs more than testing them all, if all that depends on the polygon alone is folded.
+// Flat polygons held in specialization constants: the triangles and convex quadrilaterals of small meshes. Walking a
+// tree over a few polygons costs more than testing them all, if all that depends on the polygon alone is folded.
 //
-// Corners are projected along the ray into a plane across it; there the sign of a two-dimensional cross product tells on
-// which side of an edge the ray passes. Polygons that share corners see the same projected points, and the same edge run
-// the other way gives exactly the negated value: rays slip through neither at edges nor at corners.
+// Corners are projected along the ray into a plane across it; there the sign of a two-dimensional cross product tells
+// on which side of an edge the ray passes. Polygons that share corners see the same projected points, and the same
+// edge run the other way gives exactly the negated value: rays slip through neither at edges nor at corners.
+//
+// For nearly all rays a simpler test is enough, for half the cost: the point at which the ray meets the plane, and
+// its distance from each edge. Where such a distance is too small for the rounding, all facets are tested anew, as
+// above.
 
 #ifndef FACET_GLSL
 #define FACET_GLSL
@@ -52,10 +56,51 @@ bool between_edges(Facet f, Across r) {
     float x = edge_side(d, a);
     float least = lower(lower(u, v), lower(w, x));
     float most = upper(upper(u, v), upper(w, x));
-    // Either all on one side, or all on the other. Both hold where all are 0: the polygon is too small for the precision
-    // at its distance, or seen edge on, and must not count as met all over its plane.
+    // Either all on one side, or all on the other. Both hold where all are 0: the polygon is too small for the
+    // precision at its distance, or seen edge on, and must not count as met all over its plane.
     return (least >= 0.0) != (most <= 0.0);
 }
+
+// Whether the simpler test is left out: where a driver executes code that no lane needs, it does not pay.
+layout(constant_id = 207) const bool EXACT_FACETS = false;
+
+// A facet for the simpler test: seen along the axis that its normal is closest to, edge i is where x·u + y·v + z is
+// 0, u and v being the other two coordinates, in the order of the axes. That is the distance from the edge over
+// 48·2^-24 s / l, s being the largest distance of two corners, and l the shortest edge; where a triangle has no edge,
+// 1e30. In the constants it takes the place of the corners.
+struct QuickFacet {
+    vec3 edge0, edge1, edge2, edge3;
+    vec4 plane;
+};
+
+QuickFacet quick(Facet f) { return QuickFacet(f.a, f.b, f.c, f.d, f.plane); }
+
+// Bit n: the normal of facet n is closest to the x axis, to the y axis.
+layout(constant_id = 208) const uint FACETS_ACROSS_X = 0u;
+layout(constant_id = 209) const uint FACETS_ACROSS_Y = 0u;
+
+// Where a ray meets the plane of a facet.
+struct PlaneHit {
+    float t;
+    float inside;       // of the edges' functions the least
+    float margin;       // if `inside` is closer to 0 than this, rounding may decide
+};
+
+// The products of edge_side stem from coordinates that are off by 3·2^-24 D, D being the distance of the corners: it
+// may have the wrong sign up to a distance of 12·2^-24 D s / (l |n·d|) from an edge. This test is off by at most
+// 30·2^-24 D / |n·d|. `reach` is not less than D.
+PlaneHit plane_hit(QuickFacet f, uint bit, vec3 o, vec3 d, float reach) {
+    float inverse = 1.0 / dot(f.plane.xyz, d);
+    float t = (f.plane.w - dot(f.plane.xyz, o)) * inverse;  // as in plane_distance
+    vec3 at = o + t * d;
+    vec2 uv = (FACETS_ACROSS_X & bit) != 0u ? at.yz : ((FACETS_ACROSS_Y & bit) != 0u ? at.xz : at.xy);
+    float inside = lower(lower(dot(f.edge0.xy, uv) + f.edge0.z, dot(f.edge1.xy, uv) + f.edge1.z),
+                         lower(dot(f.edge2.xy, uv) + f.edge2.z, dot(f.edge3.xy, uv) + f.edge3.z));
+    return PlaneHit(t, inside, MUTATION == MUTATE_DOUBT ? 0.0 : reach * abs(inverse));
+}
+
+// Not less than the distance of any corner: in render space they are within a distance of 2 of the camera.
+float reach_from(vec3 o) { return length(o) + 2.0; }
 
 #define FACET_CONSTANTS(n, base)                                        \
     layout(constant_id = base) const float FACET_##n##_AX = 0.0;         \
@@ -133,19 +178,68 @@ FACET_CONSTANTS(31, 752)
 #define FOR_EACH_FACET(BODY) FACETS_0_TO_15(BODY) FACETS_16_TO_31(BODY)
 #endif
 
+// The same from shape_texels (surface.glsl): written out once for any facet, where time does not matter.
+Facet facet_of_table(int n) {
+    int row = 3 * int(SPHERE_COUNT + FACET_COUNT) + 4 * n;
+    vec4 a = texelFetch(shape_texels, row);
+    vec4 b = texelFetch(shape_texels, row + 1);
+    vec4 c = texelFetch(shape_texels, row + 2);
+    vec4 d = texelFetch(shape_texels, row + 3);
+    return Facet(a.xyz, b.xyz, c.xyz, d.xyz, vec4(a.w, b.w, c.w, d.w));
+}
+
+// Loop iterations that were spent on rays in doubt, besides those that callers count.
+uint doubtful_loops = 0u;
+
+void count_doubtful(bool doubt) {
+    if (LOOP_BUDGET > 0u && subgroupAny(doubt)) doubtful_loops += FACET_COUNT;
+}
+
+float plane_distance(Facet f, vec3 o, vec3 d) {
+    return (f.plane.w - dot(f.plane.xyz, o)) * (1.0 / dot(f.plane.xyz, d));
+}
+
 // Nearest facet. Its id follows those of the constant spheres.
 void closest_facet(vec3 o, vec3 d, int leaving, inout float t, inout int id) {
+    int first_id = int(SPHERE_COUNT);
+    float reach = reach_from(o);
+    float nearest = t;
+    int nearest_id = id;
+    bool doubt = false;
     Across ray = across(o, d);
-#define TEST_CLOSEST(n)                                                                                 \
-    {                                                                                                   \
-        Facet f = FACET_OF(n);                                                                          \
-        float h = (f.plane.w - dot(f.plane.xyz, o)) / dot(f.plane.xyz, d);                              \
-        bool closer = h > 0.0 && h < t && between_edges(f, ray) && leaving != int(SPHERE_COUNT) + n; \
-        t = closer ? h : t;                                                                             \
-        id = closer ? int(SPHERE_COUNT) + n : id;                                                       \
+#define TEST_CLOSEST(n)                                                                              \
+    {                                                                                                \
+        Facet f = FACET_OF(n);                                                                       \
+        float h;                                                                                     \
+        bool closer;                                                                                 \
+        if (EXACT_FACETS) {                                                                          \
+            h = plane_distance(f, o, d);                                                             \
+            closer = h > 0.0 && h < nearest && between_edges(f, ray) && leaving != first_id + n;     \
+        } else {                                                                                     \
+            PlaneHit hit = plane_hit(quick(f), 1u << n, o, d, reach);                                \
+            h = hit.t;                                                                               \
+            bool near = h > 0.0 && h < nearest && leaving != first_id + n;                           \
+            doubt = doubt || (near && abs(hit.inside) <= hit.margin);                                \
+            closer = near && hit.inside > hit.margin;                                                \
+        }                                                                                            \
+        nearest = closer ? h : nearest;                                                              \
+        nearest_id = closer ? first_id + n : nearest_id;                                             \
     }
     FOR_EACH_FACET(TEST_CLOSEST)
 #undef TEST_CLOSEST
+    doubt = !EXACT_FACETS && doubt;
+    count_doubtful(doubt);
+    nearest = doubt ? t : nearest;
+    nearest_id = doubt ? id : nearest_id;
+    for (int n = 0; doubt && n < int(FACET_COUNT); ++n) {
+        Facet f = facet_of_table(n);
+        float h = plane_distance(f, o, d);
+        bool closer = h > 0.0 && h < nearest && between_edges(f, ray) && leaving != first_id + n;
+        nearest = closer ? h : nearest;
+        nearest_id = closer ? first_id + n : nearest_id;
+    }
+    t = nearest;
+    id = nearest_id;
 }
 
 // Bit n: facet n may lie between two points of the scene. The others bound its convex hull.
@@ -153,18 +247,35 @@ layout(constant_id = 206) const uint FACET_OCCLUDERS = 0xffffffffu;
 
 // Whether a facet lies between o and the point at `distance`.
 bool any_facet(vec3 o, vec3 d, float distance, int leaving) {
-    Across ray = across(o, d);
+    int first_id = int(SPHERE_COUNT);
+    float reach = reach_from(o);
     bool occluded = false;
+    bool doubt = false;
+    Across ray = across(o, d);
 #define TEST_ANY(n)                                                                                  \
-    if ((FACET_OCCLUDERS & (1u << n)) != 0u) {                                                                                               \
+    if ((FACET_OCCLUDERS & (1u << n)) != 0u) {                                                       \
         Facet f = FACET_OF(n);                                                                       \
-        float height = f.plane.w - dot(f.plane.xyz, o);                                              \
-        float slope = dot(f.plane.xyz, d);                                                           \
-        occluded = occluded || (height * slope > 0.0 && abs(height) < distance * abs(slope) &&        \
-                                between_edges(f, ray) && leaving != int(SPHERE_COUNT) + n);     \
+        if (EXACT_FACETS) {                                                                          \
+            float h = plane_distance(f, o, d);                                                       \
+            occluded = occluded || (h > 0.0 && h < distance && between_edges(f, ray) &&              \
+                                    leaving != first_id + n);                                        \
+        } else {                                                                                     \
+            PlaneHit hit = plane_hit(quick(f), 1u << n, o, d, reach);                                \
+            bool near = hit.t > 0.0 && hit.t < distance && leaving != first_id + n;                  \
+            doubt = doubt || (near && abs(hit.inside) <= hit.margin);                                \
+            occluded = occluded || (near && hit.inside > hit.margin);                                \
+        }                                                                                            \
     }
     FOR_EACH_FACET(TEST_ANY)
 #undef TEST_ANY
+    doubt = !EXACT_FACETS && doubt && !occluded;
+    count_doubtful(doubt);
+    for (int n = 0; doubt && n < int(FACET_COUNT); ++n) {
+        Facet f = facet_of_table(n);
+        float h = plane_distance(f, o, d);
+        bool between = h > 0.0 && h < distance && between_edges(f, ray) && leaving != first_id + n;
+        occluded = occluded || (between && (FACET_OCCLUDERS & (1u << n)) != 0u);
+    }
     return occluded;
 }
 

@@ -100,17 +100,22 @@ pub(super) fn soup(rng: &mut Rng, triangles: usize) -> Scene {
     scene
 }
 
-/// Rays that start on a coarse lattice, at vertices, edges and inner points of the first mesh.
-fn aimed(scene: &Scene, scale: f64, rng: &mut Rng, count: usize) -> Vec<RayInput> {
+/// A vertex, a point of an edge, or an inner point of the first mesh.
+pub(super) fn point_of(scene: &Scene, rng: &mut Rng) -> DVec3 {
     let mesh = &scene.meshes[0];
+    let [a, b, c] = mesh.triangles[rng.below(mesh.triangles.len())].map(|i| mesh.positions[i as usize]);
+    match rng.below(3) {
+        0 => a,
+        1 => a.lerp(b, rng.uniform()),
+        _ => a.lerp(b, rng.uniform()).lerp(c, rng.uniform()),
+    }
+}
+
+/// Rays from all around at points of the first mesh.
+fn aimed(scene: &Scene, scale: f64, rng: &mut Rng, count: usize) -> Vec<RayInput> {
     (0..count)
-        .map(|i| {
-            let [a, b, c] = mesh.triangles[rng.below(mesh.triangles.len())].map(|i| mesh.positions[i as usize]);
-            let target = match i % 3 {
-                0 => a,
-                1 => a.lerp(b, rng.uniform()),
-                _ => a.lerp(b, rng.uniform()).lerp(c, rng.uniform()),
-            };
+        .map(|_| {
+            let target = point_of(scene, rng);
             let origin = (scale * rng.in_cube(2.0)).as_vec3();
             RayInput::new(origin, (scale * target - origin.as_dvec3()).normalize().as_vec3())
         })
@@ -121,7 +126,7 @@ fn with_brute_force(lab: &Lab, scene: &Scene) -> RenderSettings {
     RenderSettings { accel: Accel::None, ..lab.settings(scene) }
 }
 
-fn differ(a: &HitRecord, b: &HitRecord) -> bool {
+pub(super) fn differ(a: &HitRecord, b: &HitRecord) -> bool {
     a.id != b.id || (a.id >= 0 && a.t.to_bits() != b.t.to_bits())
 }
 

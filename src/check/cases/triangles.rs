@@ -9,6 +9,8 @@ use crate::check::{Case, CheckError, Lab, Measured};
 use crate::render::{RenderSettings, TriangleTest};
 use crate::scene::Scene;
 
+use super::tree::{differ, point_of, soup};
+
 pub(super) const CASES: &[Case] = &[
     Case {
         name: "triangles/edges",
@@ -75,6 +77,15 @@ pub(super) const CASES: &[Case] = &[
         threshold: 0.0,
         full_only: false,
         measure: non_finite,
+    },
+    Case {
+        name: "triangles/quick-facets",
+        what: "rays at and along the edges of boxes, slivers and triangles in constants, from near and far",
+        oracle: "their exact test on the device",
+        quantity: "rays whose t or facet differs",
+        threshold: 0.0,
+        full_only: false,
+        measure: quick_facets,
     },
     Case {
         name: "triangles/duplicates",
@@ -282,6 +293,53 @@ fn non_finite(_lab: &Lab) -> Result<Measured, CheckError> {
         }
     }
     Ok(Measured::new(f64::from(accepted as u32), format!("{tried} scenes")))
+}
+
+fn quick_facets(lab: &Lab) -> Result<Measured, CheckError> {
+    let mut rng = Rng::new(47);
+    // One mesh: a room, a box on its floor, and a plate.
+    let mut boxes = empty();
+    let (mut positions, mut indices) = (Vec::new(), Vec::new());
+    for (lo, hi) in [
+        (v(-1.0, -1.0, -1.0), v(1.5, 1.0, 2.0)),
+        (v(-0.5, -1.0, 0.25), v(0.25, 0.125, 0.75)),
+        (v(0.5, -0.5, 0.5), v(0.501, 0.5, 1.0)),
+    ] {
+        let (corners, triangles) = cuboid(lo, hi);
+        indices.extend(triangles.iter().map(|t| t.map(|i| i + positions.len() as u32)));
+        positions.extend(corners);
+    }
+    boxes.mesh(&positions, &indices, diffuse(0.5));
+    let (mut wrong, mut traced, mut hits) = (0, 0, 0);
+    for scene in [boxes, soup(&mut rng, 30)] {
+        let settings = |exact| RenderSettings { exact_facets: Some(exact), ..lab.settings(&scene) };
+        let mut quick = lab.closest_with(&scene, &settings(false))?;
+        let mut exact = lab.closest_with(&scene, &settings(true))?;
+        let scale = quick.scale();
+        let rays: Vec<_> = (0..lab.size(1 << 17, 1 << 24))
+            .map(|i| {
+                // From anywhere; from afar; and from points of the polygons, so that rays run along planes and edges.
+                let origin = match i % 4 {
+                    0 => rng.in_cube(2.0),
+                    1 => 10f64.powf(rng.between(1.0, 5.0)) * rng.direction(),
+                    2 => point_of(&scene, &mut rng),
+                    _ => point_of(&scene, &mut rng) + 10f64.powf(rng.between(-8.0, -2.0)) * rng.direction(),
+                };
+                let origin = (scale * origin).as_vec3();
+                let target = scale * point_of(&scene, &mut rng);
+                let to = target - origin.as_dvec3();
+                RayInput::new(origin, to.try_normalize().unwrap_or(DVec3::X).as_vec3())
+            })
+            .collect();
+        let (a, b) = (quick.run(&rays)?, exact.run(&rays)?);
+        wrong += a.iter().zip(&b).filter(|(a, b)| differ(a, b)).count();
+        hits += b.iter().filter(|h| h.id >= 0).count();
+        traced += rays.len();
+    }
+    if hits < traced / 8 {
+        return Ok(Measured::new(f64::INFINITY, format!("only {hits} of {traced} rays hit")));
+    }
+    Ok(Measured::new(wrong as f64, format!("{traced} rays, 2 scenes, {hits} hits")))
 }
 
 fn duplicates(lab: &Lab) -> Result<Measured, CheckError> {

@@ -13,6 +13,7 @@ use std::time::Instant;
 use bytemuck::{AnyBitPattern, NoUninit, Zeroable};
 
 use crate::gpu::{Access, Binding, BindingSet, Buffer, Context, Pipeline, Timeline, Usage};
+use crate::render::driver::DriverFacts;
 use crate::render::layout::{Counters, FilmSlot, Push, binding, constant};
 use crate::render::space::RenderSpace;
 use crate::render::tables::Tables;
@@ -122,7 +123,7 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
         ]);
         let set = BindingSet::new(device, &bindings, size_of::<Push>() as u32)?;
         let counting = RenderSettings { count_steps: kernel.counts_steps, ..settings.clone() };
-        let mut specialization = tables.specialization(&features, &counting);
+        let mut specialization = tables.specialization(&features, &counting, DriverFacts::of(&device.info));
         specialization
             .uint(constant::WORKGROUP, kernel.workgroup)
             .uint(constant::LOOP_BUDGET, kernel.loop_budget)

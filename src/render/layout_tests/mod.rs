@@ -45,6 +45,9 @@ fn expected_constants() -> BTreeMap<String, u32> {
         ("LIGHT_LOOPS", constant::LIGHT_LOOPS),
         ("FACET_COUNT", constant::FACET_COUNT),
         ("FACET_OCCLUDERS", constant::FACET_OCCLUDERS),
+        ("EXACT_FACETS", constant::EXACT_FACETS),
+        ("FACETS_ACROSS_X", constant::FACETS_ACROSS_X),
+        ("FACETS_ACROSS_Y", constant::FACETS_ACROSS_Y),
     ];
     let mut all: BTreeMap<_, _> = features.into_iter().map(|(name, id)| (name.to_owned(), id)).collect();
     let mut add = |prefix: &str, base: u32, names: &[&str]| {
