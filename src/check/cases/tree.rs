@@ -12,7 +12,7 @@ use crate::scene::Scene;
 pub(super) const CASES: &[Case] = &[
     Case {
         name: "tree/brute-force",
-        what: "rays at vertices, edges and inner points of a soup of triangles and spheres",
+        what: "rays at vertices, edges and inner points of triangles and spheres, of a mesh, and of a speck at the camera",
         oracle: "every primitive tested on the device",
         quantity: "rays whose t or primitive differs",
         threshold: 0.0,
