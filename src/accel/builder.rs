@@ -425,11 +425,7 @@ mod tests {
 
     #[test]
     fn random_boxes_make_the_same_valid_tree_each_time() {
-        let mut state = 1u32;
-        let mut random = move || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 8) as f32 / (1 << 24) as f32
-        };
+        let mut random = crate::accel::random_numbers(1);
         let boxes: Vec<_> = (0..20_000)
             .map(|_| {
                 let p = Vec3::new(random(), random(), random());

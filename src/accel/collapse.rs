@@ -44,23 +44,23 @@ impl<'a> Collapse<'a> {
     pub fn of(tree: &'a Tree) -> Self {
         let mut choices = vec![Choice::default(); tree.nodes.len()];
         plan(tree, 0, &mut choices);
+        if tree.order.len() == 1 {
+            // The binary root holds its only leaf twice; see `children`.
+            choices[0].records = 2;
+        }
         Self { tree, choices }
     }
 
     /// Records of the subtree below a node that stays, its own among them: nodes that stay, and leaves.
     pub fn records(&self, node: u32) -> usize {
-        if self.tree.order.len() == 1 { 2 } else { self.choices[node as usize].records as usize }
+        self.choices[node as usize].records as usize
     }
 
     /// The one to four children of a node that stays, in the order of their leaves.
     pub fn children(&self, node: u32) -> Vec<Boxed> {
         let mut children = Vec::with_capacity(WIDTH);
-        if self.tree.order.len() == 1 {
-            let root = &self.tree.nodes[0];
-            children.push((root.bounds[0], root.children[0]));
-        } else {
-            self.divide(node, WIDTH, &mut children);
-        }
+        self.divide(node, WIDTH, &mut children);
+        children.dedup();
         children
     }
 

@@ -12,3 +12,13 @@ pub use builder::{Child, MAX_DEPTH, Node, Tree, build};
 pub use quantised::Quantised;
 pub use record::{MAX_RECORDS, Packed, Primitive, Texel, pack};
 pub use statistics::TreeStatistics;
+
+/// Numbers in [0, 1) for tests, the same each time (Numerical Recipes, 7.1).
+#[cfg(test)]
+fn random_numbers(seed: u32) -> impl FnMut() -> f32 {
+    let mut state = seed;
+    move || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as f32 / (1 << 24) as f32
+    }
+}

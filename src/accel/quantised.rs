@@ -112,11 +112,7 @@ mod tests {
 
     #[test]
     fn boxes_hold_what_they_stand_for() {
-        let mut state = 7u32;
-        let mut random = move || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 8) as f32 / (1 << 24) as f32
-        };
+        let mut random = crate::accel::random_numbers(7);
         for i in 0..20_000 {
             let size = 10f32.powi(i % 17 - 12);
             let far = 10f32.powi(i % 13 - 6);

@@ -61,6 +61,15 @@ bool between_edges(Facet f, Across r) {
     return (least >= 0.0) != (most <= 0.0);
 }
 
+// Along a ray with the reciprocal of n·d.
+float plane_distance(vec4 plane, vec3 o, float inverse) { return (plane.w - dot(plane.xyz, o)) * inverse; }
+
+// Whether the ray meets the facet between its origin and `limit`, and where.
+bool meets_facet(Facet f, Across r, vec3 d, float limit, out float t) {
+    t = plane_distance(f.plane, r.origin, 1.0 / dot(f.plane.xyz, d));
+    return t > 0.0 && t < limit && between_edges(f, r);
+}
+
 // Whether the simpler test is left out: where a driver executes code that no lane needs, it does not pay.
 layout(constant_id = 207) const bool EXACT_FACETS = false;
 
@@ -91,7 +100,7 @@ struct PlaneHit {
 // 30·2^-24 D / |n·d|. `reach` is not less than D.
 PlaneHit plane_hit(QuickFacet f, uint bit, vec3 o, vec3 d, float reach) {
     float inverse = 1.0 / dot(f.plane.xyz, d);
-    float t = (f.plane.w - dot(f.plane.xyz, o)) * inverse;  // as in plane_distance
+    float t = plane_distance(f.plane, o, inverse);
     vec3 at = o + t * d;
     vec2 uv = (FACETS_ACROSS_X & bit) != 0u ? at.yz : ((FACETS_ACROSS_Y & bit) != 0u ? at.xz : at.xy);
     float inside = lower(lower(dot(f.edge0.xy, uv) + f.edge0.z, dot(f.edge1.xy, uv) + f.edge1.z),
@@ -195,10 +204,6 @@ void count_doubtful(bool doubt) {
     if (LOOP_BUDGET > 0u && subgroupAny(doubt)) doubtful_loops += FACET_COUNT;
 }
 
-float plane_distance(Facet f, vec3 o, vec3 d) {
-    return (f.plane.w - dot(f.plane.xyz, o)) * (1.0 / dot(f.plane.xyz, d));
-}
-
 // Nearest facet. Its id follows those of the constant spheres.
 void closest_facet(vec3 o, vec3 d, int leaving, inout float t, inout int id) {
     int first_id = int(SPHERE_COUNT);
@@ -213,8 +218,7 @@ void closest_facet(vec3 o, vec3 d, int leaving, inout float t, inout int id) {
         float h;                                                                                     \
         bool closer;                                                                                 \
         if (EXACT_FACETS) {                                                                          \
-            h = plane_distance(f, o, d);                                                             \
-            closer = h > 0.0 && h < nearest && between_edges(f, ray) && leaving != first_id + n;     \
+            closer = meets_facet(f, ray, d, nearest, h) && leaving != first_id + n;                  \
         } else {                                                                                     \
             PlaneHit hit = plane_hit(quick(f), 1u << n, o, d, reach);                                \
             h = hit.t;                                                                               \
@@ -232,9 +236,8 @@ void closest_facet(vec3 o, vec3 d, int leaving, inout float t, inout int id) {
     nearest = doubt ? t : nearest;
     nearest_id = doubt ? id : nearest_id;
     for (int n = 0; doubt && n < int(FACET_COUNT); ++n) {
-        Facet f = facet_of_table(n);
-        float h = plane_distance(f, o, d);
-        bool closer = h > 0.0 && h < nearest && between_edges(f, ray) && leaving != first_id + n;
+        float h;
+        bool closer = meets_facet(facet_of_table(n), ray, d, nearest, h) && leaving != first_id + n;
         nearest = closer ? h : nearest;
         nearest_id = closer ? first_id + n : nearest_id;
     }
@@ -256,9 +259,8 @@ bool any_facet(vec3 o, vec3 d, float distance, int leaving) {
     if ((FACET_OCCLUDERS & (1u << n)) != 0u) {                                                       \
         Facet f = FACET_OF(n);                                                                       \
         if (EXACT_FACETS) {                                                                          \
-            float h = plane_distance(f, o, d);                                                       \
-            occluded = occluded || (h > 0.0 && h < distance && between_edges(f, ray) &&              \
-                                    leaving != first_id + n);                                        \
+            float h;                                                                                 \
+            occluded = occluded || (meets_facet(f, ray, d, distance, h) && leaving != first_id + n); \
         } else {                                                                                     \
             PlaneHit hit = plane_hit(quick(f), 1u << n, o, d, reach);                                \
             bool near = hit.t > 0.0 && hit.t < distance && leaving != first_id + n;                  \
@@ -271,9 +273,8 @@ bool any_facet(vec3 o, vec3 d, float distance, int leaving) {
     doubt = !EXACT_FACETS && doubt && !occluded;
     count_doubtful(doubt);
     for (int n = 0; doubt && n < int(FACET_COUNT); ++n) {
-        Facet f = facet_of_table(n);
-        float h = plane_distance(f, o, d);
-        bool between = h > 0.0 && h < distance && between_edges(f, ray) && leaving != first_id + n;
+        float h;
+        bool between = meets_facet(facet_of_table(n), ray, d, distance, h) && leaving != first_id + n;
         occluded = occluded || (between && (FACET_OCCLUDERS & (1u << n)) != 0u);
     }
     return occluded;
