@@ -33,6 +33,10 @@ type Record = [Texel; 3];
 /// Subtrees with more records than this are packed by a task of their own.
 const PARALLEL_ABOVE: usize = 4096;
 
+/// How much larger than a primitive its box is, relative to the largest of its coordinates: a ray may hit by rounding what
+/// it passes beside. shaders/lib/intersect/slab.glsl has the reckoning, and what is relative to the ray's origin.
+const BOX_ERROR: f32 = 36.0 / (1 << 24) as f32;
+
 /// Bits of lower planes that are stored inverted.
 const LO_FLIP: u32 = 0x4040_4040;
 const INNER: u32 = 0x8000_0000;
@@ -70,21 +74,19 @@ pub enum Primitive {
 }
 
 impl Primitive {
-    /// The box around it, widened: a sphere's by the rounding of its corners, a triangle's by one unit in the last
-    /// place, so that a ray within the plane of a face is inside of the box and not on its border.
-    pub fn bounds(&self) -> Aabb {
+    /// The smallest box around it, up to rounding.
+    pub fn extent(&self) -> Aabb {
         match *self {
-            Self::Triangle { vertices, .. } => {
-                let Aabb { lo, hi } = Aabb::around(vertices);
-                // The last term is for coordinates of 0; the shader's reciprocals make 1e10 of it (safe_inverse).
-                let ulp = |v: Vec3| v.abs() * f32::EPSILON + 1e-20;
-                Aabb { lo: lo - ulp(lo), hi: hi + ulp(hi) }
-            }
-            Self::Sphere { center, radius, .. } => {
-                let r = Vec3::splat(radius * (1.0 + 4.0 * f32::EPSILON)) + 2.0 * f32::EPSILON * center.abs();
-                Aabb { lo: center - r, hi: center + r }
-            }
+            Self::Triangle { vertices, .. } => Aabb::around(vertices),
+            Self::Sphere { center, radius, .. } => Aabb { lo: center - radius, hi: center + radius },
         }
+    }
+
+    /// The box for rays, widened by what rounding may move the primitive or the ray.
+    pub fn bounds(&self) -> Aabb {
+        let Aabb { lo, hi } = self.extent();
+        let margin = BOX_ERROR * lo.abs().max(hi.abs()).max_element();
+        Aabb { lo: lo - margin, hi: hi + margin }
     }
 
     /// Its record and the texel apart.
@@ -323,12 +325,8 @@ mod tests {
 
     #[test]
     fn every_primitive_is_within_the_boxes_above_it() {
-        let mut state = 3u32;
-        let mut random = move || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 8) as f32 / (1 << 24) as f32 - 0.5
-        };
-        let mut point = |size: f32| size * Vec3::new(random(), random(), random());
+        let mut random = crate::accel::random_numbers(3);
+        let mut point = |size: f32| size * (Vec3::new(random(), random(), random()) - 0.5);
         for n in [1, 2, 3, 4, 5, 6, 17, 100, 20_000] {
             let soup: Vec<Primitive> = (0..n)
                 .map(|i| {

@@ -20,8 +20,8 @@ pub enum Mutation {
     NoOffset = 7,
     /// The sphere or triangle that a ray leaves is tested like any other.
     NoSkip = 8,
-    /// The slab test is not widened by its error bound.
-    NoSlabMargin = 9,
+    /// Boxes are not widened by what is relative to the ray's origin.
+    NoBoxMargin = 9,
     /// Spheres by the textbook quadratic.
     TextbookSphere = 10,
     /// The film is a plain sum in single precision.
@@ -30,7 +30,7 @@ pub enum Mutation {
     UnguardedRays = 12,
     /// NaN and infinite samples are added to the film.
     NonFiniteSamples = 13,
-    /// Boxes of triangles are not widened by an ulp (on the host).
+    /// Boxes are not widened by what is relative to their own place (on the host).
     ThinBoxes = 14,
     /// The film's sums are two floats.
     TwoFloatSum = 15,
@@ -63,7 +63,7 @@ impl Mutation {
         Self::ContractedEdges,
         Self::NoOffset,
         Self::NoSkip,
-        Self::NoSlabMargin,
+        Self::NoBoxMargin,
         Self::TextbookSphere,
         Self::PlainSum,
         Self::UnguardedRays,
@@ -91,12 +91,12 @@ impl Mutation {
             Self::ContractedEdges => "edge functions contracted to FMA",
             Self::NoOffset => "no error-bounded offset of ray origins",
             Self::NoSkip => "primitive that a ray leaves not skipped",
-            Self::NoSlabMargin => "slab test not widened",
+            Self::NoBoxMargin => "boxes not widened by errors relative to the origin of the ray",
             Self::TextbookSphere => "textbook quadratic for spheres",
             Self::PlainSum => "film summed in plain single precision",
             Self::UnguardedRays => "rays that are not finite enter the tree",
             Self::NonFiniteSamples => "NaN and infinite samples added to the film",
-            Self::ThinBoxes => "boxes of triangles not widened by an ulp",
+            Self::ThinBoxes => "boxes not widened by errors relative to their own place",
             Self::TwoFloatSum => "film summed in two floats instead of three",
             Self::BuiltInSinCos => "sine and cosine as inaccurate as Vulkan allows",
             Self::BuiltInLog => "logarithm as inaccurate as Vulkan allows",

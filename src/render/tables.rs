@@ -293,12 +293,7 @@ fn build_tree(
     origins: &mut Vec<Origin>,
     settings: &RenderSettings,
 ) -> Option<accel::Tree> {
-    let bounds_of = |p: &Primitive| match *p {
-        Primitive::Triangle { vertices, .. } if settings.mutation == Some(Mutation::ThinBoxes) => {
-            Aabb::around(vertices)
-        }
-        _ => p.bounds(),
-    };
+    let bounds_of = if settings.mutation == Some(Mutation::ThinBoxes) { Primitive::extent } else { Primitive::bounds };
     let bounds: Vec<_> = primitives.par_iter().map(bounds_of).collect();
     let tree = accel::build(&bounds)?;
     // Copies have equal boxes, which the builder keeps together, in ascending order.

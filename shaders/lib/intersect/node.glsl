@@ -18,6 +18,7 @@ struct TreeRay {
     vec3 origin;
     vec3 direction;
     vec3 inverse;
+    vec3 margin;        // of the distances to planes
     uint octant;        // three times the number of the direction's octant
     Shear shear;
 };
@@ -25,7 +26,7 @@ struct TreeRay {
 TreeRay tree_ray(vec3 o, vec3 d) {
     vec3 inverse = safe_inverse(d);
     uint octant = (inverse.x < 0.0 ? 3u : 0u) + (inverse.y < 0.0 ? 6u : 0u) + (inverse.z < 0.0 ? 12u : 0u);
-    return TreeRay(o, d, inverse, octant, shear_of(d));
+    return TreeRay(o, d, inverse, box_margin(o) * abs(inverse), octant, shear_of(d));
 }
 
 // As fetched.
@@ -48,6 +49,8 @@ uint children_met(TreeRay r, TreeRecord q, float t_max) {
     vec3 scale = uintBitsToFloat(uvec3(q.b.w << 23, q.b.w << 15, q.b.w << 7) & 0x7f800000u);
     vec3 a = scale * r.inverse;
     vec3 b = (uintBitsToFloat(q.a.xyz) - r.origin) * r.inverse;
+    vec3 b0 = b - r.margin;
+    vec3 b1 = b + r.margin;
     bvec3 back = lessThan(r.inverse, vec3(0.0));
     uvec3 lo = q.b.xyz ^ 0x40404040u;
     uvec3 near = mix(lo, q.c.xyz, back);
@@ -55,10 +58,10 @@ uint children_met(TreeRay r, TreeRecord q, float t_max) {
     uint met = 0u;
 #define CHILD(n)                                                                                \
     {                                                                                           \
-        vec3 t0 = vec3((near >> (8u * n)) & 0xffu) * a + b;                                     \
-        vec3 t1 = vec3((far >> (8u * n)) & 0xffu) * a + b;                                      \
+        vec3 t0 = vec3((near >> (8u * n)) & 0xffu) * a + b0;                                    \
+        vec3 t1 = vec3((far >> (8u * n)) & 0xffu) * a + b1;                                     \
         float enter = upper(upper(t0.x, t0.y), upper(t0.z, 0.0));                               \
-        float leave = lower(lower(t1.x, t1.y), lower(t1.z, t_max)) * SLAB_MARGIN;               \
+        float leave = lower(lower(t1.x, t1.y), lower(t1.z, t_max));                             \
         met |= enter <= leave ? 1u << n : 0u;                                                   \
     }
     CHILD(0u) CHILD(1u) CHILD(2u) CHILD(3u)

@@ -6,9 +6,16 @@
 #include "../layout.glsl"
 #include "../math.glsl"
 
-// Widens the slab test: each of the two distances has a relative error of 8 roundings of 2^-24, those of the reciprocal
-// (2.5 ulp) among them. What is relative to the size of the box, not to the distance, src/accel/quantised.rs allows for.
-const float SLAB_MARGIN = MUTATION == MUTATE_SLAB ? 1.0 : 1.000001;
+// No box may come between a ray and what it hits by rounding. In units of 2^-24 of the distance to the primitive along an
+// axis, the watertight test moves vertices across the ray by up to 9.5 (v - o: 1 along each of two axes; shear: 6, of
+// which a reciprocal of 2.5 ulp is 5; its product: 1; edge functions: 0.5) and the hit along the ray by 16 (barycentrics
+// and their sum: 6; two reciprocals: 10); distances to planes are off by 9 (o - plane, reciprocal, product, sum, margin).
+// The distance is at most |v| + |o|: for the first, boxes are widened when they are built (src/accel/record.rs), for the
+// second here. What is relative to the size of a box src/accel/quantised.rs allows for.
+const float BOX_ERROR = MUTATION == MUTATE_BOX_MARGIN ? 0.0 : 36.0 / 16777216.0;
+
+// By how much boxes are to be larger for a ray from o, on all sides.
+float box_margin(vec3 o) { return BOX_ERROR * upper(upper(abs(o.x), abs(o.y)), abs(o.z)); }
 
 // 1/d without infinities: 0·∞ must not arise in the slab test, where NaN would be lost or win by chance; nor may boxes be
 // met at infinity, which is not beyond a t_max of infinity: a ray without direction would walk all of an octant.
@@ -19,15 +26,14 @@ vec3 safe_inverse(vec3 d) {
     return 1.0 / clamped;
 }
 
-// Whether the ray meets a box before t_max. That has a margin too: the hit it stems from may lie in front of the box by
-// rounding alone, and equal hits must be compared.
-bool meets_box(vec3 o, vec3 inverse, vec3 lo, vec3 hi, float t_max) {
-    vec3 a = (lo - o) * inverse;
-    vec3 b = (hi - o) * inverse;
+// Whether the ray meets a box before t_max, widened by a margin.
+bool meets_box(vec3 o, vec3 inverse, vec3 lo, vec3 hi, float margin, float t_max) {
+    vec3 a = (lo - margin - o) * inverse;
+    vec3 b = (hi + margin - o) * inverse;
     vec3 n = vec3(lower(a.x, b.x), lower(a.y, b.y), lower(a.z, b.z));
     vec3 f = vec3(upper(a.x, b.x), upper(a.y, b.y), upper(a.z, b.z));
     float t = upper(upper(n.x, n.y), upper(n.z, 0.0));
-    return t <= lower(lower(lower(f.x, f.y), f.z), t_max) * SLAB_MARGIN;
+    return t <= lower(lower(f.x, f.y), lower(f.z, t_max));
 }
 
 #endif

@@ -5,18 +5,18 @@
 
 #include "slab.glsl"
 
-layout(constant_id = 32) const float TREE_BOX_0_LX = 0.0; layout(constant_id = 33) const float TREE_BOX_0_LY = 0.0;
-layout(constant_id = 34) const float TREE_BOX_0_LZ = 0.0; layout(constant_id = 35) const float TREE_BOX_0_HX = 0.0;
-layout(constant_id = 36) const float TREE_BOX_0_HY = 0.0; layout(constant_id = 37) const float TREE_BOX_0_HZ = 0.0;
-layout(constant_id = 38) const float TREE_BOX_1_LX = 0.0; layout(constant_id = 39) const float TREE_BOX_1_LY = 0.0;
-layout(constant_id = 40) const float TREE_BOX_1_LZ = 0.0; layout(constant_id = 41) const float TREE_BOX_1_HX = 0.0;
-layout(constant_id = 42) const float TREE_BOX_1_HY = 0.0; layout(constant_id = 43) const float TREE_BOX_1_HZ = 0.0;
-layout(constant_id = 44) const float TREE_BOX_2_LX = 0.0; layout(constant_id = 45) const float TREE_BOX_2_LY = 0.0;
-layout(constant_id = 46) const float TREE_BOX_2_LZ = 0.0; layout(constant_id = 47) const float TREE_BOX_2_HX = 0.0;
-layout(constant_id = 48) const float TREE_BOX_2_HY = 0.0; layout(constant_id = 49) const float TREE_BOX_2_HZ = 0.0;
-layout(constant_id = 50) const float TREE_BOX_3_LX = 0.0; layout(constant_id = 51) const float TREE_BOX_3_LY = 0.0;
-layout(constant_id = 52) const float TREE_BOX_3_LZ = 0.0; layout(constant_id = 53) const float TREE_BOX_3_HX = 0.0;
-layout(constant_id = 54) const float TREE_BOX_3_HY = 0.0; layout(constant_id = 55) const float TREE_BOX_3_HZ = 0.0;
+#define TREE_BOX_CONSTANTS(n, base)                                  \
+    layout(constant_id = base) const float TREE_BOX_##n##_LX = 0.0;  \
+    layout(constant_id = base + 1) const float TREE_BOX_##n##_LY = 0.0; \
+    layout(constant_id = base + 2) const float TREE_BOX_##n##_LZ = 0.0; \
+    layout(constant_id = base + 3) const float TREE_BOX_##n##_HX = 0.0; \
+    layout(constant_id = base + 4) const float TREE_BOX_##n##_HY = 0.0; \
+    layout(constant_id = base + 5) const float TREE_BOX_##n##_HZ = 0.0;
+
+TREE_BOX_CONSTANTS(0, 32)
+TREE_BOX_CONSTANTS(1, 38)
+TREE_BOX_CONSTANTS(2, 44)
+TREE_BOX_CONSTANTS(3, 50)
 
 #define TREE_BOX_LO(n) vec3(TREE_BOX_##n##_LX, TREE_BOX_##n##_LY, TREE_BOX_##n##_LZ)
 #define TREE_BOX_HI(n) vec3(TREE_BOX_##n##_HX, TREE_BOX_##n##_HY, TREE_BOX_##n##_HZ)
@@ -25,10 +25,13 @@ layout(constant_id = 54) const float TREE_BOX_3_HY = 0.0; layout(constant_id = 5
 bool meets_boxes(vec3 o, vec3 d, float t_max) {
     if (TREE_BOX_COUNT == 0u) return true;
     vec3 inverse = safe_inverse(d);
-    bool meets = meets_box(o, inverse, TREE_BOX_LO(0), TREE_BOX_HI(0), t_max);
-    if (TREE_BOX_COUNT > 1u) meets = meets || meets_box(o, inverse, TREE_BOX_LO(1), TREE_BOX_HI(1), t_max);
-    if (TREE_BOX_COUNT > 2u) meets = meets || meets_box(o, inverse, TREE_BOX_LO(2), TREE_BOX_HI(2), t_max);
-    if (TREE_BOX_COUNT > 3u) meets = meets || meets_box(o, inverse, TREE_BOX_LO(3), TREE_BOX_HI(3), t_max);
+    float margin = box_margin(o);
+#define MEETS(n) meets_box(o, inverse, TREE_BOX_LO(n), TREE_BOX_HI(n), margin, t_max)
+    bool meets = MEETS(0);
+    if (TREE_BOX_COUNT > 1u) meets = meets || MEETS(1);
+    if (TREE_BOX_COUNT > 2u) meets = meets || MEETS(2);
+    if (TREE_BOX_COUNT > 3u) meets = meets || MEETS(3);
+#undef MEETS
     return meets;
 }
 

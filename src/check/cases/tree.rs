@@ -12,7 +12,7 @@ use crate::scene::Scene;
 pub(super) const CASES: &[Case] = &[
     Case {
         name: "tree/brute-force",
-        what: "rays at vertices, edges and inner points of triangles and spheres, of a mesh, and of a speck at the camera",
+        what: "rays at vertices, edges and inner points of triangles and spheres, of a mesh, and of specks near and far",
         oracle: "every primitive tested on the device",
         quantity: "rays whose t or primitive differs",
         threshold: 0.0,
@@ -111,12 +111,12 @@ pub(super) fn point_of(scene: &Scene, rng: &mut Rng) -> DVec3 {
     }
 }
 
-/// Rays from all around at points of the first mesh.
-fn aimed(scene: &Scene, scale: f64, rng: &mut Rng, count: usize) -> Vec<RayInput> {
+/// Rays at points of the first mesh, from a cube around the camera.
+fn aimed(scene: &Scene, from: f64, scale: f64, rng: &mut Rng, count: usize) -> Vec<RayInput> {
     (0..count)
         .map(|_| {
             let target = point_of(scene, rng);
-            let origin = (scale * rng.in_cube(2.0)).as_vec3();
+            let origin = (scale * from * rng.in_cube(2.0)).as_vec3();
             RayInput::new(origin, (scale * target - origin.as_dvec3()).normalize().as_vec3())
         })
         .collect()
@@ -150,20 +150,25 @@ fn brute_force(lab: &Lab) -> Result<Measured, CheckError> {
     let (positions, triangles) = icosphere(v(0.1, 0.2, -0.5), 1.0, 2);
     closed.mesh(&positions, &triangles, diffuse(0.5));
     let seed = rng.bits();
-    let count = lab.size(1 << 16, 20_000_000);
+    let count = lab.size(1 << 16, 1 << 22);
     let (mut wrong, mut traced) = (0, 0);
-    // A speck at the camera, in the middle of a large scene, and rays from all over that.
-    let mut speck = empty();
-    let (positions, triangles) = icosphere(v(1e-5, 2e-5, -3e-5), 1e-3, 3);
-    speck.mesh(&positions, &triangles, diffuse(0.5));
-    speck.light(v(2.0, 1.0, 3.0), 1.0);
-    for scene in [spheres, closed, speck] {
-        let rays = |scale| aimed(&scene, scale, &mut Rng::new(u64::from(seed)), count);
+    // A speck at the camera, in the middle of a large scene, and rays from all over that; a speck far from the camera,
+    // and rays from beside the camera.
+    let speck = |center: DVec3| {
+        let mut scene = empty();
+        let (positions, triangles) = icosphere(center, 1e-3, 3);
+        scene.mesh(&positions, &triangles, diffuse(0.5));
+        scene.light(v(2.0, 1.0, 3.0), 1.0);
+        scene
+    };
+    let (near, far) = (speck(v(1e-5, 2e-5, -3e-5)), speck(v(2.5, -1.5, -2.0)));
+    for (scene, from) in [(spheres, 1.0), (closed, 1.0), (near, 1.0), (far, 1e-3)] {
+        let rays = |scale| aimed(&scene, from, scale, &mut Rng::new(u64::from(seed)), count);
         let (w, n) = compare(lab, &scene, &rays)?;
         wrong += w;
         traced += n;
     }
-    Ok(Measured::new(wrong as f64, format!("{traced} rays, 3 scenes")))
+    Ok(Measured::new(wrong as f64, format!("{traced} rays, 4 scenes")))
 }
 
 fn axis_aligned(lab: &Lab) -> Result<Measured, CheckError> {
@@ -176,10 +181,9 @@ fn axis_aligned(lab: &Lab) -> Result<Measured, CheckError> {
         let size = v(lattice(4), lattice(4), lattice(4)) + 0.25;
         scene.cuboid(lo, lo + size, diffuse(0.5));
     }
-    let count = lab.size(1 << 17, 100_000_000 / 8);
-    let rays = |scale: f64| {
-        let mut rng = Rng::new(35);
-        (0..count)
+    let rays = |scale: f64, batch: usize| {
+        let mut rng = Rng::new(35 + batch as u64);
+        (0..lab.size(1 << 17, 12_500_000))
             .map(|_| {
                 let axis = rng.below(3);
                 let mut direction = [0f32; 3];
@@ -193,12 +197,16 @@ fn axis_aligned(lab: &Lab) -> Result<Measured, CheckError> {
             })
             .collect()
     };
-    let (wrong, traced) = compare(lab, &scene, &rays)?;
+    let (mut wrong, mut traced) = (0, 0);
+    for batch in 0..lab.size(1, 8) {
+        let (w, n) = compare(lab, &scene, &|scale| rays(scale, batch))?;
+        wrong += w;
+        traced += n;
+    }
     Ok(Measured::new(wrong as f64, format!("{traced} rays, 40 boxes")))
 }
 
-/// x, or for some `which` up to two units in the last place from it: the tree's boxes are one or two larger than what is
-/// in them (`accel::Primitive::bounds`), and about 1e-20 where that is at 0.
+/// x, or for some `which` up to two units in the last place from it, or about 1e-20 where that is at 0.
 fn beside(x: f32, which: usize) -> f32 {
     match which {
         0 if x == 0.0 => -1e-20,
@@ -220,7 +228,7 @@ fn shuffled(lab: &Lab) -> Result<Measured, CheckError> {
         triangles.swap(i, rng.below(i + 1));
     }
     let mut probes = [lab.closest(&scene)?, lab.closest(&other)?];
-    let rays = aimed(&scene, probes[0].scale(), &mut rng, lab.size(1 << 18, 1 << 24));
+    let rays = aimed(&scene, 1.0, probes[0].scale(), &mut rng, lab.size(1 << 18, 1 << 24));
     let [a, b] = &mut probes;
     let wrong = a.run(&rays)?.iter().zip(&b.run(&rays)?).filter(|(a, b)| a.t.to_bits() != b.t.to_bits()).count();
     Ok(Measured::new(wrong as f64, format!("{} rays, 2000 triangles", rays.len())))
@@ -243,7 +251,7 @@ fn worst_depth(lab: &Lab) -> Result<Measured, CheckError> {
     if depth > crate::accel::MAX_DEPTH {
         return Ok(Measured::new(f64::INFINITY, format!("depth {depth}")));
     }
-    let rays = |scale| aimed(&scene, scale, &mut Rng::new(38), lab.size(1 << 15, 1 << 22));
+    let rays = |scale| aimed(&scene, 1.0, scale, &mut Rng::new(38), lab.size(1 << 15, 1 << 22));
     let (wrong, traced) = compare(lab, &scene, &rays)?;
     Ok(Measured::new(wrong as f64, format!("{traced} rays, depth {depth}")))
 }
@@ -297,7 +305,7 @@ fn non_finite_rays(lab: &Lab) -> Result<(f64, f64, String), CheckError> {
     let mut rng = Rng::new(37);
     let scene = soup(&mut rng, 4000);
     let mut probe = lab.closest(&scene)?;
-    let ordinary = aimed(&scene, probe.scale(), &mut rng, 1 << 12);
+    let ordinary = aimed(&scene, 1.0, probe.scale(), &mut rng, 1 << 12);
     let mean = |hits: &[HitRecord]| hits.iter().map(|h| f64::from(h.steps)).sum::<f64>() / hits.len() as f64;
     let usual = mean(&probe.run(&ordinary)?);
     let (mut hits, mut worst) = (0usize, 0.0f64);
