@@ -122,7 +122,7 @@ bool able(Held h, Pocket pocket, Run run) {
 }
 
 // Goes on with paths for as long as most lanes can.
-void advance(uvec2 corner, uint tile, uint samples, inout Held h, inout Pocket pocket, inout Run run,
+void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h, inout Pocket pocket, inout Run run,
              bool walking) {
     uint until_check = 1u;
     while (!out_of_budget()) {
@@ -174,8 +174,8 @@ void advance(uvec2 corner, uint tile, uint samples, inout Held h, inout Pocket p
         h.radiance = begins ? vec3(0.0) : h.radiance;
         h.gives = h.gives && !begins;
         h.dying = !alive && later;
-        path_depart(h.path, arrival, alive, corner + place_in_tile(run.slot % TILE), begins ? run.key : key,
-                    begins ? run.index : h.path.index);
+        path_depart(h.path, arrival, alive, camera, corner + place_in_tile(run.slot % TILE),
+                    begins ? run.key : key, begins ? run.index : h.path.index);
         run.left -= begins ? 1u : 0u;
         run.slot += begins ? TILE : 0u;
         run.index += begins ? 1u : 0u;
@@ -292,6 +292,7 @@ void main() {
     // What is left of the budget must do for reusing the paths and for the film.
     budget = REUSE ? LOOP_BUDGET / 2u : LOOP_BUDGET;
     uvec2 corner = tile_corner(tile / TILE);
+    Camera camera = frame_camera();
 
     Held h = held_nothing();
     Pocket pocket = pocket_empty();
@@ -301,7 +302,7 @@ void main() {
         if (REUSE && connecting) {
             connect_paths(pocket, run, w.entry != 0u);
         } else {
-            advance(corner, tile, samples, h, pocket, run, w.entry != 0u);
+            advance(camera, corner, tile, samples, h, pocket, run, w.entry != 0u);
         }
         if (!out_of_budget() && subgroupAny(w.entry != 0u || pocket_waiting(pocket) != 0u)) {
             walk_pockets(pocket, w, run, h);

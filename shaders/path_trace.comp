@@ -23,7 +23,8 @@ void main() {
     if (first >= end) return;
 
     uint key = pixel_key(pixel_number(at));
-    Path path = path_begin(at, key, first);
+    Camera camera = frame_camera();
+    Path path = path_begin(camera, at, key, first);
     vec3 radiance = vec3(0.0);
     uint bad = 0u;
     uint rays = 0u;
@@ -56,7 +57,7 @@ void main() {
             bad += film_add(film_pixel, radiance) ? 0u : 1u;
             radiance = vec3(0.0);
         }
-        path_depart(path, arrival, alive, at, key, path.index + (alive ? 0u : 1u));
+        path_depart(path, arrival, alive, camera, at, key, path.index + (alive ? 0u : 1u));
     }
     film_store(slot, film_pixel);
     atomicAdd(counters[COUNT_SAMPLES], film_pixel.count - first);

@@ -14,12 +14,23 @@ vec2 filter_offset(vec2 u) {
     return radius * cos_sin_2pi(u.y);
 }
 
+// What the directions of camera rays need of the frame. To be fetched once: lavapipe 22 fetches a push constant in a loop
+// for each lane on its own, thirty instructions for each number.
+struct Camera {
+    vec3 right, up, forward;
+    float column, row;      // distance of two pixels, half the image being 1
+};
+
+Camera frame_camera() {
+    return Camera(camera_right.xyz, camera_up.xyz, camera_forward.xyz, 2.0 / float(width), 2.0 / float(height));
+}
+
 // Unit direction of the camera ray through a point of the pixel at column and row `at`.
-vec3 camera_direction(uvec2 at, vec2 u) {
+vec3 camera_direction(Camera camera, uvec2 at, vec2 u) {
     vec2 p = vec2(at) + 0.5 + filter_offset(u);
-    float x = p.x * (2.0 / float(width)) - 1.0;
-    float y = 1.0 - p.y * (2.0 / float(height));
-    return normalize(camera_forward.xyz + x * camera_right.xyz + y * camera_up.xyz);
+    float x = p.x * camera.column - 1.0;
+    float y = 1.0 - p.y * camera.row;
+    return normalize(camera.forward + x * camera.right + y * camera.up);
 }
 
 #endif

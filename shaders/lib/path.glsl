@@ -42,9 +42,9 @@ const bool LIGHT_AFTER_LAST_HIT = HAS_BACKGROUND || HAS_EMITTER;
 // Whether somebody asks for a path's normal later.
 const bool KEEPS_NORMAL = EMITTER_COUNT > 0u || REUSE;
 
-Path path_begin(uvec2 at, uint key, uint index) {
+Path path_begin(Camera camera, uvec2 at, uint key, uint index) {
     vec2 u = sample_pair(key, index, PAIR_PIXEL, 0u);
-    return Path(vec3(0.0), camera_direction(at, u), -1, vec3(1.0), 0u, index, vec3(0.0), 0.0, false);
+    return Path(vec3(0.0), camera_direction(camera, at, u), -1, vec3(1.0), 0u, index, vec3(0.0), 0.0, false);
 }
 
 // The only light is a point light, held in constants.
@@ -151,10 +151,10 @@ bool path_arrive(Path path, int id, float t, uint key, inout vec3 radiance, out 
 
 // Turns the path into its next ray; or, if it is not alive, into the first ray of sample `index` of the pixel at `at`.
 // One evaluation of the sampler serves both, so that lanes of either kind share the work.
-void path_depart(inout Path path, Arrival a, bool alive, uvec2 at, uint key, uint index) {
+void path_depart(inout Path path, Arrival a, bool alive, Camera camera, uvec2 at, uint key, uint index) {
     uint hit = alive ? a.hits : 0u;
     vec2 u = sample_pair(key, index, hit, hit);
-    vec3 first = camera_direction(at, u);
+    vec3 first = camera_direction(camera, at, u);
     vec3 next = vec3(0.0);
     bool crossed = false;
     float kind = a.surface.kind;

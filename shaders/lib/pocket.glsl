@@ -13,6 +13,8 @@ const uint NOTHING = 0xffffffffu;
 const uint PLACES = 6u;                 // FOR_EACH_PLACE below
 const uint ALL_PLACES = (1u << PLACES) - 1u;
 
+// Places are written under conditions that stay conditions: turned into blends by the compiler, each number would be
+// blended twice, for the condition and for the lanes that are on.
 #define FOR_EACH_PLACE(BODY) BODY(0) BODY(1) BODY(2) BODY(3) BODY(4) BODY(5)
 
 // A path in a lane's hands, with the hit of its ray.
@@ -84,30 +86,27 @@ void pocket_put(inout Pocket p, Held h, ShadowRay shadow, bool waits, bool later
     p.rays |= waits ? place : 0u;
     p.shadows |= later ? place : 0u;
     p.dying |= h.dying ? place : 0u;
-    if (place != 0u) {
-        vec4 origin = vec4(h.path.origin, h.t);
-        vec4 direction = vec4(h.path.direction, intBitsToFloat(h.id));
-        vec4 throughput = vec4(h.path.throughput, intBitsToFloat(h.path.leaving));
-        uint flags = (h.path.second ? SECOND_BIT : 0u) | (h.gives ? GIVES_BIT : 0u);
-        uint bits = h.slot | flags | (h.path.hits << HITS_SHIFT);
-        vec4 radiance = vec4(h.radiance, uintBitsToFloat(bits));
-        vec4 toward = vec4(shadow.direction, shadow.distance);
-        vec4 light = vec4(shadow.radiance, uintBitsToFloat(h.path.index));
-        vec4 normal = vec4(h.path.normal, h.path.pdf);
-#define PUT(n)                                                              \
-    {                                                                       \
-        bvec4 here = bvec4(place == (1u << n));                             \
-        p.origin[n] = mix(p.origin[n], origin, here);                       \
-        p.direction[n] = mix(p.direction[n], direction, here);              \
-        p.throughput[n] = mix(p.throughput[n], throughput, here);           \
-        p.radiance[n] = mix(p.radiance[n], radiance, here);                 \
-        p.toward[n] = mix(p.toward[n], toward, here);                       \
-        p.light[n] = mix(p.light[n], light, here);                          \
-        if (KEEPS_NORMAL) p.normal[n] = mix(p.normal[n], normal, here); \
+    vec4 origin = vec4(h.path.origin, h.t);
+    vec4 direction = vec4(h.path.direction, intBitsToFloat(h.id));
+    vec4 throughput = vec4(h.path.throughput, intBitsToFloat(h.path.leaving));
+    uint flags = (h.path.second ? SECOND_BIT : 0u) | (h.gives ? GIVES_BIT : 0u);
+    uint bits = h.slot | flags | (h.path.hits << HITS_SHIFT);
+    vec4 radiance = vec4(h.radiance, uintBitsToFloat(bits));
+    vec4 toward = vec4(shadow.direction, shadow.distance);
+    vec4 light = vec4(shadow.radiance, uintBitsToFloat(h.path.index));
+    vec4 normal = vec4(h.path.normal, h.path.pdf);
+#define PUT(n)                                      \
+    [[dont_flatten]] if (place == (1u << n)) {      \
+        p.origin[n] = origin;                       \
+        p.direction[n] = direction;                 \
+        p.throughput[n] = throughput;               \
+        p.radiance[n] = radiance;                   \
+        p.toward[n] = toward;                       \
+        p.light[n] = light;                         \
+        if (KEEPS_NORMAL) p.normal[n] = normal;     \
     }
-        FOR_EACH_PLACE(PUT)
+    FOR_EACH_PLACE(PUT)
 #undef PUT
-    }
 }
 
 // Gives a lane without a path one whose rays have been traced, if there is one.
@@ -154,20 +153,17 @@ void pocket_put_segment(inout Pocket p, ShadowRay ray, uint segment, float value
     uint place = later ? lowest_bit(~p.used) : 0u;
     p.used |= place;
     p.shadows |= place;
-    if (place != 0u) {
-        vec4 toward = vec4(ray.direction, ray.distance);
-#define PUT_SEGMENT(n)                                                                     \
-    {                                                                                      \
-        bool here = place == (1u << n);                                                    \
-        p.origin[n].xyz = mix(p.origin[n].xyz, ray.origin, bvec3(here));                   \
-        p.throughput[n].w = here ? intBitsToFloat(ray.leaving) : p.throughput[n].w;        \
-        p.toward[n] = mix(p.toward[n], toward, bvec4(here));                               \
-        p.light[n].x = here ? value : p.light[n].x;                                        \
-        p.light[n].w = here ? uintBitsToFloat(segment) : p.light[n].w;                     \
+    vec4 toward = vec4(ray.direction, ray.distance);
+#define PUT_SEGMENT(n)                                      \
+    [[dont_flatten]] if (place == (1u << n)) {              \
+        p.origin[n].xyz = ray.origin;                       \
+        p.throughput[n].w = intBitsToFloat(ray.leaving);    \
+        p.toward[n] = toward;                               \
+        p.light[n].x = value;                               \
+        p.light[n].w = uintBitsToFloat(segment);            \
     }
-        FOR_EACH_PLACE(PUT_SEGMENT)
+    FOR_EACH_PLACE(PUT_SEGMENT)
 #undef PUT_SEGMENT
-    }
 }
 
 // Takes a segment that has been traced: its number, or NOTHING, and what it is worth.
@@ -223,23 +219,20 @@ void pocket_fetch(Pocket p, inout PocketWalk w) {
 // Notes the result of a walk that is over.
 void pocket_finish(inout Pocket p, inout PocketWalk w) {
     bool over = w.entry != 0u && w.walk.current == FINISHED;
-    if (over) {
-        bool hit = w.walk.id >= 0;
-        uint place = w.entry;
-        p.lit |= w.shadow && !hit ? place : 0u;
-        p.shadows &= ~(w.shadow ? place : 0u);
-        p.rays &= ~(w.shadow ? 0u : place);
-        bool closer = hit && !w.shadow;
-#define FINISH(n)                                                                         \
-    {                                                                                     \
-        bool here = closer && place == (1u << n);                                         \
-        p.origin[n].w = here ? w.walk.t : p.origin[n].w;                                  \
-        p.direction[n].w = here ? intBitsToFloat(w.walk.id) : p.direction[n].w;           \
+    bool hit = w.walk.id >= 0;
+    uint place = over ? w.entry : 0u;
+    p.lit |= w.shadow && !hit ? place : 0u;
+    p.shadows &= ~(w.shadow ? place : 0u);
+    p.rays &= ~(w.shadow ? 0u : place);
+    uint closer = hit && !w.shadow ? place : 0u;
+#define FINISH(n)                                           \
+    [[dont_flatten]] if (closer == (1u << n)) {             \
+        p.origin[n].w = w.walk.t;                           \
+        p.direction[n].w = intBitsToFloat(w.walk.id);       \
     }
-        FOR_EACH_PLACE(FINISH)
+    FOR_EACH_PLACE(FINISH)
 #undef FINISH
-        w.entry = 0u;
-    }
+    w.entry = over ? 0u : w.entry;
 }
 
 #endif
