@@ -13,7 +13,8 @@
 //
 // Pockets are arrays that are only indexed by constants: such an access is a blend of registers, where one by a
 // variable index, or to a buffer, is a scalar access for each lane and component. For the same reason the lanes are
-// counted (a ballot is a loop over them) only once in a few steps.
+// counted (a ballot is a loop over them) only once in a few steps, and loops end at their ends: after a break lavapipe
+// executes the rest of the body once more, for no lane.
 //
 // A workgroup is one subgroup. It owns a tile of 64 pixels, whose samples its lanes draw in runs. The light of each
 // path goes to a slot of its own, and the film is summed in the order of the samples: the image does not depend on how
@@ -41,7 +42,6 @@ uint loops = 0u;
 uint budget;                // of the loops, until the present part of the work must end
 uint region;                // first of the PATHS paths that the workgroup may note
 uint next_run = 0u;
-bool connecting = false;    // the paths have ended, and are being reused
 
 uint rays = 0u;             // of this lane
 uint shadow_rays = 0u;
@@ -61,8 +61,9 @@ struct Run {
 // Runs for the lanes that have none, as long as there are any.
 void draw_runs(uvec2 corner, uint tile, uint samples, inout Run run) {
     uint runs = TILE * ((samples + RUN - 1u) / RUN);
+    if (next_run >= runs || !subgroupAny(run.left == 0u)) return;
     // A run may turn out to be empty: then its lane draws again.
-    while (next_run < runs && subgroupAny(run.left == 0u)) {
+    do {
         bool wanted = run.left == 0u;
         uvec4 ballot = subgroupBallot(wanted);
         uint number = next_run + subgroupBallotExclusiveBitCount(ballot);
@@ -81,7 +82,7 @@ void draw_runs(uvec2 corner, uint tile, uint samples, inout Run run) {
             bool real = at.x < width && at.y < height && tile + p < end_slot;
             run.left = real && run.index < end ? min(RUN, end - run.index) : 0u;
         }
-    }
+    } while (next_run < runs && subgroupAny(run.left == 0u));
 }
 
 // One of the regions that no other workgroup holds. On CPUs there are more of them than workgroups run at one time;
@@ -115,23 +116,25 @@ bool can_connect(Pocket pocket, Run run) {
     return pocket_traced(pocket) != 0u || (run.left > 0u && pocket_room_for_group(pocket));
 }
 
-// Whether a lane has a path to go on with, or may begin one; or the like for segments, when paths are being connected.
-bool able(Held h, Pocket pocket, Run run) {
-    if (REUSE && connecting) return can_connect(pocket, run);
+// Whether a lane has a path to go on with, or may begin one.
+bool can_advance(Held h, Pocket pocket, Run run) {
     return h.slot != NOTHING || pocket_traced(pocket) != 0u || (run.left > 0u && pocket_room(pocket));
 }
 
+// Whether to go on with what these lanes can do: if they are most, or if no lane has a ray for the tree.
+bool enough(bool can, bool waits) {
+    uint count = lanes(can);
+    return count >= ENOUGH_LANES || (count > 0u && !subgroupAny(waits));
+}
+
+// Whether a lane has a ray for the tree.
+bool has_ray(Pocket pocket, PocketWalk w) { return w.entry != 0u || pocket_waiting(pocket) != 0u; }
+
 // Goes on with paths for as long as most lanes can.
 void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h, inout Pocket pocket, inout Run run,
-             bool walking) {
+             PocketWalk w) {
     uint until_check = 1u;
-    while (!out_of_budget()) {
-        if (--until_check == 0u) {
-            until_check = CHECK_PATHS;
-            draw_runs(corner, tile, samples, run);
-            uint count = lanes(able(h, pocket, run));
-            if (count < ENOUGH_LANES && (count == 0u || subgroupAny(walking || pocket_waiting(pocket) != 0u))) break;
-        }
+    do {
         loops += 1u + LIGHT_LOOPS;
 
         // Shade the hits that lanes hold.
@@ -191,26 +194,27 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         pocket_put(pocket, h, shadow, waits, later);
         h.slot = waits || later ? NOTHING : h.slot;
         pocket_take(pocket, h);
-    }
+        if (--until_check == 0u) {
+            until_check = CHECK_PATHS;
+            draw_runs(corner, tile, samples, run);
+            if (!enough(can_advance(h, pocket, run), has_ray(pocket, w))) break;
+        }
+    } while (!out_of_budget());
 }
 
 // Makes the segments between the second hits of paths and the first hits of the other members of their groups, for as
 // long as most lanes can. A lane takes every n-th path, `run.slot` being the next one.
-void connect_paths(inout Pocket pocket, inout Run run, bool walking) {
+void connect_paths(inout Pocket pocket, inout Run run, PocketWalk w) {
     uint until_check = 1u;
-    while (!out_of_budget()) {
-        if (--until_check == 0u) {
-            until_check = CHECK_PATHS;
-            uint count = lanes(can_connect(pocket, run));
-            if (count < ENOUGH_LANES && (count == 0u || subgroupAny(walking || pocket_waiting(pocket) != 0u))) break;
-        }
+    do {
         loops += 1u;
-        for (uint i = 0u; i < MEMBERS - 1u && subgroupAny(pocket_traced(pocket) != 0u); ++i) {
+        uint most = MEMBERS - 1u;
+        do {
             float value;
             uint segment = pocket_take_segment(pocket, value);
             if (segment != NOTHING) note_coupling(region + segment / MEMBERS, segment % MEMBERS, value);
             loops += 1u;
-        }
+        } while (--most > 0u && subgroupAny(pocket_traced(pocket) != 0u));
         bool takes = run.left > 0u && pocket_room_for_group(pocket);
         uint path = takes ? run.slot : 0u;
         vec3 y = path_load(region + path, ROW_SECOND).xyz;
@@ -230,7 +234,11 @@ void connect_paths(inout Pocket pocket, inout Run run, bool walking) {
         }
         run.slot += takes ? gl_SubgroupSize : 0u;
         run.left -= takes ? 1u : 0u;
-    }
+        if (--until_check == 0u) {
+            until_check = CHECK_PATHS;
+            if (!enough(can_connect(pocket, run), has_ray(pocket, w))) break;
+        }
+    } while (!out_of_budget());
 }
 
 void walk_on(inout PocketWalk w) {
@@ -240,22 +248,23 @@ void walk_on(inout PocketWalk w) {
 }
 
 // Walks the tree for as long as most lanes have a ray to walk with, and then a while longer if that is all there is
-// to do.
-void walk_pockets(inout Pocket pocket, inout PocketWalk w, Run run, Held h) {
+// to do; `connecting`: with segments, otherwise with paths.
+void walk_pockets(inout Pocket pocket, inout PocketWalk w, Run run, Held h, bool connecting) {
     uint until_check = CHECK_WALKS;
-    while (!out_of_budget()) {
+    do {
         pocket_fetch(pocket, w);
-        if (--until_check == 0u) {
-            until_check = CHECK_WALKS;
-            uint count = lanes(w.entry != 0u);
-            if (count == 0u || (count < ENOUGH_LANES && lanes(able(h, pocket, run)) >= ENOUGH_LANES)) break;
-        }
         // Two steps from one fetch to the next.
         walk_on(w);
         walk_on(w);
         loops += 1u;
         pocket_finish(pocket, w);
-    }
+        if (--until_check == 0u) {
+            until_check = CHECK_WALKS;
+            bool can = connecting ? can_connect(pocket, run) : can_advance(h, pocket, run);
+            uint count = lanes(has_ray(pocket, w));
+            if (count == 0u || (count < ENOUGH_LANES && lanes(can) >= ENOUGH_LANES)) break;
+        }
+    } while (!out_of_budget());
 }
 
 // Makes what lanes have noted visible to the others.
@@ -298,26 +307,22 @@ void main() {
     Pocket pocket = pocket_empty();
     PocketWalk w = pocket_walk_idle();
     Run run = Run(0u, 0u, 0u, 0u);
-    while (true) {
-        if (REUSE && connecting) {
-            connect_paths(pocket, run, w.entry != 0u);
-        } else {
-            advance(camera, corner, tile, samples, h, pocket, run, w.entry != 0u);
-        }
-        if (!out_of_budget() && subgroupAny(w.entry != 0u || pocket_waiting(pocket) != 0u)) {
-            walk_pockets(pocket, w, run, h);
-        } else if (REUSE && !connecting) {
-            connecting = true;
-            // Paths that the budget did not suffice for are given up.
-            pocket = pocket_empty();
-            w = pocket_walk_idle();
-            run.slot = gl_SubgroupInvocationID;
-            run.left = (paths + gl_SubgroupSize - 1u - run.slot) / gl_SubgroupSize;
-            budget = LOOP_BUDGET;
-            share_notes();
-        } else {
-            break;
-        }
+    do {
+        advance(camera, corner, tile, samples, h, pocket, run, w);
+        walk_pockets(pocket, w, run, h, false);
+    } while (!out_of_budget() && subgroupAny(has_ray(pocket, w) || can_advance(h, pocket, run)));
+    if (REUSE) {
+        // The paths have ended, or the budget did not suffice for them; then they are given up.
+        pocket = pocket_empty();
+        w = pocket_walk_idle();
+        run.slot = gl_SubgroupInvocationID;
+        run.left = (paths + gl_SubgroupSize - 1u - run.slot) / gl_SubgroupSize;
+        budget = LOOP_BUDGET;
+        share_notes();
+        do {
+            connect_paths(pocket, run, w);
+            walk_pockets(pocket, w, run, h, true);
+        } while (!out_of_budget() && subgroupAny(has_ray(pocket, w) || can_connect(pocket, run)));
     }
     uint complete = samples;    // samples of each pixel before the first that is not to be had
     if (REUSE) {
