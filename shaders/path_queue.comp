@@ -11,10 +11,10 @@
 // tree's boxes is put into it, and the lane goes on with another path. When few lanes can go on, all lanes walk the
 // tree with what their pockets hold; then paths go on from the results.
 //
-// Pockets are arrays that are only indexed by constants: such an access is a blend of registers, where one by a
-// variable index, or to a buffer, is a scalar access for each lane and component. For the same reason the lanes are
-// counted (a ballot is a loop over them) only once in a few steps, and loops end at their ends: after a break lavapipe
-// executes the rest of the body once more, for no lane.
+// Pockets are arrays that are only indexed by constants: such an access is a blend or a move of registers, where one
+// by a variable index, or to a buffer, is a scalar access for each lane and component. For the same reason the lanes
+// are counted (a ballot is a loop over them) only once in a few steps, and loops end at their ends: after a break
+// lavapipe executes the rest of the body once more, for no lane.
 //
 // A workgroup is one subgroup. It owns a tile of 64 pixels, whose samples its lanes draw in runs. The light of each
 // path goes to a slot of its own, and the film is summed in the order of the samples: the image does not depend on how
@@ -208,13 +208,13 @@ void connect_paths(inout Pocket pocket, inout Run run, PocketWalk w) {
     uint until_check = 1u;
     do {
         loops += 1u;
-        uint most = MEMBERS - 1u;
+        uint left = MEMBERS - 1u;
         do {
             float value;
             uint segment = pocket_take_segment(pocket, value);
             if (segment != NOTHING) note_coupling(region + segment / MEMBERS, segment % MEMBERS, value);
             loops += 1u;
-        } while (--most > 0u && subgroupAny(pocket_traced(pocket) != 0u));
+        } while (--left > 0u && subgroupAny(pocket_traced(pocket) != 0u));
         bool takes = run.left > 0u && pocket_room_for_group(pocket);
         uint path = takes ? run.slot : 0u;
         vec3 y = path_load(region + path, ROW_SECOND).xyz;

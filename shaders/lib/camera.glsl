@@ -14,8 +14,8 @@ vec2 filter_offset(vec2 u) {
     return radius * cos_sin_2pi(u.y);
 }
 
-// What the directions of camera rays need of the frame. To be fetched once: lavapipe 22 fetches a push constant in a loop
-// for each lane on its own, thirty instructions for each number.
+// What the directions of camera rays need of the frame. To be fetched once: lavapipe 22 fetches a push constant in a
+// loop for each lane on its own, thirty instructions for each number.
 struct Camera {
     vec3 right, up, forward;
     float column, row;      // distance of two pixels, half the image being 1

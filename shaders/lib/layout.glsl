@@ -84,6 +84,7 @@ const uint MUTATE_PROJECTION = 20u;
 const uint MUTATE_INVERSE = 21u;
 const uint MUTATE_REUSE = 22u;
 const uint MUTATE_DOUBT = 23u;
+const uint MUTATE_ALL_MARGINS = 24u;
 
 // ---- bindings
 layout(binding = 0) uniform usamplerBuffer tree_texels;    // 3 texels a record, then 1, see intersect/tree.glsl
@@ -113,7 +114,7 @@ const uint COUNT_STEPS = 4u;       // steps through the tree (with PATH_STATS)
 const uint COUNT_TRUNCATED = 5u;   // loops that nothing in the shader ended, workgroups of several subgroups
 
 layout(push_constant, std430) uniform Push {
-    vec4 camera_right;      // xyz: half the image plane's width at distance 1; w: pixel width in these units
+    vec4 camera_right;      // xyz: half the image plane's width at distance 1
     vec4 camera_up;         // xyz: half its height
     vec4 camera_forward;    // xyz: unit
     vec4 background;        // rgb radiance

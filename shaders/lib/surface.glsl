@@ -52,11 +52,12 @@ Surface surface_of_constant(int id, vec3 p) {
 
 Surface surface_of_record(int record, vec3 o, vec3 d, float t) {
     TreeRecord q = tree_record(record);
+    bool leaf = is_leaf(q);     // not so for lanes without a hit
     vec4 apart = uintBitsToFloat(texelFetch(tree_texels, 3 * int(RECORD_COUNT) + record));
     vec3 v0 = uintBitsToFloat(q.a.xyz);
     vec3 v1 = uintBitsToFloat(q.b.xyz);
     vec3 v2 = uintBitsToFloat(q.c.xyz);
-    vec4 material = texelFetch(shape_texels, int(q.a.w));
+    vec4 material = texelFetch(shape_texels, leaf ? int(q.a.w) : 0);
     vec3 n = apart.xyz;
     vec3 ns = n;
     // From barycentrics: closer to the plane than o + t·d, with pbrt's bound γ(7)(|b0 v0| + |b1 v1| + |b2 v2|).
@@ -71,7 +72,7 @@ Surface surface_of_record(int record, vec3 o, vec3 d, float t) {
     float curvature = 0.0;
     float offset = MUTATION == MUTATE_OFFSET ? 0.0 : gamma7 * dot(abs(p0) + abs(p1) + abs(p2), abs(n));
     if (SMOOTH_NORMALS) {
-        int row = int(q.b.w);
+        int row = leaf ? int(q.b.w) : -1;
         if (row >= 0) {
             vec3 s = b.x * texelFetch(shape_texels, row).xyz + b.y * texelFetch(shape_texels, row + 1).xyz +
                      b.z * texelFetch(shape_texels, row + 2).xyz;

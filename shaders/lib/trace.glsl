@@ -53,7 +53,9 @@ int closest_hit(vec3 o, vec3 d, int leaving, out float t, inout uint loops) {
 
 // Whether a ray that a constant sphere hides or not must be traced through the tree; if not, `hidden` is known.
 bool needs_tree(ShadowRay ray, inout bool hidden) {
-    if (FACET_COUNT > 0u) hidden = hidden || any_facet(ray.origin, ray.direction, ray.distance, ray.leaving);
+    // In all lanes: it counts for the subgroup.
+    bool behind_facet = FACET_COUNT > 0u && any_facet(ray.origin, ray.direction, ray.distance, ray.leaving);
+    hidden = hidden || behind_facet;
 #if WITH_TREE
     return !hidden && meets_tree(ray.origin, ray.direction, ray.distance);
 #else

@@ -45,7 +45,7 @@ impl<'a> Collapse<'a> {
         let mut choices = vec![Choice::default(); tree.nodes.len()];
         plan(tree, 0, &mut choices);
         if tree.order.len() == 1 {
-            // The binary root holds its only leaf twice; see `children`.
+            // The root holds its only leaf twice; `children` returns it once.
             choices[0].records = 2;
         }
         Self { tree, choices }
@@ -60,6 +60,7 @@ impl<'a> Collapse<'a> {
     pub fn children(&self, node: u32) -> Vec<Boxed> {
         let mut children = Vec::with_capacity(WIDTH);
         self.divide(node, WIDTH, &mut children);
+        // The root of a tree of one leaf holds it twice.
         children.dedup();
         children
     }

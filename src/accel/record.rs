@@ -33,9 +33,9 @@ type Record = [Texel; 3];
 /// Subtrees with more records than this are packed by a task of their own.
 const PARALLEL_ABOVE: usize = 4096;
 
-/// How much larger than a primitive its box is, relative to the largest of its coordinates: a ray may hit by rounding what
-/// it passes beside. shaders/lib/intersect/slab.glsl has the reckoning, and what is relative to the ray's origin.
-const BOX_ERROR: f32 = 36.0 / (1 << 24) as f32;
+/// How much larger than a primitive its box is, relative to the largest of its coordinates: a ray may hit by rounding
+/// what it passes beside. shaders/lib/intersect/slab.glsl has the reckoning, and what is relative to the ray's origin.
+const BOX_ERROR: f32 = 40.0 / (1 << 24) as f32;
 
 /// Bits of lower planes that are stored inverted.
 const LO_FLIP: u32 = 0x4040_4040;
@@ -350,6 +350,25 @@ mod tests {
                 .map(|i| triangle([Vec3::splat(1e6), Vec3::splat(1e6 + i as f32 / 8.0), Vec3::X]))
                 .collect::<Vec<_>>(),
         );
+    }
+
+    #[test]
+    fn boxes_are_widened_as_the_shader_reckons() {
+        let shader = include_str!("../../shaders/lib/intersect/slab.glsl");
+        assert!(shader.contains("0.0 : 40.0 / 16777216.0;"));
+        let mut random = crate::accel::random_numbers(5);
+        for i in 0..1000 {
+            let size = 10f32.powi(i % 9 - 6);
+            let p = triangle([(); 3].map(|()| size * (Vec3::new(random(), random(), random()) - 0.5)));
+            let (tight, wide) = (p.extent(), p.bounds());
+            let far = f64::from(tight.lo.abs().max(tight.hi.abs()).max_element());
+            for axis in 0..3 {
+                // One rounding of the 40 may be lost.
+                let least = 39.0 / f64::from(1 << 24) * far;
+                assert!(f64::from(tight.lo[axis]) - f64::from(wide.lo[axis]) >= least, "{p:?}");
+                assert!(f64::from(wide.hi[axis]) - f64::from(tight.hi[axis]) >= least, "{p:?}");
+            }
+        }
     }
 
     #[test]

@@ -28,5 +28,6 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::InfiniteInverse => &["tree/non-finite-steps"],
         Mutation::BlindReuse => &["oracle/reused-paths"],
         Mutation::NoDoubt => &["triangles/quick-facets"],
+        Mutation::NoMargins => &["tree/axis-aligned", "tree/brute-force"],
     }
 }

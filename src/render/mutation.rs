@@ -50,11 +50,13 @@ pub enum Mutation {
     BlindReuse = 22,
     /// The simpler test of facets is believed where rounding may decide.
     NoDoubt = 23,
+    /// Boxes are not widened at all.
+    NoMargins = 24,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 23] = [
+    pub const ALL: [Self; 24] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -78,6 +80,7 @@ impl Mutation {
         Self::InfiniteInverse,
         Self::BlindReuse,
         Self::NoDoubt,
+        Self::NoMargins,
     ];
 
     /// What is broken, in words.
@@ -106,6 +109,7 @@ impl Mutation {
             Self::InfiniteInverse => "reciprocals of directions not kept finite",
             Self::BlindReuse => "light reused without regard to visibility",
             Self::NoDoubt => "facets not tested exactly where rounding may decide",
+            Self::NoMargins => "boxes not widened at all",
         }
     }
 }

@@ -293,7 +293,8 @@ fn build_tree(
     origins: &mut Vec<Origin>,
     settings: &RenderSettings,
 ) -> Option<accel::Tree> {
-    let bounds_of = if settings.mutation == Some(Mutation::ThinBoxes) { Primitive::extent } else { Primitive::bounds };
+    let is_thin = matches!(settings.mutation, Some(Mutation::ThinBoxes | Mutation::NoMargins));
+    let bounds_of = if is_thin { Primitive::extent } else { Primitive::bounds };
     let bounds: Vec<_> = primitives.par_iter().map(bounds_of).collect();
     let tree = accel::build(&bounds)?;
     // Copies have equal boxes, which the builder keeps together, in ascending order.

@@ -57,17 +57,16 @@ Walk walk_begin(float t_max) { return Walk(0, 0u, stack_empty(), t_max, -1); }
 bool nearer(Walk w, int record, float t) { return t < w.t || TREE_ID + record < w.id; }
 
 #if WITH_BRUTE_FORCE
-// Whether the ray passes anywhere near the triangle of a leaf. Edge functions of a triangle 1e-6 times the size of its
-// distance may be nothing but rounding errors: of 1e9 such tests, some report a hit where the ray passes at a distance.
-// In a tree the box of a leaf forbids that.
-bool passes_near(TreeRay r, TreeRecord q, float t_max) {
+// Whether the ray passes anywhere near the triangle of a leaf: near a sphere around it. Edge functions of a triangle 1e-6
+// times the size of its distance may be nothing but rounding errors: of 1e9 such tests, some report a hit where the ray
+// passes at a distance. In a tree the boxes forbid that; this shares nothing with them.
+bool passes_near(TreeRay r, TreeRecord q) {
     if (TREE_SPHERES && int(q.b.w) == -2) return true;
-    vec3 v0 = uintBitsToFloat(q.a.xyz);
-    vec3 v1 = uintBitsToFloat(q.b.xyz);
-    vec3 v2 = uintBitsToFloat(q.c.xyz);
-    vec3 far = max(max(abs(v0), abs(v1)), max(abs(v2), abs(r.origin)));
-    float margin = 1e-4 * max(max(far.x, far.y), far.z);
-    return meets_box(r.origin, r.inverse, min(min(v0, v1), v2), max(max(v0, v1), v2), margin, t_max);
+    vec3 v0 = uintBitsToFloat(q.a.xyz) - r.origin;
+    vec3 v1 = uintBitsToFloat(q.b.xyz) - r.origin;
+    vec3 v2 = uintBitsToFloat(q.c.xyz) - r.origin;
+    float radius = max(length(v1 - v0), length(v2 - v0));
+    return length(cross(v0, r.direction)) <= (radius + 1e-4 * length(v0)) * length(r.direction);
 }
 
 // Tests the record at `w.current`, if there still is one and it is a leaf, and goes on to the next.
@@ -76,8 +75,7 @@ void brute_force_record(inout Walk w, TreeRay r, int leaving, bool any_hit) {
     int record = w.current;
     TreeRecord q = tree_record(record);
     float t;
-    bool hit = is_leaf(q) && leaf_test(r, record, q, w.t, leaving, t) && nearer(w, record, t)
-               && passes_near(r, q, w.t);
+    bool hit = is_leaf(q) && leaf_test(r, record, q, w.t, leaving, t) && nearer(w, record, t) && passes_near(r, q);
     w.t = hit ? t : w.t;
     w.id = hit ? TREE_ID + record : w.id;
     w.current += 1;

@@ -5,12 +5,12 @@
 
 #include "slab.glsl"
 
-#define TREE_BOX_CONSTANTS(n, base)                                  \
-    layout(constant_id = base) const float TREE_BOX_##n##_LX = 0.0;  \
-    layout(constant_id = base + 1) const float TREE_BOX_##n##_LY = 0.0; \
-    layout(constant_id = base + 2) const float TREE_BOX_##n##_LZ = 0.0; \
-    layout(constant_id = base + 3) const float TREE_BOX_##n##_HX = 0.0; \
-    layout(constant_id = base + 4) const float TREE_BOX_##n##_HY = 0.0; \
+#define TREE_BOX_CONSTANTS(n, base)                                      \
+    layout(constant_id = base) const float TREE_BOX_##n##_LX = 0.0;      \
+    layout(constant_id = base + 1) const float TREE_BOX_##n##_LY = 0.0;  \
+    layout(constant_id = base + 2) const float TREE_BOX_##n##_LZ = 0.0;  \
+    layout(constant_id = base + 3) const float TREE_BOX_##n##_HX = 0.0;  \
+    layout(constant_id = base + 4) const float TREE_BOX_##n##_HY = 0.0;  \
     layout(constant_id = base + 5) const float TREE_BOX_##n##_HZ = 0.0;
 
 TREE_BOX_CONSTANTS(0, 32)
