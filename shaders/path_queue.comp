@@ -241,12 +241,6 @@ void connect_paths(inout Pocket pocket, inout Run run, PocketWalk w) {
     } while (!out_of_budget());
 }
 
-void walk_on(inout PocketWalk w) {
-    if (w.walk.current == FINISHED) return;
-    walk_step(w.walk, w.ray, w.leaving, w.shadow);
-    if (PATH_STATS) steps += 1u;
-}
-
 // Walks the tree for as long as most lanes have a ray to walk with, and then a while longer if that is all there is
 // to do; `connecting`: with segments, otherwise with paths.
 void walk_pockets(inout Pocket pocket, inout PocketWalk w, Run run, Held h, bool connecting) {
@@ -254,8 +248,8 @@ void walk_pockets(inout Pocket pocket, inout PocketWalk w, Run run, Held h, bool
     do {
         pocket_fetch(pocket, w);
         // Two steps from one fetch to the next.
-        walk_on(w);
-        walk_on(w);
+        walk_on(w.walk, w.ray, w.leaving, w.shadow, steps);
+        walk_on(w.walk, w.ray, w.leaving, w.shadow, steps);
         loops += 1u;
         pocket_finish(pocket, w);
         if (--until_check == 0u) {

@@ -18,20 +18,13 @@ const uint RUN = 512u;      // rays of a workgroup; check/probe/traversal.rs has
 // Not a constant: the path tracer's loop has rays of both kinds.
 bool any_hit = max_new_samples != 0u;
 
-uint steps = 0u;
-
-void walk_on(inout Walk walk, TreeRay ray, int leaving) {
-    if (walk.current == FINISHED) return;
-    walk_step(walk, ray, leaving, any_hit);
-    if (PATH_STATS) steps += 1u;
-}
-
 void main() {
     uint first = gl_WorkGroupID.x * RUN;
     uint total = min(RUN, end_slot - first);
     uint next = gl_SubgroupSize;
     uint mine = gl_SubgroupInvocationID;
     uint loops = 0u;
+    uint steps = 0u;
     bool busy = false;
     bool fetch = true;
     int leaving = -1;
@@ -54,8 +47,8 @@ void main() {
         if (!subgroupAny(busy)) break;
         uint enough = next < total ? ENOUGH_LANES : 1u;
         do {
-            walk_on(walk, ray, leaving);
-            walk_on(walk, ray, leaving);
+            walk_on(walk, ray, leaving, any_hit, steps);
+            walk_on(walk, ray, leaving, any_hit, steps);
             loops += 1u;
         } while (subgroupBallotBitCount(subgroupBallot(walk.current != FINISHED)) >= enough &&
                  (LOOP_BUDGET == 0u || loops + doubtful_loops < LOOP_BUDGET));

@@ -57,9 +57,9 @@ Walk walk_begin(float t_max) { return Walk(0, 0u, stack_empty(), t_max, -1); }
 bool nearer(Walk w, int record, float t) { return t < w.t || TREE_ID + record < w.id; }
 
 #if WITH_BRUTE_FORCE
-// Whether the ray passes anywhere near the triangle of a leaf: near a sphere around it. Edge functions of a triangle 1e-6
-// times the size of its distance may be nothing but rounding errors: of 1e9 such tests, some report a hit where the ray
-// passes at a distance. In a tree the boxes forbid that; this shares nothing with them.
+// Whether the ray passes anywhere near the triangle of a leaf: near a sphere around it. Edge functions of a triangle
+// 1e-6 times the size of its distance may be nothing but rounding errors: of 1e9 such tests, some report a hit where the
+// ray passes at a distance. In a tree the boxes forbid that; this shares nothing with them.
 bool passes_near(TreeRay r, TreeRecord q) {
     if (TREE_SPHERES && int(q.b.w) == -2) return true;
     vec3 v0 = uintBitsToFloat(q.a.xyz) - r.origin;
@@ -124,6 +124,13 @@ void walk_step(inout Walk w, TreeRay r, int leaving, bool any_hit) {
     bool over = stop || !is_left(w.group);
     int next = take_member(w.group);
     w.current = over ? FINISHED : next;
+}
+
+// One step of a walk that is not over; with PATH_STATS it is counted.
+void walk_on(inout Walk w, TreeRay r, int leaving, bool any_hit, inout uint steps) {
+    if (w.current == FINISHED) return;
+    walk_step(w, r, leaving, any_hit);
+    if (PATH_STATS) steps += 1u;
 }
 
 #endif
