@@ -76,11 +76,11 @@ void draw_runs(uvec2 corner, uint tile, uint samples, inout Run run) {
             uint done = film_count(tile + p);
             run.slot = p + first * TILE;
             run.key = pixel_key(pixel_number(at));
-            run.index = done + first;
+            run.index = index_of_member(done + first, member_of_group(p));
             // A pixel that is ahead of the others just ends sooner.
             uint end = min(target_samples, done + samples);
             bool real = at.x < width && at.y < height && tile + p < end_slot;
-            run.left = real && run.index < end ? min(RUN, end - run.index) : 0u;
+            run.left = real && done + first < end ? min(RUN, end - done - first) : 0u;
         }
     } while (next_run < runs && subgroupAny(run.left == 0u));
 }
@@ -113,7 +113,7 @@ void release_region(uint r) {
 
 // Whether a lane has segments to make, or results of others to note.
 bool can_connect(Pocket pocket, Run run) {
-    return pocket_traced(pocket) != 0u || (run.left > 0u && pocket_room_for_group(pocket));
+    return pocket_traced(pocket) != 0u || (run.left > 0u && pocket_room(pocket));
 }
 
 // Whether a lane has a path to go on with, or may begin one.
@@ -141,8 +141,7 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         bool held = h.slot != NOTHING;
         bool shades = held && !h.dying;
         uint p = held ? h.slot % TILE : 0u;
-        uvec2 at = corner + place_in_tile(p);
-        uint key = pixel_key(pixel_number(at));
+        uint key = pixel_key(pixel_number(corner + place_in_tile(first_of_group(p))));
         Arrival arrival;
         ShadowRay shadow;
         vec3 radiance = h.radiance;
@@ -202,36 +201,33 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
     } while (!out_of_budget());
 }
 
-// Makes the segments between the second hits of paths and the first hits of the other members of their groups, for as
-// long as most lanes can. A lane takes every n-th path, `run.slot` being the next one.
+// The segments from the second hits of paths to the first hits of the other members of their groups, in the order of
+// the samples: those of 64 paths to one member after another.
+const uint SEGMENTS = TILE * (MEMBERS - 1u);    // of a sample
+
+// Makes segments for as long as most lanes can. A lane takes every n-th, `run.slot` being the next one.
 void connect_paths(inout Pocket pocket, inout Run run, PocketWalk w) {
     uint until_check = 1u;
     do {
         loops += 1u;
-        uint left = MEMBERS - 1u;
-        do {
-            float value;
-            uint segment = pocket_take_segment(pocket, value);
-            if (segment != NOTHING) note_coupling(region + segment / MEMBERS, segment % MEMBERS, value);
-            loops += 1u;
-        } while (--left > 0u && subgroupAny(pocket_traced(pocket) != 0u));
-        bool takes = run.left > 0u && pocket_room_for_group(pocket);
-        uint path = takes ? run.slot : 0u;
+        float value;
+        uint traced = pocket_take_segment(pocket, value);
+        if (traced != NOTHING) note_coupling(region + traced / MEMBERS, traced % MEMBERS, value);
+        bool takes = run.left > 0u && pocket_room(pocket);
+        uint segment = takes ? run.slot : 0u;
+        uint path = segment / SEGMENTS * TILE + segment % TILE;
+        uint member = 1u + segment / TILE % (MEMBERS - 1u);
         vec3 y = path_load(region + path, ROW_SECOND).xyz;
         vec3 normal = path_load(region + path, ROW_SECOND_NORMAL).xyz;
+        ShadowRay ray = connect(y, normal, region + group_member(path, member), value);
         bool gives = takes && normal != vec3(0.0);
-        for (uint member = 1u; member < MEMBERS; ++member) {
-            float value;
-            ShadowRay ray = connect(y, normal, region + group_member(path, member), value);
-            bool wanted = gives && ray.wanted;
-            shadow_rays += wanted ? 1u : 0u;
-            bool hidden;
-            bool later = segment_needs_tree(ray, hidden) && wanted;
-            if (MUTATION == MUTATE_REUSE) hidden = later = false;
-            if (gives && !later) note_coupling(region + path, member, wanted && !hidden ? value : 0.0);
-            pocket_put_segment(pocket, ray, MEMBERS * path + member, value, later);
-            loops += 1u;
-        }
+        bool wanted = gives && ray.wanted;
+        shadow_rays += wanted ? 1u : 0u;
+        bool hidden;
+        bool later = segment_needs_tree(ray, hidden) && wanted;
+        if (MUTATION == MUTATE_REUSE) hidden = later = false;
+        if (gives && !later) note_coupling(region + path, member, wanted && !hidden ? value : 0.0);
+        pocket_put_segment(pocket, ray, MEMBERS * path + member, value, later);
         run.slot += takes ? gl_SubgroupSize : 0u;
         run.left -= takes ? 1u : 0u;
         if (--until_check == 0u) {
@@ -310,7 +306,7 @@ void main() {
         pocket = pocket_empty();
         w = pocket_walk_idle();
         run.slot = gl_SubgroupInvocationID;
-        run.left = (paths + gl_SubgroupSize - 1u - run.slot) / gl_SubgroupSize;
+        run.left = (samples * SEGMENTS + gl_SubgroupSize - 1u - run.slot) / gl_SubgroupSize;
         budget = LOOP_BUDGET;
         share_notes();
         do {
@@ -320,9 +316,9 @@ void main() {
     }
     uint complete = samples;    // samples of each pixel before the first that is not to be had
     if (REUSE) {
-        // Segments come in the order of the samples. Those of samples that the budget did not suffice for are missing.
-        uint missing = min(pocket_first_segment(pocket) / MEMBERS, run.left > 0u ? run.slot : NOTHING);
-        complete = min(samples, subgroupMin(missing) / TILE);
+        // Segments that the budget did not suffice for are missing.
+        uint missing = min(pocket_first_segment(pocket) / (MEMBERS * TILE), run.left > 0u ? run.slot / SEGMENTS : NOTHING);
+        complete = min(samples, subgroupMin(missing));
     }
     share_notes();
 

@@ -47,7 +47,7 @@ const bool BRUTE_FORCE = false;
 layout(constant_id = 16) const bool MOLLER_TRUMBORE = false;
 layout(constant_id = 17) const bool SMOOTH_NORMALS = false;
 layout(constant_id = 18) const uint LIGHT_COUNT = 0u;      // lights: points and emitters
-layout(constant_id = 19) const uint SOBOL_LEVELS = 1u;     // table levels: samples < 2^10, 2^20, 2^30
+layout(constant_id = 19) const uint SOBOL_LEVELS = 1u;     // table levels: samples <= 2^10, 2^20, 2^29
 layout(constant_id = 20) const uint LOOP_BUDGET = 0u;      // loop iterations of an invocation; 0: no bound
 layout(constant_id = 21) const uint TREE_BOX_COUNT = 0u;   // boxes that a ray must meet to enter the tree
 layout(constant_id = 22) const uint RECORD_COUNT = 1u;     // of the tree
@@ -103,7 +103,7 @@ layout(std430, binding = 6) coherent buffer Paths { vec4 path_rows[]; };    // P
 layout(std430, binding = 6) coherent buffer PathNumbers { float path_numbers[]; };
 layout(rgba32f, binding = 8) coherent uniform imageBuffer path_texels;
 layout(std430, binding = 7) coherent buffer QueuePool { uint pool[]; };
-const uint PATH_ROWS = 8u;
+const uint PATH_ROWS = 9u;
 
 // Indices into `counters`.
 const uint COUNT_SAMPLES = 0u;     // samples committed by this dispatch

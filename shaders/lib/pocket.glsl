@@ -77,7 +77,6 @@ uint lowest_bit(uint set) { return set & (~set + 1u); }
 uint pocket_waiting(Pocket p) { return p.rays | p.shadows; }
 uint pocket_traced(Pocket p) { return p.used & ~(p.rays | p.shadows); }
 bool pocket_room(Pocket p) { return p.used != ALL_PLACES; }
-bool pocket_room_for_group(Pocket p) { return bitCount(p.used) <= int(PLACES - (MEMBERS - 1u)); }
 
 // Puts a path away until its ray (`waits`) and its shadow ray (`later`) have been traced. There must be room.
 void pocket_put(inout Pocket p, Held h, ShadowRay shadow, bool waits, bool later) {
@@ -147,8 +146,8 @@ void pocket_take(inout Pocket p, inout Held h) {
     }
 }
 
-// Puts away a segment between a first hit and a second hit: `segment` is its number, MEMBERS·path + member, `value` what it is worth if
-// nothing is in between.
+// Puts away a segment between a first hit and a second hit: `segment` is its number, MEMBERS·path + member, `value`
+// what it is worth if nothing is in between.
 void pocket_put_segment(inout Pocket p, ShadowRay ray, uint segment, float value, bool later) {
     uint place = later ? lowest_bit(~p.used) : 0u;
     p.used |= place;

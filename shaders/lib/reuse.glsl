@@ -1,9 +1,9 @@
 // Reuse of paths (Bekaert, Sbert and Halton, "Accelerating Path Tracing by Re-Using Paths", EGWR 2002).
 //
-// Four pixels are a group. Each has a path whose first hit x is diffuse, in general, and the second hit y too. Then the
-// light that leaves y goes to all four first hits, and each pixel gets four estimates of its indirect light for the cost
-// of one path and three visibility tests. With a(x, y) = cos(x→y) cos(y→x)/|x − y|² · V(x, y), the density with which x
-// would have sampled y is a/π per area, and the balance heuristic (Veach 1997) over the four gives pixel i
+// Eight pixels are a group. Each has a path whose first hit x is diffuse, in general, and the second hit y too. Then the
+// light that leaves y goes to all eight first hits, and each pixel gets eight estimates of its indirect light for the
+// cost of one path and seven visibility tests. With a(x, y) = cos(x→y) cos(y→x)/|x − y|² · V(x, y), the density with which x
+// would have sampled y is a/π per area, and the balance heuristic (Veach 1997) over the eight gives pixel i
 //
 //     β_i Σ_j L_j a(x_i, y_j) / Σ_k a(x_k, y_j),
 //
@@ -28,8 +28,8 @@ const uint ROW_FIRST_NORMAL = 2u;   // shading normal; β.r
 const uint ROW_SECOND = 3u;     // y; β.g
 const uint ROW_SECOND_NORMAL = 4u;  // geometric normal; β.b
 const uint ROW_OWN = 5u;        // light from x itself
-const uint ROW_COUPLINGS = 6u;  // a(x, y) of the group's members, the path itself first
-const uint ROW_FIRST_UP = 7u;   // with SMOOTH_NORMALS: geometric normal of x
+const uint ROW_COUPLINGS = 6u;  // two rows: a(x, y) of the group's members, the path itself first
+const uint ROW_FIRST_UP = 8u;   // with SMOOTH_NORMALS: geometric normal of x
 
 const float PATH_UNWANTED = -1.0;   // its pixel is to get no such sample
 const float PATH_OPEN = 0.0;    // it has not ended
@@ -57,8 +57,12 @@ void path_clear(uint path, bool wanted) {
 
 // Notes a(x, y) of a path's y and of the x of a member of its group.
 void note_coupling(uint path, uint member, float value) {
-    path_numbers[4 * path_texel(path, ROW_COUPLINGS) + int(member)] = value;
+    path_numbers[4 * path_texel(path, ROW_COUPLINGS + member / 4u) + int(member % 4u)] = value;
 }
+
+// Which member of its group a pixel of a tile is, and the first one, whose scramble all use from their first hits on.
+uint member_of_group(uint p) { return REUSE ? p >> PATCH_BITS : 0u; }
+uint first_of_group(uint p) { return REUSE ? p & ((1u << PATCH_BITS) - 1u) : p; }
 
 // Number `member` of a group seen from another: 0 is the path itself.
 uint group_member(uint path, uint member) { return path ^ (member << PATCH_BITS); }
@@ -117,8 +121,12 @@ vec4 shared_light(uint path) {
         uint from = group_member(path, member);
         vec4 light = path_load(from, ROW_LIGHT);
         vec4 a = path_load(from, ROW_COUPLINGS);
-        float mine = member < 2u ? (member == 0u ? a.x : a.y) : (member == 2u ? a.z : a.w);
-        float all = (a.x + a.y) + (a.z + a.w);
+        vec4 b = path_load(from, ROW_COUPLINGS + 1u);
+        vec4 four = member < 4u ? a : b;
+        vec2 two = (member & 2u) == 0u ? four.xy : four.zw;
+        float mine = (member & 1u) == 0u ? two.x : two.y;
+        vec4 sums = a + b;
+        float all = (sums.x + sums.y) + (sums.z + sums.w);
         complete = complete && light.w != PATH_OPEN;
         if (member == 0u && light.w != PATH_GIVES) own = light.xyz;
         if (light.w == PATH_GIVES && mine > 0.0) sum += light.xyz * (mine / all);

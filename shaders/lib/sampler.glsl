@@ -5,6 +5,10 @@
 // scramble. The table holds Sobol points bit-reversed, as the hash wants them: row k of level l is the point of
 // index k·2^(10l), 32 pairs in 16 texels; a point of any index is the XOR of one row of each level, because the
 // sequence is linear over GF(2). Hits beyond SOBOL_HITS draw independent numbers.
+//
+// Pixels that share their paths (reuse.glsl) share a scramble too. Each of them then uses points of its own, and as
+// those of one pixel are well spread, so are those of all together (src/render/sobol.rs). The three highest bits of
+// a sample's index tell which of them it is.
 
 #ifndef SAMPLER_GLSL
 #define SAMPLER_GLSL
@@ -12,6 +16,7 @@
 #include "layout.glsl"
 
 const uint SOBOL_HITS = 10u;
+const uint MEMBER_SHIFT = 29u;
 const uint PAIR_PIXEL = 0u;
 uint pair_direction(uint hit) { return hit; }                      // also the choice between reflection and refraction
 uint pair_light(uint hit) { return SOBOL_HITS - 1u + 2u * hit; }   // a point on an emitter
@@ -43,11 +48,19 @@ uint owen_reversed(uint x, uint key) {
     return x;
 }
 
+// Marks the index of a sample as one of a member of a group; that of member 0 stays as it is.
+uint index_of_member(uint index, uint member) { return index | member << MEMBER_SHIFT; }
+
+// The table: levels from the highest down, the lowest once for each member.
 uvec2 sobol_reversed(uint index, uint pair) {
     int column = int(pair >> 1);
-    uvec4 row = texelFetch(sobol_texels, int(index & 1023u) * 16 + column);
-    if (SOBOL_LEVELS > 1u) row ^= texelFetch(sobol_texels, (1024 + int((index >> 10) & 1023u)) * 16 + column);
-    if (SOBOL_LEVELS > 2u) row ^= texelFetch(sobol_texels, (2048 + int((index >> 20) & 1023u)) * 16 + column);
+    uint block = SOBOL_LEVELS - 1u + (index >> MEMBER_SHIFT);
+    uvec4 row = texelFetch(sobol_texels, int((block << 10) + (index & 1023u)) * 16 + column);
+    if (SOBOL_LEVELS > 1u) {
+        block = SOBOL_LEVELS - 2u;
+        row ^= texelFetch(sobol_texels, int((block << 10) + ((index >> 10) & 1023u)) * 16 + column);
+    }
+    if (SOBOL_LEVELS > 2u) row ^= texelFetch(sobol_texels, int((index >> 20) & 1023u) * 16 + column);
     return (pair & 1u) == 0u ? row.xy : row.zw;
 }
 

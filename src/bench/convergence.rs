@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 use crate::image::metrics::{self, CompareOptions};
 use crate::image::{Image, ImageError};
-use crate::render::{Adaptive, Film, RenderError, RenderSettings, RenderStatistics, Renderer};
+use crate::render::{Adaptive, Film, MAX_SAMPLES, RenderError, RenderSettings, RenderStatistics, Renderer};
 use crate::scene::Scene;
 use crate::{Context, ContextOptions};
 
@@ -132,7 +132,7 @@ impl<'a> Contender<'a> {
 /// Settings with so many samples per pixel, in the mean.
 fn with_samples(settings: &RenderSettings, samples: u32) -> RenderSettings {
     let adaptive = settings.adaptive.map(|a| Adaptive { mean_samples: Some(samples), ..a });
-    let most = if adaptive.is_some() { samples.saturating_mul(MOST_OVER_MEAN).min(1 << 30) } else { samples };
+    let most = if adaptive.is_some() { samples.saturating_mul(MOST_OVER_MEAN).min(MAX_SAMPLES) } else { samples };
     RenderSettings { samples: most, adaptive, ..settings.clone() }
 }
 

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use anyhow::Context as _;
 use clap::{Args, ValueEnum};
-use photolith::render::{Accel, Reuse, Sampler, Scheduler, TriangleTest};
+use photolith::render::{Accel, MAX_SAMPLES, Reuse, Sampler, Scheduler, TriangleTest};
 use photolith::scene::Scene;
 use photolith::{Context, ContextOptions, RenderSettings, Validation};
 
@@ -50,7 +50,7 @@ pub struct SceneOptions {
     pub size: Option<Size>,
 
     /// Samples per pixel instead of the scene's; with --noise, the most that a pixel gets [default: 16384]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 30))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
     pub samples: Option<u32>,
 
     /// Surface hits of a path instead of the scene's (1: direct light only)
@@ -77,7 +77,7 @@ pub struct SceneOptions {
     #[arg(long, value_enum, default_value_t = SchedulerArg::Auto)]
     pub scheduler: SchedulerArg,
 
-    /// Whether paths serve several pixels: half the noise, part of it shared by groups of four pixels
+    /// Whether paths serve several pixels: half the noise, part of it shared by groups of eight pixels
     #[arg(long, value_enum, default_value_t = ReuseArg::Auto)]
     pub reuse: ReuseArg,
 

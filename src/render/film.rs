@@ -60,35 +60,50 @@ impl Film {
     }
 }
 
-/// Pixels on a side of the blocks into which an image is cut; 16 tiles of 64 slots share a block, see
+/// Columns and rows of the blocks of pixels into which an image is cut; 32 tiles of 64 slots share a block, see
 /// shaders/lib/pixel_order.glsl.
-const BLOCK_SIDE: u32 = 32;
+const BLOCK: [u32; 2] = [32, 64];
+/// Columns and rows of a patch of pixels. A tile is eight of them, …
+const PATCH: [u32; 2] = [4, 2];
+/// … so many pixels apart.
+const SPACING: u32 = 16;
+const TILES_OF_BLOCK: u32 = 32;
 
 /// Slots of an image: its pixels in blocks, padded.
 pub(crate) fn slot_count(width: u32, height: u32) -> u64 {
-    let blocks = |side: u32| u64::from(side.div_ceil(BLOCK_SIDE));
-    u64::from(BLOCK_SIDE * BLOCK_SIDE) * blocks(width) * blocks(height)
+    let blocks = u64::from(width.div_ceil(BLOCK[0])) * u64::from(height.div_ceil(BLOCK[1]));
+    u64::from(BLOCK[0] * BLOCK[1]) * blocks
+}
+
+/// The tile whose first patch is in a column and row of patches, or another one of its patches.
+fn tile_of_patch(column: u32, row: u32, width: u32) -> u32 {
+    let [columns, rows] = [0, 1].map(|i| BLOCK[i] / PATCH[i]);
+    let [columns_of_tiles, rows_of_tiles] = PATCH.map(|side| SPACING / side);
+    let block = row / rows * width.div_ceil(BLOCK[0]) + column / columns;
+    TILES_OF_BLOCK * block + row % rows_of_tiles * columns_of_tiles + column % columns_of_tiles
 }
 
 /// The upper left pixel of a tile, which may lie outside the image.
 fn tile_corner(tile: u32, width: u32) -> [u32; 2] {
-    let blocks_x = width.div_ceil(BLOCK_SIDE);
-    let (block, within) = (tile / 16, tile % 16);
-    [BLOCK_SIDE * (block % blocks_x) + 4 * (within % 4), BLOCK_SIDE * (block / blocks_x) + 4 * (within / 4)]
+    let blocks_x = width.div_ceil(BLOCK[0]);
+    let (block, within) = (tile / TILES_OF_BLOCK, tile % TILES_OF_BLOCK);
+    let [column, row] = [within % (SPACING / PATCH[0]), within / (SPACING / PATCH[0])];
+    [BLOCK[0] * (block % blocks_x) + PATCH[0] * column, BLOCK[1] * (block / blocks_x) + PATCH[1] * row]
 }
 
 /// The tiles of which a patch touches one of the tile's own patches, itself included, in increasing order.
 pub(crate) fn tiles_around(tile: u32, width: u32, height: u32) -> Vec<usize> {
-    let blocks_x = width.div_ceil(BLOCK_SIDE);
-    // In patches of 4×4 pixels, of which a block has 8 in a row.
-    let (columns, rows) = (8 * blocks_x, 8 * height.div_ceil(BLOCK_SIDE));
-    let [x, y] = tile_corner(tile, width).map(|c| c / 4);
-    let near = |at: u32, size: u32| at.saturating_sub(1)..=(at + 1).min(size - 1);
+    let size = [width.div_ceil(BLOCK[0]) * BLOCK[0] / PATCH[0], height.div_ceil(BLOCK[1]) * BLOCK[1] / PATCH[1]];
+    let corner = tile_corner(tile, width);
+    let near = |axis: usize, pixel: u32| {
+        let at = (corner[axis] + pixel) / PATCH[axis];
+        at.saturating_sub(1)..=(at + 1).min(size[axis] - 1)
+    };
     let mut found = Vec::new();
-    for (x, y) in [(x, y), (x + 4, y), (x, y + 4), (x + 4, y + 4)] {
-        for y in near(y, rows) {
-            for x in near(x, columns) {
-                found.push((16 * (y / 8 * blocks_x + x / 8) + y % 4 * 4 + x % 4) as usize);
+    for across in (0..BLOCK[0]).step_by(SPACING as usize) {
+        for down in (0..BLOCK[1]).step_by(SPACING as usize) {
+            for row in near(1, down) {
+                found.extend(near(0, across).map(|column| tile_of_patch(column, row, width) as usize));
             }
         }
     }
@@ -99,13 +114,14 @@ pub(crate) fn tiles_around(tile: u32, width: u32, height: u32) -> Vec<usize> {
 
 /// Pixels of whole tiles from slot `first` to slot `end`, which is not one of them.
 pub(crate) fn pixels_in(first: u32, end: u32, width: u32, height: u32) -> u64 {
-    // Of the two columns of patches, 16 pixels apart and 4 wide.
-    let inside = |size: u32, corner: u32| {
-        [0, 16].map(|patch| u64::from(size.saturating_sub(corner + patch).min(4))).iter().sum::<u64>()
+    // Of the patches in a row or in a column.
+    let inside = |size: u32, corner: u32, axis: usize| -> u32 {
+        let patches = (corner..corner + BLOCK[axis]).step_by(SPACING as usize);
+        patches.map(|patch| size.saturating_sub(patch).min(PATCH[axis])).sum()
     };
     let pixels = |tile: u32| {
         let [x, y] = tile_corner(tile, width);
-        inside(width, x) * inside(height, y)
+        u64::from(inside(width, x, 0) * inside(height, y, 1))
     };
     (first / 64..end / 64).map(pixels).sum()
 }
@@ -113,9 +129,9 @@ pub(crate) fn pixels_in(first: u32, end: u32, width: u32, height: u32) -> u64 {
 /// The pixel of a slot, row by row from the top left; `None` for padding.
 pub(crate) fn pixel_of_slot(slot: u32, width: u32, height: u32) -> Option<usize> {
     let [x, y] = tile_corner(slot / 64, width);
-    let within = slot % 64;
-    let x = x + within % 4 + (within & 16);
-    let y = y + within / 4 % 4 + ((within / 2) & 16);
+    let (within, patch) = (slot % 8, slot / 8 % 8);
+    let x = x + within % PATCH[0] + SPACING * (patch % 2);
+    let y = y + within / PATCH[0] + SPACING * (patch / 2);
     (x < width && y < height).then(|| y as usize * width as usize + x as usize)
 }
 

@@ -129,7 +129,7 @@ pub(crate) mod queue {
     /// Paths of a workgroup in one dispatch.
     pub const PATHS: u32 = 2048;
     /// Texels of a path's notes.
-    pub const PATH_ROWS: u32 = 8;
+    pub const PATH_ROWS: u32 = 9;
 }
 
 impl FilmSlot {

@@ -35,6 +35,7 @@ pub use film::Film;
 pub use mutation::Mutation;
 pub use renderer::Renderer;
 pub use settings::{Accel, Adaptive, RenderSettings, Reuse, Sampler, Scheduler, TriangleTest};
+pub use sobol::MAX_SAMPLES;
 pub use statistics::{AdaptiveStatistics, Progress, RenderStatistics};
 
 /// Builds the tree of a scene and measures it; `None` if the scene needs none under these settings.

@@ -80,11 +80,11 @@ impl Renderer {
         if settings.samples == 0 {
             return Err(RenderError::Settings("the number of samples is 0, expected at least 1".to_owned()));
         }
-        if settings.samples > 1 << 30 {
+        if settings.samples > sobol::MAX_SAMPLES {
             return Err(RenderError::Settings(format!(
                 "the number of samples is {}, expected at most {}",
                 settings.samples,
-                1 << 30
+                sobol::MAX_SAMPLES
             )));
         }
         if let Some(adaptive) = &settings.adaptive {
@@ -95,7 +95,16 @@ impl Renderer {
         let features = Features::of(scene, settings);
         let space = RenderSpace::of(scene);
         let tables = Tables::of(scene, &space, settings);
-        let sobol = sobol::table(features.sobol_levels);
+        let reusable = settings.reuse == Reuse::Auto && tables.tree.is_some() && features.can_reuse();
+        let queued = features.tree
+            && !features.brute_force
+            && match settings.scheduler {
+                Scheduler::Auto => facts.queue && features.tree,
+                Scheduler::Inline => false,
+                Scheduler::Queue => true,
+            };
+        let reuse = queued && reusable;
+        let sobol = sobol::table(features.sobol_levels, if reuse { sobol::MEMBERS } else { 1 });
 
         let (width, height) = (scene.film.width, scene.film.height);
         let slots = slot_count(width, height);
@@ -129,15 +138,6 @@ impl Renderer {
             .map(|i| Buffer::new(device, &format!("readback {i}"), size_of::<Counters>() as u64, Usage::Readback))
             .collect::<Result<Vec<_>, _>>()?;
 
-        let reusable = settings.reuse == Reuse::Auto && tables.tree.is_some() && features.can_reuse();
-        let queued = features.tree
-            && !features.brute_force
-            && match settings.scheduler {
-                Scheduler::Auto => facts.queue && features.tree,
-                Scheduler::Inline => false,
-                Scheduler::Queue => true,
-            };
-        let reuse = queued && reusable;
         let regions = if queued { facts.queue_regions } else { 0 };
         let queue_pool = Buffer::new(device, "queue pool", u64::from(regions / 8), Usage::Storage)?;
         // Rows follow each other; only reuse needs more than the first, the paths' light.

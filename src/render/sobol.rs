@@ -8,7 +8,9 @@ pub const DIMENSIONS: usize = 64;
 /// Rows of a level: a level covers ten bits of the sample index.
 pub const LEVEL_ROWS: usize = 1 << LEVEL_BITS;
 const LEVEL_BITS: u32 = 10;
-/// Largest number of levels: indices below 2³⁰.
+/// Largest number of samples of a pixel.
+pub const MAX_SAMPLES: u32 = 1 << 29;
+/// Levels that so many need.
 pub const MAX_LEVELS: u32 = 3;
 
 /// Of each dimension from the second on: the coefficients of its primitive polynomial (without the first and the
@@ -85,26 +87,48 @@ pub fn levels(samples: u32) -> u32 {
     bits.div_ceil(LEVEL_BITS).clamp(1, MAX_LEVELS)
 }
 
+/// Pixels that may share a scramble.
+pub const MEMBERS: usize = 8;
+
+/// What pixels that share a scramble add (XOR) to their indices, for each bit of their number among them. Sample i of a
+/// member being the point of index i ⊕ its offset, the first 2^m samples of one member are a net as good as the
+/// sequence's own, and those of all eight, 2^(m+3) points, are nearly one, whatever m is; blocks of indices would be that
+/// for one m only. A search found them, for the least `spread_error` (below) of the pairs that the first hits of paths
+/// use, alone and together, up to m = 8.
+const MEMBER_OFFSETS: [u32; MEMBERS.ilog2() as usize] = [0xa5bf_923d, 0x5110_0de5, 0x0a71_8fb8];
+
 /// The table of `levels` levels: row k of level l holds the point of index k·2^(10 l), each coordinate bit-reversed
-/// (bit 0 is worth ½). A point of any index is the XOR of its rows, since the sequence is linear over GF(2).
-pub fn table(levels: u32) -> Vec<[u32; DIMENSIONS]> {
+/// (bit 0 is worth ½). A point of any index is the XOR of its rows, since the sequence is linear over GF(2). The
+/// highest level comes first, the lowest once for each of `members`.
+pub fn table(levels: u32, members: usize) -> Vec<[u32; DIMENSIONS]> {
     let directions: Vec<[u32; 32]> = (0..DIMENSIONS).map(direction_numbers).collect();
-    let mut rows = Vec::with_capacity(levels as usize * LEVEL_ROWS);
-    for level in 0..levels {
-        for k in 0..LEVEL_ROWS {
-            let mut row = [0; DIMENSIONS];
-            if k > 0 {
-                // One row more than that without k's lowest bit.
-                let bit = k.trailing_zeros();
-                let previous: &[u32; DIMENSIONS] = &rows[level as usize * LEVEL_ROWS + (k & (k - 1))];
-                for (x, (p, v)) in row.iter_mut().zip(previous.iter().zip(&directions)) {
-                    *x = p ^ v[(level * LEVEL_BITS + bit) as usize].reverse_bits();
-                }
-            }
-            rows.push(row);
-        }
+    let mut rows = Vec::with_capacity((levels as usize - 1 + members) * LEVEL_ROWS);
+    for level in (1..levels).rev() {
+        push_level(&mut rows, &directions, level, 0);
+    }
+    for member in 0..members {
+        let of_bit = |(bit, offset): (usize, &u32)| if (member >> bit) & 1 == 1 { *offset } else { 0 };
+        let offset = MEMBER_OFFSETS.iter().enumerate().map(of_bit).fold(0, |x, o| x ^ o);
+        push_level(&mut rows, &directions, 0, offset);
     }
     rows
+}
+
+/// The rows of a level, all moved by the point of index `offset`.
+fn push_level(rows: &mut Vec<[u32; DIMENSIONS]>, directions: &[[u32; 32]], level: u32, offset: u32) {
+    let first = rows.len();
+    rows.push(std::array::from_fn(|d| bit_reversed_point(&directions[d], offset)));
+    for k in 1..LEVEL_ROWS {
+        // One row more than that without k's lowest bit.
+        let bit = level * LEVEL_BITS + k.trailing_zeros();
+        let previous = rows[first + (k & (k - 1))];
+        rows.push(std::array::from_fn(|d| previous[d] ^ directions[d][bit as usize].reverse_bits()));
+    }
+}
+
+/// A coordinate of the point of an index.
+fn bit_reversed_point(directions: &[u32; 32], index: u32) -> u32 {
+    (0..32).filter(|j| (index >> j) & 1 == 1).fold(0, |x, j| x ^ directions[j].reverse_bits())
 }
 
 /// Direction numbers of a dimension: entry j is v_{j+1}·2³².
@@ -135,32 +159,59 @@ fn direction_numbers(dimension: usize) -> [u32; 32] {
 mod tests {
     use super::*;
 
-    fn point(table: &[[u32; DIMENSIONS]], index: usize, dimension: usize) -> f64 {
-        let row = |level: usize| table[level * LEVEL_ROWS + ((index >> (10 * level)) & 1023)][dimension];
-        let bits = (0..table.len() / LEVEL_ROWS).fold(0, |x, level| x ^ row(level));
+    /// Coordinate in [0, 1) of the point of an index, for a member of a group.
+    fn point(table: &[[u32; DIMENSIONS]], levels: usize, index: usize, member: usize, dimension: usize) -> f64 {
+        let block = |level: usize| levels - 1 - level + if level == 0 { member } else { 0 };
+        let row = |level: usize| table[block(level) * LEVEL_ROWS + ((index >> (10 * level)) & 1023)][dimension];
+        let bits = (0..levels).fold(0, |x, level| x ^ row(level));
         f64::from(bits.reverse_bits()) / 4_294_967_296.0
+    }
+
+    /// Mean square of the worst-case error of a digital net, randomly shifted, for functions of bounded variation of
+    /// first derivatives (Dick and Pillichshammer, J. Complexity 21, 2005).
+    fn spread_error(points: &[[f64; 2]]) -> f64 {
+        let of = |x: f64| 7.0 / 6.0 - if x > 0.0 { x.log2().floor().exp2() / 2.0 } else { 0.0 };
+        points.iter().map(|[x, y]| of(*x) * of(*y)).sum::<f64>() / points.len() as f64 - 1.0
+    }
+
+    #[test]
+    fn points_of_a_group_are_spread_better_than_independent_ones() {
+        let t = table(1, MEMBERS);
+        // Of the first four hits of paths, at which most noise arises.
+        for pair in 1..=4 {
+            let of_member = |m: usize, member| -> Vec<[f64; 2]> {
+                (0..1 << m).map(|i| [2 * pair, 2 * pair + 1].map(|d| point(&t, 1, i, member, d))).collect()
+            };
+            let ratio = |m: usize| {
+                let together: Vec<_> = (0..MEMBERS).flat_map(|member| of_member(m, member)).collect();
+                let independent = spread_error(&of_member(m, 0)) / MEMBERS as f64;
+                spread_error(&together) / independent
+            };
+            let mean = (0..=8).map(ratio).sum::<f64>() / 9.0;
+            assert!(mean < 0.6, "pair {pair}: {mean} of the error of independent points");
+        }
     }
 
     #[test]
     fn first_points_are_the_published_ones() {
         // First rows of Joe and Kuo's own example output (in natural, not Gray-code, order).
-        let t = table(1);
+        let t = table(1, 1);
         let expected = [[0.0, 0.0, 0.0], [0.5, 0.5, 0.5], [0.25, 0.75, 0.75], [0.75, 0.25, 0.25]];
         for (i, row) in expected.iter().enumerate() {
             for (d, x) in row.iter().enumerate() {
-                assert_eq!(point(&t, i, d), *x, "point {i}, dimension {d}");
+                assert_eq!(point(&t, 1, i, 0, d), *x, "point {i}, dimension {d}");
             }
         }
     }
 
     #[test]
     fn every_dimension_is_stratified_also_beyond_one_level() {
-        let t = table(2);
+        let t = table(2, 1);
         for d in 0..DIMENSIONS {
             for first in [0, 1 << 12, 3 << 16] {
                 let mut seen = vec![false; 4096];
                 for i in 0..4096 {
-                    seen[(point(&t, first + i, d) * 4096.0) as usize] = true;
+                    seen[(point(&t, 2, first + i, 0, d) * 4096.0) as usize] = true;
                 }
                 assert!(seen.iter().all(|&s| s), "dimension {d}, block at {first}");
             }

@@ -15,7 +15,7 @@ pub(crate) const TILE: usize = 64;
 
 /// The half that a slot of a tile belongs to.
 pub(crate) fn half_of(slot: usize) -> usize {
-    (slot % 4 + slot / 4 % 4) % 2
+    (slot % 4 + slot / 4 % 2) % 2
 }
 
 /// Sums of samples of each pixel.

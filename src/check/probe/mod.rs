@@ -95,7 +95,7 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
     ) -> Result<Self, CheckError> {
         let device = &context.0;
         let features = Features::of(scene, settings);
-        let table = sobol::table(features.sobol_levels);
+        let table = sobol::table(features.sobol_levels, 1);
         let float4 = ash::vk::Format::R32G32B32A32_SFLOAT;
         let uint4 = ash::vk::Format::R32G32B32A32_UINT;
         let sources: [(&str, u32, ash::vk::Format, &[u8]); 4] = [

@@ -47,7 +47,7 @@ impl Bias {
     pub(super) fn measure(pair: &Pair) -> Self {
         let (width, height) = (pair.image.width(), pair.image.height());
         // As wide as the blocks within which pixels have part of their noise in common, if paths are reused.
-        let mut side = 2 * TILE_SIDE;
+        let mut side = 4 * TILE_SIDE;
         while side > 1 && tiles(width, height, side).count() < LEAST_TILES {
             side /= 2;
         }
