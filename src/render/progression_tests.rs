@@ -5,7 +5,7 @@ use super::film::Film;
 use super::layout::FilmSlot;
 use super::progression::Progression;
 
-const SIDE: u32 = 24;
+const SIDE: u32 = 32;
 /// A sample is 1, and rarely brighter.
 const BRIGHT: f64 = 9.0;
 /// One of so many samples is bright.
