@@ -17,9 +17,9 @@ fn small_budget(name: &str, scheduler: Scheduler, reused: bool) -> u32 {
         ("cat", Scheduler::Inline) => 1500,
         (_, Scheduler::Inline) => 400,
         // Half of it is for reusing the paths.
-        ("cat", Scheduler::Queue | Scheduler::Auto) if reused => 40_000,
-        ("cat", Scheduler::Queue | Scheduler::Auto) => 20_000,
-        ("cornell", Scheduler::Queue | Scheduler::Auto) => 4000,
+        ("cat", Scheduler::Queue | Scheduler::Auto) if reused => 20_000,
+        ("cat", Scheduler::Queue | Scheduler::Auto) => 12_000,
+        ("cornell", Scheduler::Queue | Scheduler::Auto) => 2500,
         (_, Scheduler::Queue | Scheduler::Auto) => 15_000,
     }
 }
