@@ -17,8 +17,8 @@ fn small_budget(name: &str, scheduler: Scheduler, reused: bool) -> u32 {
         ("cat", Scheduler::Inline) => 1500,
         (_, Scheduler::Inline) => 400,
         // Half of it is for reusing the paths.
-        ("cat", Scheduler::Queue | Scheduler::Auto) if reused => 20_000,
-        ("cat", Scheduler::Queue | Scheduler::Auto) => 12_000,
+        ("cat", Scheduler::Queue | Scheduler::Auto) if reused => 8000,
+        ("cat", Scheduler::Queue | Scheduler::Auto) => 4000,
         ("cornell", Scheduler::Queue | Scheduler::Auto) => 2500,
         (_, Scheduler::Queue | Scheduler::Auto) => 15_000,
     }
