@@ -317,7 +317,8 @@ void main() {
     uint complete = samples;    // samples of each pixel before the first that is not to be had
     if (REUSE) {
         // Segments that the budget did not suffice for are missing.
-        uint missing = min(pocket_first_segment(pocket) / (MEMBERS * TILE), run.left > 0u ? run.slot / SEGMENTS : NOTHING);
+        uint waiting = pocket_first_segment(pocket) / (MEMBERS * TILE);
+        uint missing = min(waiting, run.left > 0u ? run.slot / SEGMENTS : NOTHING);
         complete = min(samples, subgroupMin(missing));
     }
     share_notes();

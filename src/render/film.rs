@@ -67,7 +67,8 @@ const BLOCK: [u32; 2] = [32, 64];
 const PATCH: [u32; 2] = [4, 2];
 /// … so many pixels apart.
 const SPACING: u32 = 16;
-const TILES_OF_BLOCK: u32 = 32;
+/// Columns and rows of the tiles of a block.
+const TILES: [u32; 2] = [SPACING / PATCH[0], SPACING / PATCH[1]];
 
 /// Slots of an image: its pixels in blocks, padded.
 pub(crate) fn slot_count(width: u32, height: u32) -> u64 {
@@ -78,16 +79,15 @@ pub(crate) fn slot_count(width: u32, height: u32) -> u64 {
 /// The tile whose first patch is in a column and row of patches, or another one of its patches.
 fn tile_of_patch(column: u32, row: u32, width: u32) -> u32 {
     let [columns, rows] = [0, 1].map(|i| BLOCK[i] / PATCH[i]);
-    let [columns_of_tiles, rows_of_tiles] = PATCH.map(|side| SPACING / side);
     let block = row / rows * width.div_ceil(BLOCK[0]) + column / columns;
-    TILES_OF_BLOCK * block + row % rows_of_tiles * columns_of_tiles + column % columns_of_tiles
+    TILES[0] * TILES[1] * block + row % TILES[1] * TILES[0] + column % TILES[0]
 }
 
 /// The upper left pixel of a tile, which may lie outside the image.
 fn tile_corner(tile: u32, width: u32) -> [u32; 2] {
     let blocks_x = width.div_ceil(BLOCK[0]);
-    let (block, within) = (tile / TILES_OF_BLOCK, tile % TILES_OF_BLOCK);
-    let [column, row] = [within % (SPACING / PATCH[0]), within / (SPACING / PATCH[0])];
+    let (block, within) = (tile / (TILES[0] * TILES[1]), tile % (TILES[0] * TILES[1]));
+    let [column, row] = [within % TILES[0], within / TILES[0]];
     [BLOCK[0] * (block % blocks_x) + PATCH[0] * column, BLOCK[1] * (block / blocks_x) + PATCH[1] * row]
 }
 

@@ -7,6 +7,7 @@ use std::mem::offset_of;
 use std::path::Path;
 
 use super::layout::{Counters, FilmSlot, Push, binding, constant, queue};
+use super::sobol;
 use super::spheres::MAX_CONSTANT_SPHERES;
 use reflect::{Interface, interface};
 
@@ -158,6 +159,9 @@ fn records() {
     assert_eq!((offset_of!(FilmSlot, residue), size_of::<FilmSlot>()), (32, 48));
     let order = include_str!("../../../shaders/lib/pixel_order.glsl");
     assert!(order.contains(&format!("const uint TILE = {}u;", queue::TILE)));
+    assert!(order.contains(&format!("const uint PATCHES = {}u;", sobol::MEMBERS)));
+    let sampler = include_str!("../../../shaders/lib/sampler.glsl");
+    assert!(sampler.contains(&format!("const uint MEMBER_SHIFT = {}u;", sobol::MAX_SAMPLES.ilog2())));
     let reuse = include_str!("../../../shaders/lib/reuse.glsl");
     assert!(reuse.contains(&format!("const uint SLOT_BITS = {}u;", queue::PATHS.ilog2())));
     let layout = include_str!("../../../shaders/lib/layout.glsl");
