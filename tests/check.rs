@@ -2,6 +2,7 @@
 //!
 //! Every run has validation layers on; a message makes the case that caused it fail.
 
+use std::num::NonZeroUsize;
 use std::sync::OnceLock;
 use std::time::Duration;
 
@@ -31,7 +32,8 @@ fn only(names: &[&str]) -> RunOptions {
 
 #[test]
 fn the_quick_suite_passes_under_validation() {
-    let report = suite(&RunOptions::default(), &Expectations::default());
+    let jobs = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+    let report = suite(&RunOptions { jobs, ..RunOptions::default() }, &Expectations::default());
     let bad: Vec<_> = report.cases.iter().filter(|c| c.verdict != Verdict::Pass).collect();
     assert!(bad.is_empty(), "{bad:#?}");
     assert!(report.validation && report.passes());
@@ -155,6 +157,25 @@ fn a_case_that_takes_too_long_is_given_up() {
     let report = run(&context, &options, &Expectations::default(), |_| ()).unwrap();
     let verdicts: Vec<_> = report.cases.iter().map(|c| c.verdict).collect();
     assert_eq!(verdicts, [Verdict::Timeout, Verdict::NotRun]);
+}
+
+#[test]
+fn jobs_side_by_side_give_the_same_report() {
+    let names = ["sampling/error-free", "energy/black", "sampling/log", "glass/fresnel-grazing", "sampling/basis"];
+    let report = |jobs| {
+        let options = RunOptions { jobs: NonZeroUsize::new(jobs).unwrap(), ..only(&names) };
+        let mut told = Vec::new();
+        let context = context().reopen().unwrap();
+        let mut report = run(&context, &options, &Expectations::default(), |c| told.push(c.name.clone())).unwrap();
+        assert!(report.passes() && report.validation, "{report:#?}");
+        told.sort_unstable();
+        (report.cases.iter_mut().for_each(|c| c.seconds = 0.0), report.cases, told)
+    };
+    let (_, alone, told) = report(1);
+    assert_eq!((alone.len(), told.len()), (5, 5));
+    assert_eq!(report(3), ((), alone.clone(), told.clone()));
+    // More jobs than cases.
+    assert_eq!(report(9), ((), alone, told));
 }
 
 #[test]

@@ -149,7 +149,7 @@ pub(super) fn combined(reports: &[Report]) -> Vec<DeviceReport> {
                 None => known.cases.push(case.clone()),
             }
         }
-        known.seconds = known.cases.iter().map(|c| c.seconds).sum();
+        known.seconds += next.seconds;
     }
     all
 }

@@ -1,7 +1,9 @@
-//! Runs cases one after the other, each on a thread of its own that may be given up.
+//! Runs cases, some at a time, each on a thread of its own that may be given up.
 
+use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::mpsc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError, mpsc};
 use std::time::{Duration, Instant};
 
 use crate::gpu::{Context, GpuError, Validation, Violation};
@@ -22,11 +24,19 @@ pub struct RunOptions {
     pub timeout: Duration,
     /// Break one thing, to see which cases notice.
     pub mutation: Option<Mutation>,
+    /// Cases at a time, each on a device of its own: what a validation layer says is known to be said of one case.
+    pub jobs: NonZeroUsize,
 }
 
 impl Default for RunOptions {
     fn default() -> Self {
-        Self { full: false, filter: Vec::new(), timeout: Duration::from_secs(120), mutation: None }
+        Self {
+            full: false,
+            filter: Vec::new(),
+            timeout: Duration::from_secs(120),
+            mutation: None,
+            jobs: NonZeroUsize::MIN,
+        }
     }
 }
 
@@ -38,30 +48,40 @@ impl RunOptions {
     }
 }
 
-/// Runs the selected cases on a device. `on_case` is told of each when it is over.
+/// Runs the selected cases on a device. `on_case` is told of each when it is over; the report has them in their order.
 ///
-/// A lost device, or a case that does not end, ends the run: the cases after it are reported as not run.
+/// A lost device, or a case that does not end, ends the run: cases that had not begun are reported as not run.
 ///
 /// # Errors
-/// The facts of the driver's arithmetic cannot be probed. What goes wrong in a case is in its report.
+/// The facts of the driver's arithmetic cannot be probed, or the device cannot be opened once more for another job. What
+/// goes wrong in a case is in its report.
 pub fn run(
     context: &Context,
     options: &RunOptions,
     expectations: &Expectations,
-    mut on_case: impl FnMut(&CaseReport),
+    on_case: impl FnMut(&CaseReport) + Send,
 ) -> Result<DeviceReport, CheckError> {
     let start = Instant::now();
-    let lab = Lab { context: context.clone(), full: options.full, mutation: options.mutation };
-    let facts = facts(&lab)?;
-    let mut reports = Vec::new();
-    let mut usable = true;
-    for case in options.selected() {
-        let report =
-            if usable { run_case(case, &lab, options, expectations) } else { report_of(case, Verdict::NotRun) };
-        usable = usable && !matches!(report.verdict, Verdict::DeviceLost | Verdict::Timeout);
-        on_case(&report);
-        reports.push(report);
+    let lab = |context: &Context| Lab { context: context.clone(), full: options.full, mutation: options.mutation };
+    let facts = facts(&lab(context))?;
+    let cases = options.selected();
+    let mut labs = vec![lab(context)];
+    while labs.len() < options.jobs.get().min(cases.len()) {
+        labs.push(lab(&context.reopen()?));
     }
+    let queue = Queue {
+        cases: &cases,
+        next: AtomicUsize::new(0),
+        usable: AtomicBool::new(true),
+        done: Mutex::new((vec![None; cases.len()], on_case)),
+    };
+    std::thread::scope(|scope| {
+        let queue = &queue;
+        for lab in &labs {
+            scope.spawn(move || queue.work(lab, options, expectations));
+        }
+    });
+    let (reports, _) = queue.done.into_inner().unwrap_or_else(PoisonError::into_inner);
     let info = context.info();
     Ok(DeviceReport {
         device: info.name.clone(),
@@ -72,9 +92,40 @@ pub fn run(
         full: options.full,
         validation: context.validation() != Validation::Off,
         facts,
-        cases: reports,
+        cases: reports.into_iter().flatten().collect(),
         seconds: start.elapsed().as_secs_f64(),
     })
+}
+
+/// Cases that jobs take in turn.
+struct Queue<'a, F> {
+    cases: &'a [&'static Case],
+    next: AtomicUsize,
+    usable: AtomicBool,
+    /// Reports by the number of their case, and who is told.
+    done: Mutex<(Vec<Option<CaseReport>>, F)>,
+}
+
+impl<F: FnMut(&CaseReport)> Queue<'_, F> {
+    /// Runs cases until none is left.
+    fn work(&self, lab: &Lab, options: &RunOptions, expectations: &Expectations) {
+        loop {
+            let index = self.next.fetch_add(1, Ordering::Relaxed);
+            let Some(&case) = self.cases.get(index) else { return };
+            let report = if self.usable.load(Ordering::Relaxed) {
+                run_case(case, lab, options, expectations)
+            } else {
+                report_of(case, Verdict::NotRun)
+            };
+            if matches!(report.verdict, Verdict::DeviceLost | Verdict::Timeout) {
+                self.usable.store(false, Ordering::Relaxed);
+            }
+            let mut done = self.done.lock().unwrap_or_else(PoisonError::into_inner);
+            let (reports, on_case) = &mut *done;
+            on_case(&report);
+            reports[index] = Some(report);
+        }
+    }
 }
 
 fn report_of(case: &Case, verdict: Verdict) -> CaseReport {

@@ -1,6 +1,7 @@
 //! `photolith check`: the accuracy suite on a Vulkan device, for people and for CI.
 
 use std::io::{IsTerminal, Write};
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -11,6 +12,7 @@ use photolith::check::{
     DeviceReport, Expectations, Report, RunOptions, SCHEMA, Verdict, junit, markdown, provoke_validation,
     run as run_suite,
 };
+use photolith::gpu::DeviceKind;
 use photolith::{Context, ContextOptions, Validation};
 
 use super::exit;
@@ -67,6 +69,10 @@ pub struct CheckArgs {
     /// How long a case may take; default 120, or 1800 with --full
     #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..))]
     timeout: Option<u64>,
+
+    /// Cases at a time; default: as many as there are cores on a CPU device, else 1
+    #[arg(long, value_name = "N")]
+    jobs: Option<NonZeroUsize>,
 }
 
 /// Runs the suite; the exit code says how it went.
@@ -75,7 +81,7 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<ExitCode> {
         full: args.full,
         filter: args.filter.clone(),
         timeout: Duration::from_secs(args.timeout.unwrap_or(if args.full { 1800 } else { 120 })),
-        mutation: None,
+        ..RunOptions::default()
     };
     if options.selected().is_empty() {
         bail!("no case matches {}; `photolith check --list` names them", args.filter.join(", "));
@@ -140,7 +146,11 @@ fn check_device(
     }
     let mut table = table::Table::new(args.json, std::io::stdout().is_terminal());
     table.device(&context, options.selected().len());
-    let report = run_suite(&context, options, expectations, |case| table.case(case))?;
+    // A case uses one core for the most part: drivers compile and oracles reckon on the thread that asks.
+    let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+    let by_kind = || if context.info().kind == DeviceKind::Cpu { cores() } else { NonZeroUsize::MIN };
+    let options = RunOptions { jobs: args.jobs.unwrap_or_else(by_kind), ..options.clone() };
+    let report = run_suite(&context, &options, expectations, |case| table.case(case))?;
     table.end(&report);
     Ok(report)
 }

@@ -36,6 +36,14 @@ impl Context {
         Ok(Self(Arc::new(Device::new(options)?)))
     }
 
+    /// The same device opened once more, with an instance, a queue and messages of its own.
+    ///
+    /// # Errors
+    /// As for [`Context::new`].
+    pub fn reopen(&self) -> Result<Self, GpuError> {
+        Self::new(&ContextOptions { device: Some(self.info().index.to_string()), validation: self.validation() })
+    }
+
     /// The devices that Vulkan reports, and which of them [`Context::new`] would pick for `wanted`, with the reason.
     ///
     /// # Errors

@@ -7,14 +7,14 @@ use photolith::check::{CaseReport, DeviceReport, Verdict};
 
 /// Prints as cases end.
 pub struct Table {
-    out: Box<dyn Write>,
+    out: Box<dyn Write + Send>,
     color: bool,
 }
 
 impl Table {
     /// `json`: stdout is taken.
     pub fn new(json: bool, terminal: bool) -> Self {
-        let out: Box<dyn Write> = if json { Box::new(std::io::stderr()) } else { Box::new(std::io::stdout()) };
+        let out: Box<dyn Write + Send> = if json { Box::new(std::io::stderr()) } else { Box::new(std::io::stdout()) };
         let color = terminal && !json && std::env::var_os("NO_COLOR").is_none();
         Self { out, color }
     }
