@@ -186,6 +186,7 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         closest_constant(h.path.origin, h.path.direction, h.path.leaving, t, id);
         h.t = t;
         h.id = id;
+        if (REUSE) h.path.second = h.path.second && reuses(p);
         bool waits = (alive || begins) && meets_tree(h.path.origin, h.path.direction, t);
         // The same for a living path, which leaves a diffuse surface as its shadow ray does.
         h.path.origin = later ? shadow.origin : h.path.origin;
@@ -271,7 +272,7 @@ uint wanted_samples(uint slot) {
 }
 
 void main() {
-    uint tile = first_slot + group_of_work() * TILE;
+    uint tile = first_slot + group_of_work() * tile_step * TILE;
     if (tile >= end_slot || max_new_samples == 0u) return;
     // The host asks for workgroups of one subgroup; a device that cuts them up must not go on.
     if (gl_NumSubgroups != 1u) {
@@ -281,15 +282,16 @@ void main() {
     uint r = acquire_region();
     region = r * PATHS;
     uint samples = min(max_new_samples, PATHS / TILE);
+    bool reusing = REUSE && reused_halves != 0u;
     uint paths = TILE * samples;
     for (uint p = gl_SubgroupInvocationID; p < TILE; p += gl_SubgroupSize) {
-        uint wanted = REUSE ? wanted_samples(tile + p) : samples;
-        for (uint s = 0u; s < samples; ++s) path_clear(region + s * TILE + p, s < wanted);
+        uint wanted = reusing ? wanted_samples(tile + p) : samples;
+        for (uint s = 0u; s < samples; ++s) path_clear(region + s * TILE + p, s < wanted, reusing);
     }
     share_notes();
     loops += (TILE + paths) / gl_SubgroupSize;
     // What is left of the budget must do for reusing the paths and for the film.
-    budget = REUSE ? LOOP_BUDGET / 2u : LOOP_BUDGET;
+    budget = reusing ? LOOP_BUDGET / 2u : LOOP_BUDGET;
     uvec2 corner = tile_corner(tile / TILE);
     Camera camera = frame_camera();
 
@@ -301,7 +303,7 @@ void main() {
         advance(camera, corner, tile, samples, h, pocket, run, w);
         walk_pockets(pocket, w, run, h, false);
     } while (!out_of_budget() && subgroupAny(has_ray(pocket, w) || can_advance(h, pocket, run)));
-    if (REUSE) {
+    if (reusing) {
         // The paths have ended, or the budget did not suffice for them; then they are given up.
         pocket = pocket_empty();
         w = pocket_walk_idle();
@@ -315,7 +317,7 @@ void main() {
         } while (!out_of_budget() && subgroupAny(has_ray(pocket, w) || can_connect(pocket, run)));
     }
     uint complete = samples;    // samples of each pixel before the first that is not to be had
-    if (REUSE) {
+    if (reusing) {
         // Segments that the budget did not suffice for are missing.
         uint waiting = pocket_first_segment(pocket) / (MEMBERS * TILE);
         uint missing = min(waiting, run.left > 0u ? run.slot / SEGMENTS : NOTHING);
@@ -333,8 +335,15 @@ void main() {
             uint first = film_pixel.count;
             for (uint s = 0u; s < complete; ++s) {
                 uint path = region + s * TILE + p;
-                vec4 light = REUSE ? shared_light(path) : path_load(path, ROW_LIGHT);
+                vec4 light;
+                vec3 alone;
+                if (reusing) {
+                    light = shared_light(path, alone);
+                } else {
+                    light = path_load(path, ROW_LIGHT);
+                }
                 if (light.w == PATH_OPEN || film_pixel.count >= target_samples) break;
+                if (reusing && film_pixel.count < TRIAL) trial_note(film_pixel, light.xyz, alone);
                 bad += film_add(film_pixel, light.xyz) ? 0u : 1u;
             }
             film_store(tile + p, film_pixel);
@@ -343,6 +352,7 @@ void main() {
     }
     release_region(r);
     atomicAdd(counters[COUNT_SAMPLES], committed);
+    if (reusing) atomicAdd(counters[COUNT_REUSED], committed);
     atomicAdd(counters[COUNT_RAYS], rays);
     atomicAdd(counters[COUNT_SHADOW], shadow_rays);
     if (PATH_STATS) atomicAdd(counters[COUNT_STEPS], steps);

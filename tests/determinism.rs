@@ -5,7 +5,8 @@ mod common;
 
 use common::{assert_same_bits, context, render, render_counted, shipped};
 use photolith::render::{Feature, Reuse, Scheduler};
-use photolith::{RenderSettings, Scene};
+use photolith::scene::Surface;
+use photolith::{Film, RenderSettings, Scene};
 
 const SAMPLES: u32 = 32;
 
@@ -111,6 +112,42 @@ fn mesh_with_reused_paths() {
     let differing = |a: &[[f64; 3]], b: &[[f64; 3]]| a.iter().zip(b).filter(|(a, b)| a != b).count();
     let (with, without) = (render(&context, &scene, &RenderSettings::of(&scene)), render(&context, &scene, &off));
     assert!(differing(with.sums(), without.sums()) > 1000, "paths are not reused");
+}
+
+/// In a dark room hardly any noise is that of indirect light: after a trial, paths serve their own pixels only.
+#[test]
+fn mesh_whose_paths_are_not_worth_reusing() {
+    let context = context();
+    let lit = shipped("cat", (48, 40), SAMPLES);
+    let mut dark = lit.clone();
+    for material in &mut dark.materials {
+        if let Surface::Diffuse { reflectance } = &mut material.surface {
+            *reflectance = [0.02; 3];
+        }
+    }
+    let pixels = 48 * 40;
+    let counted = |scene: &Scene| render_counted(&context, scene, &RenderSettings::of(scene));
+    let (_, all) = counted(&lit);
+    assert!(all.reused_samples == all.samples && all.reuse_gain.is_some_and(|gain| gain > 1.5), "{all:?}");
+    let (expected, few) = counted(&dark);
+    assert!(few.reuse_gain.is_some_and(|gain| gain < 1.2), "{few:?}");
+    assert!(few.reused_samples > 0 && few.reused_samples < pixels, "{few:?}");
+    // The same as ever in the mean, and in every way.
+    let off = render(&context, &dark, &RenderSettings { reuse: Reuse::Off, ..RenderSettings::of(&dark) });
+    let mean = |film: &Film| film.sums().iter().flatten().sum::<f64>() / (3 * pixels * u64::from(SAMPLES)) as f64;
+    assert!((mean(&expected) / mean(&off) - 1.0).abs() < 0.01, "{} and {}", mean(&expected), mean(&off));
+    let base = RenderSettings::of(&dark);
+    for settings in [
+        RenderSettings { samples_per_dispatch: Some(1), ..base.clone() },
+        RenderSettings { samples_per_dispatch: Some(7), general: true, ..base.clone() },
+        RenderSettings { loop_budget: Some(small_budget("cat", Scheduler::Queue, true)), ..base.clone() },
+    ] {
+        assert_same_bits(&render(&context, &dark, &settings), &expected, &format!("{settings:?}"));
+    }
+    // Too few samples for a trial.
+    let three = shipped("cat", (48, 40), 3);
+    let (_, untried) = counted(&three);
+    assert!(untried.reuse_gain.is_none() && untried.reused_samples == untried.samples, "{untried:?}");
 }
 
 #[test]

@@ -1,4 +1,5 @@
-// The film: per slot, 3 texels: sum.rgb and the sample count (as bits), then compensation.rgb and residue.rgb.
+// The film: per slot, 3 texels: sum.rgb and the sample count (as bits), then compensation.rgb and residue.rgb, each with
+// a number of the pixel's trial (reuse.glsl).
 //
 // A sum is three floats that overlap by no more than a bit: 72 bits. Two would be 48, which is too few for samples that
 // are alike: at a sum of 1e8 a sample of 0.1 is rounded at 3.5e-7, always to the same side, a drift of 1e-7 after 1e9
@@ -15,6 +16,7 @@ struct FilmPixel {
     vec3 compensation;
     vec3 residue;
     uint count;
+    vec2 trial;
 };
 
 // Samples of a slot so far.
@@ -25,16 +27,16 @@ uint film_count(uint slot) {
 FilmPixel film_load(uint slot) {
     int row = int(FILM_ROWS * (slot - band_first));
     uvec4 a = imageLoad(film_texels, row);
-    vec3 compensation = uintBitsToFloat(imageLoad(film_texels, row + 1).xyz);
-    vec3 residue = uintBitsToFloat(imageLoad(film_texels, row + 2).xyz);
-    return FilmPixel(uintBitsToFloat(a.xyz), compensation, residue, a.w);
+    vec4 compensation = uintBitsToFloat(imageLoad(film_texels, row + 1));
+    vec4 residue = uintBitsToFloat(imageLoad(film_texels, row + 2));
+    return FilmPixel(uintBitsToFloat(a.xyz), compensation.xyz, residue.xyz, a.w, vec2(compensation.w, residue.w));
 }
 
 void film_store(uint slot, FilmPixel p) {
     int row = int(FILM_ROWS * (slot - band_first));
     imageStore(film_texels, row, uvec4(floatBitsToUint(p.sum), p.count));
-    imageStore(film_texels, row + 1, uvec4(floatBitsToUint(p.compensation), 0u));
-    imageStore(film_texels, row + 2, uvec4(floatBitsToUint(p.residue), 0u));
+    imageStore(film_texels, row + 1, floatBitsToUint(vec4(p.compensation, p.trial.x)));
+    imageStore(film_texels, row + 2, floatBitsToUint(vec4(p.residue, p.trial.y)));
 }
 
 // a + b = sum + error exactly where |a| >= |b| (Dekker 1971).

@@ -111,6 +111,7 @@ const uint COUNT_BAD = 1u;         // samples that were NaN or infinite
 const uint COUNT_RAYS = 2u;        // closest-hit rays
 const uint COUNT_SHADOW = 3u;      // shadow rays
 const uint COUNT_STEPS = 4u;       // steps through the tree (with PATH_STATS)
+const uint COUNT_REUSED = 6u;      // samples of tiles whose paths serve several pixels
 const uint COUNT_TRUNCATED = 5u;   // loops that nothing in the shader ended, workgroups of several subgroups
 
 layout(push_constant, std430) uniform Push {
@@ -126,7 +127,9 @@ layout(push_constant, std430) uniform Push {
     uint target_samples;    // per pixel, in all
     uint max_new_samples;   // per pixel, in this dispatch
     uint band_first;        // first slot of the film buffer
+    uint tile_step;         // path_queue.comp works on every n-th tile of 64 slots
     uint group_stride;      // workgroup i of n takes the work of number i·stride mod n, see pixel_order.glsl
+    uint reused_halves;     // halves of the image whose paths serve several pixels, a bit each, see reuse.glsl
 };
 
 #endif

@@ -2,8 +2,8 @@
 //
 // Eight pixels are a group. Each has a path whose first hit x is diffuse, in general, and the second hit y too. Then the
 // light that leaves y goes to all eight first hits, and each pixel gets eight estimates of its indirect light for the
-// cost of one path and seven visibility tests. With a(x, y) = cos(x→y) cos(y→x)/|x − y|² · V(x, y), the density with which x
-// would have sampled y is a/π per area, and the balance heuristic (Veach 1997) over the eight gives pixel i
+// cost of one path and seven visibility tests. With a(x, y) = cos(x→y) cos(y→x)/|x − y|² · V(x, y), the density with
+// which x would have sampled y is a/π per area, and the balance heuristic (Veach 1997) over the eight gives pixel i
 //
 //     β_i Σ_j L_j a(x_i, y_j) / Σ_k a(x_k, y_j),
 //
@@ -12,10 +12,16 @@
 //
 // Of each path there are noted: its light, or L once the second hit is diffuse; then, when it arrives at its second
 // hit, x and y, their normals, and the light from x itself. A normal of 0 stands for a hit that is not there.
+//
+// That pays where indirect light makes most of the noise; elsewhere it only costs time. So the first TRIAL samples of each
+// pixel are a trial, of which the film notes how far the mean of the earlier half is from that of the later half, with
+// reuse and, from the same paths, without. The host decides from that (src/render/renderer/trial.rs), apart for the two
+// halves of the image that adaptive sampling keeps independent of each other (src/render/progression.rs).
 
 #ifndef REUSE_GLSL
 #define REUSE_GLSL
 
+#include "film.glsl"
 #include "path.glsl"
 #include "pixel_order.glsl"
 
@@ -30,6 +36,8 @@ const uint ROW_SECOND_NORMAL = 4u;  // geometric normal; β.b
 const uint ROW_OWN = 5u;        // light from x itself
 const uint ROW_COUPLINGS = 6u;  // two rows: a(x, y) of the group's members, the path itself first
 const uint ROW_FIRST_UP = 8u;   // with SMOOTH_NORMALS: geometric normal of x
+
+const uint TRIAL = 4u;          // samples
 
 const float PATH_UNWANTED = -1.0;   // its pixel is to get no such sample
 const float PATH_OPEN = 0.0;    // it has not ended
@@ -46,10 +54,10 @@ void path_store_compactly(uint path, uint row, vec4 value) {
     imageStore(path_texels, path_texel(path, row), value);
 }
 
-// The path has not begun.
-void path_clear(uint path, bool wanted) {
+// The path has not begun; `reusing`: it may serve others.
+void path_clear(uint path, bool wanted, bool reusing) {
     path_store_compactly(path, ROW_LIGHT, vec4(0.0, 0.0, 0.0, wanted ? PATH_OPEN : PATH_UNWANTED));
-    if (REUSE) {
+    if (REUSE && reusing) {
         path_store_compactly(path, ROW_FIRST_NORMAL, vec4(0.0));
         path_store_compactly(path, ROW_SECOND_NORMAL, vec4(0.0));
     }
@@ -58,6 +66,15 @@ void path_clear(uint path, bool wanted) {
 // Notes a(x, y) of a path's y and of the x of a member of its group.
 void note_coupling(uint path, uint member, float value) {
     path_numbers[4 * path_texel(path, ROW_COUPLINGS + member / 4u) + int(member % 4u)] = value;
+}
+
+// Whether the paths of a slot of a tile serve several pixels.
+bool reuses(uint p) { return ((reused_halves >> ((p ^ (p >> 2)) & 1u)) & 1u) != 0u; }
+
+// Notes a sample of a pixel under trial: with reuse, and the path by itself.
+void trial_note(inout FilmPixel pixel, vec3 shared_one, vec3 alone) {
+    vec2 light = vec2(shared_one.x + shared_one.y + shared_one.z, alone.x + alone.y + alone.z);
+    pixel.trial += pixel.count < TRIAL / 2u ? light : -light;
 }
 
 // Which member of its group a pixel of a tile is, and the first one, whose scramble all use from their first hits on.
@@ -112,11 +129,12 @@ ShadowRay connect(vec3 y, vec3 normal, uint to, out float value) {
 }
 
 // All light of a path's pixel for one sample, and PATH_ENDED; or PATH_OPEN if any path of the group that is wanted has
-// not ended: either all of a group have a sample or none.
-vec4 shared_light(uint path) {
+// not ended: either all of a group have a sample or none. `alone`: what it would be without the others.
+vec4 shared_light(uint path, out vec3 alone) {
     bool complete = true;
     vec3 own = vec3(0.0);
     vec3 sum = vec3(0.0);
+    vec3 given = vec3(0.0);
     [[dont_unroll]] for (uint member = 0u; member < MEMBERS; ++member) {
         uint from = group_member(path, member);
         vec4 light = path_load(from, ROW_LIGHT);
@@ -129,12 +147,16 @@ vec4 shared_light(uint path) {
         float all = (sums.x + sums.y) + (sums.z + sums.w);
         complete = complete && light.w != PATH_OPEN;
         if (member == 0u && light.w != PATH_GIVES) own = light.xyz;
+        if (member == 0u && light.w == PATH_GIVES) given = light.xyz;
         if (light.w == PATH_GIVES && mine > 0.0) sum += light.xyz * (mine / all);
     }
+    alone = own;
     vec4 normal = path_load(path, ROW_FIRST_NORMAL);
     if (normal.xyz != vec3(0.0)) {
         vec3 beta = vec3(normal.w, path_load(path, ROW_SECOND).w, path_load(path, ROW_SECOND_NORMAL).w);
-        own += path_load(path, ROW_OWN).xyz + beta * sum;
+        own += path_load(path, ROW_OWN).xyz;
+        alone = own + beta * given;
+        own += beta * sum;
     }
     return vec4(own, complete ? PATH_ENDED : PATH_OPEN);
 }

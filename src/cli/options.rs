@@ -129,7 +129,7 @@ pub enum SchedulerArg {
 /// Reuse of paths.
 #[derive(Clone, Copy, ValueEnum)]
 pub enum ReuseArg {
-    /// On CPU drivers, in scenes with indirect light on diffuse surfaces
+    /// On CPU drivers, in scenes with indirect light on diffuse surfaces, if the first samples show that it pays
     Auto,
     /// Never
     Off,

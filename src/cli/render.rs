@@ -246,6 +246,8 @@ fn report(
         "samples": s.samples,
         "rays": s.rays,
         "shadow_rays": s.shadow_rays,
+        "reused_samples": s.reused_samples,
+        "reuse_gain": s.reuse_gain,
         "tree_steps": s.tree_steps,
         "bad_samples": s.bad_samples,
         "msamples_per_s": per_second(s.samples),

@@ -223,7 +223,7 @@ impl Features {
             plain(
                 "path reuse",
                 self.tree && self.can_reuse(),
-                "on CPU drivers: rays are dear, and diffuse surfaces light each other",
+                "on CPU drivers, if a trial shows that it pays: rays are dear, and diffuse surfaces light each other",
                 "no tree, or no diffuse surface lights another",
             ),
             plain("brute force", self.brute_force, "no hierarchy was asked for", "the hierarchy is used"),

@@ -81,7 +81,8 @@ pub(crate) struct Counters {
     pub shadow_rays: u32,
     pub steps: u32,
     pub truncated: u32,
-    pub unused: [u32; 2],
+    pub reused: u32,
+    pub unused: u32,
 }
 
 /// Push constants.
@@ -100,7 +101,9 @@ pub(crate) struct Push {
     pub target_samples: u32,
     pub max_new_samples: u32,
     pub band_first: u32,
+    pub tile_step: u32,
     pub group_stride: u32,
+    pub reused_halves: u32,
 }
 
 /// Material kinds; a positive kind is a dielectric's index of refraction.
@@ -117,9 +120,9 @@ pub(crate) struct FilmSlot {
     pub sum: [f32; 3],
     pub count: u32,
     pub compensation: [f32; 3],
-    pub unused: f32,
+    pub trial_with: f32,
     pub residue: [f32; 3],
-    pub unused2: f32,
+    pub trial_without: f32,
 }
 
 /// What shaders/path_queue.comp is written for.
@@ -130,6 +133,8 @@ pub(crate) mod queue {
     pub const PATHS: u32 = 2048;
     /// Texels of a path's notes.
     pub const PATH_ROWS: u32 = 9;
+    /// Samples of the trial whether it pays to reuse paths.
+    pub const TRIAL: u32 = 4;
 }
 
 impl FilmSlot {

@@ -46,6 +46,8 @@ pub(crate) fn tile_spans(tiles: impl Iterator<Item = usize>, bands: &[u32]) -> V
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Work {
     pub spans: Vec<Span>,
+    /// Of the spans' tiles every n-th is worked on, the first one included.
+    pub tile_step: u32,
     /// Samples of each pixel afterwards.
     pub target_samples: u32,
     /// Samples that a pixel may gain.
@@ -66,6 +68,11 @@ impl Pace {
     /// At most `most_samples` per pixel in a dispatch; all dispatches of `fixed_samples` per pixel if that is given.
     pub fn new(fixed_samples: Option<u32>, most_samples: u32) -> Self {
         Self { fixed_samples: fixed_samples.map(|n| n.max(1)), most_samples, rate: None }
+    }
+
+    /// Samples per pixel that a dispatch may do.
+    pub fn most_samples(&self) -> u32 {
+        self.fixed_samples.unwrap_or(u32::MAX).min(self.most_samples)
     }
 
     /// Learns from a finished dispatch.
@@ -130,7 +137,12 @@ impl Plan {
         let tiles = (pace.samples(self.slots) / f64::from(self.round_samples) / 64.0).ceil().max(1.0);
         // Saturates: no image has more slots than 32 bits can count.
         let mut left = (tiles * 64.0) as u32;
-        let mut work = Work { spans: Vec::new(), target_samples: self.round_target, new_samples: self.round_samples };
+        let mut work = Work {
+            spans: Vec::new(),
+            tile_step: 1,
+            target_samples: self.round_target,
+            new_samples: self.round_samples,
+        };
         while left > 0 && self.span < self.spans.len() && work.spans.len() < MOST_SPANS {
             let Span { band, end_slot, .. } = self.spans[self.span];
             let count = (end_slot - self.next_slot).min(left);

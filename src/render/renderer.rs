@@ -2,6 +2,7 @@
 
 mod adaptive;
 mod passes;
+mod trial;
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -27,6 +28,7 @@ use super::statistics::{Progress, RenderStatistics};
 use super::tables::Tables;
 use super::upload::upload;
 use passes::Watch;
+use trial::ReuseTrial;
 
 /// Pixels of a band: 192 MiB.
 const MOST_BAND_SLOTS: u64 = 1 << 22;
@@ -46,6 +48,7 @@ pub struct Renderer {
     /// Slots of the film that a workgroup serves.
     slots_per_group: u32,
     pace: Pace,
+    reuse: ReuseTrial,
     stage: &'static str,
     bands: Vec<Band>,
     // Dropped before the buffers they refer to; the timeline first, which waits for the device.
@@ -209,6 +212,7 @@ impl Renderer {
             loop_budget,
             slots_per_group,
             pace: Pace::new(settings.samples_per_dispatch, if queued { queue::PATHS / queue::TILE } else { u32::MAX }),
+            reuse: ReuseTrial::new(reuse),
             stage,
             bands,
             timeline,
@@ -299,11 +303,13 @@ impl Renderer {
         self.statistics = RenderStatistics { setup_seconds, compile_seconds, ..RenderStatistics::default() };
         let mut watch = Watch::new(self.settings.time_limit, &mut on_progress);
         self.clear_film()?;
+        self.reuse = self.reuse.anew();
         let film = match self.settings.adaptive {
             None => self.render_uniform(&mut watch)?,
             Some(adaptive) => self.render_adaptive(&adaptive, &mut watch)?,
         };
         self.statistics.count_pixels(&film);
+        self.statistics.reuse_gain = self.reuse.gain();
         self.statistics.render_seconds = watch.elapsed().as_secs_f64();
         Ok(film)
     }
@@ -311,7 +317,7 @@ impl Renderer {
     /// The same number of samples in every pixel.
     fn render_uniform(&mut self, watch: &mut Watch<'_>) -> Result<Film, RenderError> {
         watch.total = u64::from(self.width) * u64::from(self.height) * u64::from(self.settings.samples);
-        self.pass(self.whole_film(), 0, self.settings.samples, watch)?;
+        self.pass(&self.whole_film(), 0, self.settings.samples, watch)?;
         self.statistics.stopped = self.statistics.samples < watch.total;
         self.read_film()
     }

@@ -54,7 +54,8 @@ pub enum Scheduler {
 }
 
 /// Whether the second hits of paths serve several pixels (shaders/lib/reuse.glsl). Images stay exact in the mean, and
-/// noise falls by more than half; groups of eight pixels, 16 apart, have part of their noise in common.
+/// noise falls by more than half where most of it is that of indirect light; groups of eight pixels, 16 apart, have part
+/// of their noise in common. Where the first samples show that it does not pay, paths serve their own pixel only.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Reuse {
     /// Where paths wait in pockets ([`Scheduler::Queue`]) and the scene has indirect light on diffuse surfaces.

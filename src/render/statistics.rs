@@ -51,6 +51,10 @@ pub struct RenderStatistics {
     pub most_samples_per_pixel: u32,
     /// What adaptive sampling reached, if it came as far as an estimate.
     pub adaptive: Option<AdaptiveStatistics>,
+    /// Samples, over all pixels, made with paths that serve several pixels (see [`Reuse`](super::Reuse)).
+    pub reused_samples: u64,
+    /// By how much reuse lowered the variance in the trial that decided about it; `None`: there was none.
+    pub reuse_gain: Option<f64>,
     /// Closest-hit rays.
     pub rays: u64,
     /// Shadow rays.
@@ -79,6 +83,7 @@ impl RenderStatistics {
     /// Adds what one dispatch counted, and how long its stages took.
     pub(super) fn add(&mut self, counters: &Counters, stages: &[StageTime]) {
         self.samples += u64::from(counters.samples);
+        self.reused_samples += u64::from(counters.reused);
         self.rays += u64::from(counters.rays);
         self.shadow_rays += u64::from(counters.shadow_rays);
         self.tree_steps += u64::from(counters.steps);

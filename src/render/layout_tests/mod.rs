@@ -141,7 +141,9 @@ fn push_constants() {
         ("target_samples", offset_of!(Push, target_samples)),
         ("max_new_samples", offset_of!(Push, max_new_samples)),
         ("band_first", offset_of!(Push, band_first)),
+        ("tile_step", offset_of!(Push, tile_step)),
         ("group_stride", offset_of!(Push, group_stride)),
+        ("reused_halves", offset_of!(Push, reused_halves)),
     ]
     .map(|(name, offset)| (name.to_owned(), offset));
     for (kernel, interface) in kernels() {
@@ -164,6 +166,7 @@ fn records() {
     assert!(sampler.contains(&format!("const uint MEMBER_SHIFT = {}u;", sobol::MAX_SAMPLES.ilog2())));
     let reuse = include_str!("../../../shaders/lib/reuse.glsl");
     assert!(reuse.contains(&format!("const uint SLOT_BITS = {}u;", queue::PATHS.ilog2())));
+    assert!(reuse.contains(&format!("const uint TRIAL = {}u;", queue::TRIAL)));
     let layout = include_str!("../../../shaders/lib/layout.glsl");
     assert!(layout.contains(&format!("const uint PATH_ROWS = {}u;", queue::PATH_ROWS)));
     for (name, offset) in [
@@ -171,6 +174,7 @@ fn records() {
         ("COUNT_BAD", offset_of!(Counters, bad)),
         ("COUNT_RAYS", offset_of!(Counters, rays)),
         ("COUNT_SHADOW", offset_of!(Counters, shadow_rays)),
+        ("COUNT_REUSED", offset_of!(Counters, reused)),
         ("COUNT_STEPS", offset_of!(Counters, steps)),
         ("COUNT_TRUNCATED", offset_of!(Counters, truncated)),
     ] {

@@ -65,7 +65,7 @@ impl Renderer {
             let done = if rung > 0 { image.ladder.count(rung - 1) } else { 0 };
             let before = self.statistics.samples;
             let pixels = self.pixels(&spans);
-            self.pass(spans.clone(), done, image.ladder.count(rung), watch)?;
+            self.pass(&spans, done, image.ladder.count(rung), watch)?;
             if self.statistics.samples - before < pixels * u64::from(image.ladder.count(rung) - done) {
                 return Ok(());
             }

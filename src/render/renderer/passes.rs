@@ -35,6 +35,23 @@ impl<'a> Watch<'a> {
     pub fn elapsed(&self) -> Duration {
         self.start.elapsed()
     }
+
+    /// A submission has finished just now: the seconds that it took. The device works on one at a time, so that it began
+    /// when its predecessor ended.
+    pub fn finished_since(&mut self, submitted: Instant) -> f64 {
+        let now = Instant::now();
+        let seconds = now.duration_since(submitted.max(self.last_finished)).as_secs_f64();
+        self.last_finished = now;
+        seconds
+    }
+
+    /// So many samples are done, and the last dispatch took so many seconds. Stops if that is wanted, or if another
+    /// dispatch would not end in time; the first one always is begun.
+    pub fn report(&mut self, done: u64, seconds: f64) {
+        let progress = Progress { done, total: self.total.max(done), elapsed: self.elapsed() };
+        let late = self.limit.is_some_and(|limit| progress.elapsed + Duration::from_secs_f64(seconds) > limit);
+        self.stop |= (self.on_progress)(&progress).is_break() || late;
+    }
 }
 
 impl Renderer {
@@ -49,37 +66,29 @@ impl Renderer {
         spans.iter().map(|s| pixels_in(s.first_slot, s.end_slot, self.width, self.height)).sum()
     }
 
-    /// Brings the pixels of `spans` from `done` samples to `samples`, or less far if the watch says stop.
-    pub(super) fn pass(
+    /// Brings the pixels of `spans` from `done` samples to `samples`, or less far if the watch says stop, with paths
+    /// reused or not as it is decided so far. Some pixels may be ahead: `already` is what they have, over all of them.
+    pub(super) fn steady_pass(
         &mut self,
-        spans: Vec<Span>,
+        spans: &[Span],
         done: u32,
         samples: u32,
+        already: u64,
         watch: &mut Watch<'_>,
     ) -> Result<(), RenderError> {
-        let end = self.statistics.samples + self.pixels(&spans) * u64::from(samples - done);
-        let mut plan = Plan::new(spans, done, samples, &self.pace);
+        let end = self.statistics.samples + self.pixels(spans) * u64::from(samples - done) - already;
+        let mut plan = Plan::new(spans.to_vec(), done, samples, &self.pace);
         let mut in_flight: VecDeque<(Ticket, Work, Instant, usize)> = VecDeque::new();
         let mut done_before_repeat = None;
         loop {
             while !watch.stop && in_flight.len() < IN_FLIGHT {
                 let Some(work) = plan.next(&self.pace) else { break };
-                let readback = (self.statistics.dispatches % IN_FLIGHT as u64) as usize;
-                let ticket = self.submit(&work, readback)?;
-                self.statistics.dispatches += 1;
+                let (ticket, readback) = self.submit(&work)?;
                 in_flight.push_back((ticket, work, Instant::now(), readback));
             }
             let Some((ticket, work, submitted, readback)) = in_flight.pop_front() else { return Ok(()) };
-            let stages = self.timeline.wait(&ticket)?;
-            let now = Instant::now();
-            // The device works on one submission at a time: this one began when its predecessor ended.
-            let seconds = now.duration_since(submitted.max(watch.last_finished)).as_secs_f64();
-            watch.last_finished = now;
-            let counters = self.read_counters(readback)?;
-            if counters.truncated > 0 {
-                return Err(RenderError::Truncated { count: counters.truncated });
-            }
-            self.statistics.add(&counters, &stages);
+            self.finish(&ticket, readback)?;
+            let seconds = watch.finished_since(submitted);
             let done = self.statistics.samples;
             if !plan.is_repeating() {
                 self.pace.measured(&work, seconds);
@@ -91,11 +100,19 @@ impl Renderer {
                 }
                 plan.repeat(&self.pace);
             }
-            let progress = Progress { done, total: watch.total.max(done), elapsed: watch.elapsed() };
-            // A dispatch that would not end in time is not begun; the first one always is.
-            let late = watch.limit.is_some_and(|limit| progress.elapsed + Duration::from_secs_f64(seconds) > limit);
-            watch.stop |= (watch.on_progress)(&progress).is_break() || late;
+            watch.report(done, seconds);
         }
+    }
+
+    /// Waits for a submission and adds what it counted.
+    pub(super) fn finish(&mut self, ticket: &Ticket, readback: usize) -> Result<(), RenderError> {
+        let stages = self.timeline.wait(ticket)?;
+        let counters = self.read_counters(readback)?;
+        if counters.truncated > 0 {
+            return Err(RenderError::Truncated { count: counters.truncated });
+        }
+        self.statistics.add(&counters, &stages);
+        Ok(())
     }
 
     /// Compiles the pipeline for good: some drivers do so only when it first runs.
@@ -122,10 +139,19 @@ impl Renderer {
         Ok(())
     }
 
-    fn submit(&mut self, work: &Work, readback: usize) -> Result<Ticket, RenderError> {
+    /// Submits work. Returns what to wait for, and the number of the buffer that its counters will be read from.
+    pub(super) fn submit(&mut self, work: &Work) -> Result<(Ticket, usize), RenderError> {
+        let number = (self.statistics.dispatches % IN_FLIGHT as u64) as usize;
+        self.statistics.dispatches += 1;
         let (bands, slots_per_group, stage) = (&self.bands, self.slots_per_group, self.stage);
-        let (pipeline, counters, readback) = (&self.pipeline, &self.counters, &self.readbacks[readback]);
-        let common = Push { target_samples: work.target_samples, max_new_samples: work.new_samples, ..self.push };
+        let (pipeline, counters, readback) = (&self.pipeline, &self.counters, &self.readbacks[number]);
+        let common = Push {
+            target_samples: work.target_samples,
+            max_new_samples: work.new_samples,
+            tile_step: work.tile_step,
+            reused_halves: self.reuse.halves(),
+            ..self.push
+        };
         let ticket = self.timeline.submit(|r| {
             r.timed(stage, |r| {
                 for (i, span) in work.spans.iter().enumerate() {
@@ -134,7 +160,7 @@ impl Renderer {
                         r.barrier(Access::Compute, Access::Compute);
                     }
                     let band = &bands[span.band];
-                    let groups = span.slots().div_ceil(slots_per_group);
+                    let groups = span.slots().div_ceil(slots_per_group * work.tile_step);
                     let push = Push {
                         first_slot: span.first_slot,
                         end_slot: span.end_slot,
@@ -155,7 +181,7 @@ impl Renderer {
             r.barrier(Access::Compute, Access::Compute);
             r.barrier(Access::Transfer, Access::Host);
         })?;
-        Ok(ticket)
+        Ok((ticket, number))
     }
 
     fn read_counters(&self, readback: usize) -> Result<Counters, RenderError> {

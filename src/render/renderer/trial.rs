@@ -1,0 +1,167 @@
+//! Whether it pays to let paths serve several pixels: decided from a trial (shaders/lib/reuse.glsl).
+
+use std::time::Instant;
+
+use super::super::error::RenderError;
+use super::super::film::pixels_in;
+use super::super::layout::{FilmSlot, queue};
+use super::super::plan::{Span, Work};
+use super::super::tiles::{TILE, half_of};
+use super::Renderer;
+use super::passes::Watch;
+
+/// By how much variance must fall in the trial for reuse to pay: a sample takes 1.4 to 2.3 times the time (measured on
+/// lavapipe, scenes with meshes of 35 thousand to a million triangles). The least of these, since the noise that reuse
+/// does not lower, of edges and of lamps, falls faster with further samples.
+const WORTH: f64 = 1.4;
+
+/// Every so many tiles take part in the trial: all places within a block of tiles do, and no column more than others.
+const TRIAL_STEP: u32 = 9;
+
+/// The trial of a rendering and what came of it, apart for the two halves of the image that adaptive sampling keeps
+/// independent of each other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum ReuseTrial {
+    /// Nothing can be reused.
+    Never,
+    /// The first samples have not been taken.
+    Pending,
+    /// Variance in each half, with reuse and without.
+    Over([[f64; 2]; 2]),
+}
+
+impl ReuseTrial {
+    /// A rendering with paths that can be reused, or without.
+    pub fn new(possible: bool) -> Self {
+        if possible { Self::Pending } else { Self::Never }
+    }
+
+    /// The same for another rendering.
+    pub fn anew(self) -> Self {
+        Self::new(self != Self::Never)
+    }
+
+    /// Takes over whole tiles of the film after the trial.
+    fn judge(&mut self, slots: &[FilmSlot]) {
+        let mut variance = if let Self::Over(before) = *self { before } else { [[0.0; 2]; 2] };
+        for (index, slot) in slots.iter().enumerate() {
+            for (sum, difference) in variance[half_of(index)].iter_mut().zip([slot.trial_with, slot.trial_without]) {
+                *sum += f64::from(difference).powi(2);
+            }
+        }
+        *self = Self::Over(variance);
+    }
+
+    /// A bit for each half, whether its paths serve several pixels; in the trial they all do.
+    pub fn halves(self) -> u32 {
+        match self {
+            Self::Never => 0,
+            Self::Pending => 0b11,
+            // Samples that were not finite leave a NaN, which is not worth anything.
+            Self::Over(halves) => (0..2).map(|h| u32::from(halves[h][0] * WORTH < halves[h][1]) << h).sum(),
+        }
+    }
+
+    /// Variance without reuse over that with it, in both halves together.
+    pub fn gain(self) -> Option<f64> {
+        match self {
+            Self::Over([a, b]) => Some((a[1] + b[1]) / (a[0] + b[0])).filter(|gain| gain.is_finite()),
+            _ => None,
+        }
+    }
+}
+
+impl Renderer {
+    /// Brings the pixels of `spans` from `done` samples to `samples`, or less far if the watch says stop. Before the first
+    /// pass that leads beyond the trial, some of the tiles go ahead and decide.
+    pub(super) fn pass(
+        &mut self,
+        spans: &[Span],
+        done: u32,
+        samples: u32,
+        watch: &mut Watch<'_>,
+    ) -> Result<(), RenderError> {
+        let mut already = 0;
+        if self.reuse == ReuseTrial::Pending && done < queue::TRIAL && queue::TRIAL <= samples {
+            already = self.try_reuse(spans, done, watch)?;
+        }
+        if watch.stop { Ok(()) } else { self.steady_pass(spans, done, samples, already, watch) }
+    }
+
+    /// The trial, in every few tiles of `spans`. Returns the samples taken.
+    fn try_reuse(&mut self, spans: &[Span], done: u32, watch: &mut Watch<'_>) -> Result<u64, RenderError> {
+        let before = self.statistics.samples;
+        let mut tried = Vec::new();
+        let mut pixels = 0;
+        for span in spans {
+            let first_slot = span.first_slot.next_multiple_of(TILE as u32 * TRIAL_STEP);
+            if first_slot < span.end_slot {
+                tried.push(Span { first_slot, ..*span });
+                let tiles = (first_slot..span.end_slot).step_by(TILE * TRIAL_STEP as usize);
+                pixels += tiles.map(|t| pixels_in(t, t + TILE as u32, self.width, self.height)).sum::<u64>();
+            }
+        }
+        let end = before + pixels * u64::from(queue::TRIAL - done);
+        let work = Work {
+            spans: tried,
+            tile_step: TRIAL_STEP,
+            target_samples: queue::TRIAL,
+            new_samples: self.pace.most_samples().min(queue::TRIAL - done),
+        };
+        // Again, if the budget of loops did not suffice.
+        while self.statistics.samples < end && !watch.stop {
+            let so_far = self.statistics.samples;
+            let submitted = Instant::now();
+            let (ticket, readback) = self.submit(&work)?;
+            self.finish(&ticket, readback)?;
+            if self.statistics.samples == so_far {
+                return Err(RenderError::Stuck { budget: self.loop_budget });
+            }
+            let seconds = watch.finished_since(submitted);
+            watch.report(self.statistics.samples, seconds);
+        }
+        if pixels > 0 && !watch.stop {
+            let mut trial = self.reuse;
+            self.read_slots(&work.spans, |_, slots| {
+                slots.chunks(TILE).step_by(TRIAL_STEP as usize).for_each(|tile| trial.judge(tile));
+            })?;
+            self.reuse = trial;
+            log::debug!("reuse of paths: {:?}, halves {:02b}", self.reuse, self.reuse.halves());
+        }
+        Ok(self.statistics.samples - before)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn slots(with: f32, without: f32) -> Vec<FilmSlot> {
+        vec![FilmSlot { trial_with: with, trial_without: without, ..FilmSlot::default() }; 128]
+    }
+
+    #[test]
+    fn what_lowers_variance_enough_is_reused() {
+        let judge = |slots: &[FilmSlot]| {
+            let mut trial = ReuseTrial::Pending;
+            slots.chunks(64).for_each(|tile| trial.judge(tile));
+            trial
+        };
+        assert_eq!(judge(&slots(1.0, 2.0)).halves(), 0b11);
+        assert_eq!(judge(&slots(-1.0, 2.0)).gain(), Some(4.0));
+        assert_eq!(judge(&slots(1.0, 1.1)).halves(), 0);
+        assert_eq!(judge(&slots(0.0, 0.0)).halves(), 0);
+        assert_eq!(judge(&slots(0.0, 0.0)).gain(), None);
+        assert_eq!(judge(&slots(f32::NAN, f32::NAN)).halves(), 0);
+        let mut mixed = slots(1.0, 1.0);
+        mixed.iter_mut().enumerate().filter(|(i, _)| half_of(*i) == 1).for_each(|(_, s)| s.trial_without = 3.0);
+        assert_eq!(judge(&mixed).halves(), 0b10);
+    }
+
+    #[test]
+    fn a_trial_begins_anew_with_each_rendering() {
+        assert_eq!(ReuseTrial::new(false).anew(), ReuseTrial::Never);
+        assert_eq!((ReuseTrial::Never.halves(), ReuseTrial::Pending.halves()), (0, 0b11));
+        assert_eq!(ReuseTrial::Over([[1.0; 2]; 2]).anew(), ReuseTrial::Pending);
+    }
+}
