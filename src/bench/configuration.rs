@@ -30,7 +30,7 @@ impl Configuration {
 ///
 /// Keys: `sampler` (sobol, independent, pcg), `accel` (bvh, none), `intersection` (watertight, moller-trumbore),
 /// `sampling` (uniform, adaptive: with the same mean number of samples), `scheduler` (auto, inline, queue),
-/// `reuse` (auto, off), `features` (specialised, general, or `+` and one of [`Feature::ALL`] that is compiled although
+/// `reuse` (auto, always, off), `features` (specialised, general, or `+` and one of [`Feature::ALL`] that is compiled although
 /// not needed), `roulette` (off, or the first hit), `device` (index, name or UUID).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Vary {
@@ -56,7 +56,7 @@ const KEYS: [(&str, Key, &str); 9] = [
     ("accel", Key::Accel, "bvh or none"),
     ("intersection", Key::Intersection, "watertight or moller-trumbore"),
     ("scheduler", Key::Scheduler, "auto, inline or queue"),
-    ("reuse", Key::Reuse, "auto or off"),
+    ("reuse", Key::Reuse, "auto, always or off"),
     ("sampling", Key::Sampling, "uniform or adaptive"),
     (
         "features",
@@ -88,6 +88,7 @@ impl Key {
             (Self::Scheduler, "inline") => s.scheduler = Scheduler::Inline,
             (Self::Scheduler, "queue") => s.scheduler = Scheduler::Queue,
             (Self::Reuse, "auto") => s.reuse = Reuse::Auto,
+            (Self::Reuse, "always") => s.reuse = Reuse::Always,
             (Self::Reuse, "off") => s.reuse = Reuse::Off,
             (Self::Sampling, "uniform") => s.adaptive = None,
             // How many in the mean is the benchmark's, like the number of samples.

@@ -131,6 +131,8 @@ pub enum SchedulerArg {
 pub enum ReuseArg {
     /// On CPU drivers, in scenes with indirect light on diffuse surfaces, if the first samples show that it pays
     Auto,
+    /// The same, whether it pays or not
+    Always,
     /// Never
     Off,
 }
@@ -176,6 +178,7 @@ impl SceneOptions {
             },
             reuse: match self.reuse {
                 ReuseArg::Auto => Reuse::Auto,
+                ReuseArg::Always => Reuse::Always,
                 ReuseArg::Off => Reuse::Off,
             },
             general: self.general,

@@ -98,7 +98,7 @@ impl Renderer {
         let features = Features::of(scene, settings);
         let space = RenderSpace::of(scene);
         let tables = Tables::of(scene, &space, settings);
-        let reusable = settings.reuse == Reuse::Auto && tables.tree.is_some() && features.can_reuse();
+        let reusable = settings.reuse != Reuse::Off && tables.tree.is_some() && features.can_reuse();
         let queued = features.tree
             && !features.brute_force
             && match settings.scheduler {
@@ -212,7 +212,7 @@ impl Renderer {
             loop_budget,
             slots_per_group,
             pace: Pace::new(settings.samples_per_dispatch, if queued { queue::PATHS / queue::TILE } else { u32::MAX }),
-            reuse: ReuseTrial::new(reuse),
+            reuse: if reuse { ReuseTrial::of(settings.reuse) } else { ReuseTrial::Never },
             stage,
             bands,
             timeline,

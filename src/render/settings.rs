@@ -55,12 +55,14 @@ pub enum Scheduler {
 
 /// Whether the second hits of paths serve several pixels (shaders/lib/reuse.glsl). Images stay exact in the mean, and
 /// noise falls by more than half where most of it is that of indirect light; groups of eight pixels, 16 apart, have part
-/// of their noise in common. Where the first samples show that it does not pay, paths serve their own pixel only.
+/// of their noise in common.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Reuse {
-    /// Where paths wait in pockets ([`Scheduler::Queue`]) and the scene has indirect light on diffuse surfaces.
+    /// As [`Reuse::Always`], unless the first samples show that it does not pay.
     #[default]
     Auto,
+    /// Where paths wait in pockets ([`Scheduler::Queue`]) and the scene has indirect light on diffuse surfaces.
+    Always,
     /// Each path serves its own pixel only.
     Off,
 }

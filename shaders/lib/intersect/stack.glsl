@@ -1,14 +1,14 @@
 // The stack of a walk: groups (node.glsl), at most one for each level of the tree.
 //
 // In a tree of few levels it is a shift register. A CPU driver stores into an array lane by lane, each behind a branch;
-// to move a dozen registers by one costs half of that.
+// to move a dozen registers by one costs less.
 
 #ifndef STACK_GLSL
 #define STACK_GLSL
 
 #include "../layout.glsl"
 
-const int SHORT_LEVELS = 12;
+const int SHORT_LEVELS = 16;
 const bool SHORT_STACK = TREE_LEVELS <= uint(SHORT_LEVELS);
 const int MOST_LEVELS = 64;         // more than any tree has (accel::MAX_DEPTH)
 
@@ -22,7 +22,7 @@ uint deep_stack[MOST_LEVELS];
 Stack stack_empty() {
     // A group without members ends the walk.
     deep_stack[0] = 0u;
-    return Stack(uint[](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u), 1);
+    return Stack(uint[](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u), 1);
 }
 
 // Puts the group on the stack, or fetches it from there, or neither.
@@ -32,7 +32,8 @@ void stack_shift(inout Stack s, inout uint group, bool push, bool pop) {
         s.levels[0] = push ? group : (pop ? old[1] : old[0]);
 #define SHIFT(n) if (n < TREE_LEVELS) s.levels[n] = push ? old[n - 1u] : (pop ? old[n + 1u] : old[n]);
         SHIFT(1u) SHIFT(2u) SHIFT(3u) SHIFT(4u) SHIFT(5u) SHIFT(6u)
-        SHIFT(7u) SHIFT(8u) SHIFT(9u) SHIFT(10u) SHIFT(11u)
+        SHIFT(7u) SHIFT(8u) SHIFT(9u) SHIFT(10u) SHIFT(11u) SHIFT(12u)
+        SHIFT(13u) SHIFT(14u) SHIFT(15u)
 #undef SHIFT
         if (pop) group = old[0];
     } else {

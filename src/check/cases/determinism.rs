@@ -37,7 +37,7 @@ pub(super) const CASES: &[Case] = &[
                 |s| s.scheduler = Scheduler::Queue,
             ];
             let (scene, off): (_, Change) = (divided_room(), |s| s.reuse = Reuse::Off);
-            let reused = variants(lab, &scene, |_| (), &[&cuts[..], &with_reuse].concat())?;
+            let reused = variants(lab, &scene, |s| s.reuse = Reuse::Always, &[&cuts[..], &with_reuse].concat())?;
             let plain = variants(lab, &scene, off, &[&cuts[..], &without].concat())?;
             Ok(Measured::new(reused.value + plain.value, "10 variants, 1024 pixels".to_owned()))
         },

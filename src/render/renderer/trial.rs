@@ -6,6 +6,7 @@ use super::super::error::RenderError;
 use super::super::film::pixels_in;
 use super::super::layout::{FilmSlot, queue};
 use super::super::plan::{Span, Work};
+use super::super::settings::Reuse;
 use super::super::tiles::{TILE, half_of};
 use super::Renderer;
 use super::passes::Watch;
@@ -22,8 +23,10 @@ const TRIAL_STEP: u32 = 9;
 /// independent of each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum ReuseTrial {
-    /// Nothing can be reused.
+    /// No paths are reused.
     Never,
+    /// All are, whatever it gains.
+    Always,
     /// The first samples have not been taken.
     Pending,
     /// Variance in each half, with reuse and without.
@@ -31,14 +34,21 @@ pub(super) enum ReuseTrial {
 }
 
 impl ReuseTrial {
-    /// A rendering with paths that can be reused, or without.
-    pub fn new(possible: bool) -> Self {
-        if possible { Self::Pending } else { Self::Never }
+    /// Before a rendering.
+    pub fn of(reuse: Reuse) -> Self {
+        match reuse {
+            Reuse::Auto => Self::Pending,
+            Reuse::Always => Self::Always,
+            Reuse::Off => Self::Never,
+        }
     }
 
     /// The same for another rendering.
     pub fn anew(self) -> Self {
-        Self::new(self != Self::Never)
+        match self {
+            Self::Pending | Self::Over(_) => Self::Pending,
+            same => same,
+        }
     }
 
     /// Takes over whole tiles of the film after the trial.
@@ -56,7 +66,7 @@ impl ReuseTrial {
     pub fn halves(self) -> u32 {
         match self {
             Self::Never => 0,
-            Self::Pending => 0b11,
+            Self::Pending | Self::Always => 0b11,
             // Samples that were not finite leave a NaN, which is not worth anything.
             Self::Over(halves) => (0..2).map(|h| u32::from(halves[h][0] * WORTH < halves[h][1]) << h).sum(),
         }
@@ -160,8 +170,10 @@ mod tests {
 
     #[test]
     fn a_trial_begins_anew_with_each_rendering() {
-        assert_eq!(ReuseTrial::new(false).anew(), ReuseTrial::Never);
-        assert_eq!((ReuseTrial::Never.halves(), ReuseTrial::Pending.halves()), (0, 0b11));
+        for (reuse, halves) in [(Reuse::Off, 0), (Reuse::Always, 0b11), (Reuse::Auto, 0b11)] {
+            let before = ReuseTrial::of(reuse);
+            assert_eq!((before.anew(), before.halves(), before.gain()), (before, halves, None));
+        }
         assert_eq!(ReuseTrial::Over([[1.0; 2]; 2]).anew(), ReuseTrial::Pending);
     }
 }
