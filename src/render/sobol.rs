@@ -3,13 +3,13 @@
 //! Direction numbers: S. Joe and F. Y. Kuo, "Constructing Sobol sequences with better two-dimensional projections",
 //! SIAM J. Sci. Comput. 30 (2008), the first 64 dimensions of their set "new-joe-kuo-6".
 
+pub use crate::scene::MAX_SAMPLES;
+
 /// Dimensions of a table row.
 pub const DIMENSIONS: usize = 64;
 /// Rows of a level: a level covers ten bits of the sample index.
 pub const LEVEL_ROWS: usize = 1 << LEVEL_BITS;
 const LEVEL_BITS: u32 = 10;
-/// Largest number of samples of a pixel.
-pub const MAX_SAMPLES: u32 = 1 << 29;
 /// Levels that so many need.
 pub const MAX_LEVELS: u32 = 3;
 

@@ -12,7 +12,7 @@ use super::materials::MaterialList;
 use super::obj::{MaterialSource, MeshRequest, NormalsChoice};
 use super::read::read_relative;
 use super::transform::Placement;
-use super::validate::{MAX_DEPTH, MAX_IMAGE_SIDE, Problem, check_integer, check_positive, check_vector};
+use super::validate::{MAX_DEPTH, MAX_IMAGE_SIDE, MAX_SAMPLES, Problem, check_integer, check_positive, check_vector};
 
 /// The text that a scene is being built from.
 pub(super) struct Source<'a> {
@@ -91,7 +91,7 @@ fn integrator(table: &IntegratorTable) -> Result<Integrator, Problem> {
     let entity = Entity::Integrator;
     Ok(Integrator {
         max_depth: integer(entity, "max_depth", table.max_depth, MAX_DEPTH)?,
-        samples: integer(entity, "samples", table.samples, u32::MAX)?,
+        samples: integer(entity, "samples", table.samples, MAX_SAMPLES)?,
         russian_roulette: match table.russian_roulette {
             RouletteValue::From(depth) => Some(integer(entity, "russian_roulette", depth, u32::MAX)?),
             RouletteValue::Off => None,

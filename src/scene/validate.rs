@@ -22,6 +22,9 @@ pub const MAX_IMAGE_SIDE: u32 = 65_536;
 /// Largest [`Integrator::max_depth`].
 pub const MAX_DEPTH: u32 = 65_535;
 
+/// Largest [`Integrator::samples`]: three bits of an index are left for the renderer's groups of pixels.
+pub const MAX_SAMPLES: u32 = 1 << 29;
+
 /// Sine of the smallest angle between [`Camera::up`] and the optical axis: below it the image's orientation would be
 /// made of rounding errors.
 const MIN_UP_SINE: f64 = 1e-10;
@@ -162,7 +165,7 @@ fn check_film(film: &Film) -> Check {
 fn check_integrator(integrator: &Integrator) -> Check {
     let entity = Entity::Integrator;
     check_integer(entity, "max_depth", i64::from(integrator.max_depth), 1, MAX_DEPTH)?;
-    check_integer(entity, "samples", i64::from(integrator.samples), 1, u32::MAX)?;
+    check_integer(entity, "samples", i64::from(integrator.samples), 1, MAX_SAMPLES)?;
     if let Some(depth) = integrator.russian_roulette {
         check_integer(entity, "russian_roulette", i64::from(depth), 1, u32::MAX)?;
     }
