@@ -57,7 +57,7 @@ void path_store_compactly(uint path, uint row, vec4 value) {
 // The path has not begun; `reusing`: it may serve others.
 void path_clear(uint path, bool wanted, bool reusing) {
     path_store_compactly(path, ROW_LIGHT, vec4(0.0, 0.0, 0.0, wanted ? PATH_OPEN : PATH_UNWANTED));
-    if (REUSE && reusing) {
+    if (reusing) {
         path_store_compactly(path, ROW_FIRST_NORMAL, vec4(0.0));
         path_store_compactly(path, ROW_SECOND_NORMAL, vec4(0.0));
     }

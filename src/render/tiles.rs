@@ -13,7 +13,7 @@ use crate::image::metrics::RELATIVE_OFFSET;
 /// Slots of a tile.
 pub(crate) const TILE: usize = 64;
 
-/// The half that a slot of a tile belongs to.
+/// The half that a slot of a tile belongs to; `reuses` of shaders/lib/reuse.glsl reckons alike.
 pub(crate) fn half_of(slot: usize) -> usize {
     (slot % 4 + slot / 4 % 2) % 2
 }

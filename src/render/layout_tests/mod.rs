@@ -9,6 +9,7 @@ use std::path::Path;
 use super::layout::{Counters, FilmSlot, Push, binding, constant, queue};
 use super::sobol;
 use super::spheres::MAX_CONSTANT_SPHERES;
+use super::tiles::{TILE, half_of};
 use reflect::{Interface, interface};
 
 /// Every specialization constant that the shaders may have, by name.
@@ -167,6 +168,8 @@ fn records() {
     let reuse = include_str!("../../../shaders/lib/reuse.glsl");
     assert!(reuse.contains(&format!("const uint SLOT_BITS = {}u;", queue::PATHS.ilog2())));
     assert!(reuse.contains(&format!("const uint TRIAL = {}u;", queue::TRIAL)));
+    assert!(reuse.contains("(reused_halves >> ((p ^ (p >> 2)) & 1u)) & 1u"));
+    assert!((0..TILE).all(|p| half_of(p) == (p ^ (p >> 2)) & 1));
     let layout = include_str!("../../../shaders/lib/layout.glsl");
     assert!(layout.contains(&format!("const uint PATH_ROWS = {}u;", queue::PATH_ROWS)));
     for (name, offset) in [
@@ -174,9 +177,9 @@ fn records() {
         ("COUNT_BAD", offset_of!(Counters, bad)),
         ("COUNT_RAYS", offset_of!(Counters, rays)),
         ("COUNT_SHADOW", offset_of!(Counters, shadow_rays)),
-        ("COUNT_REUSED", offset_of!(Counters, reused)),
         ("COUNT_STEPS", offset_of!(Counters, steps)),
         ("COUNT_TRUNCATED", offset_of!(Counters, truncated)),
+        ("COUNT_REUSED", offset_of!(Counters, reused)),
     ] {
         let line = format!("const uint {name} = {}u;", offset / 4);
         assert!(layout.contains(&line), "layout.glsl should have `{line}`");
