@@ -1,7 +1,5 @@
 //! Whether it pays to let paths serve several pixels: decided from a trial (shaders/lib/reuse.glsl).
 
-use std::time::Instant;
-
 use super::super::error::RenderError;
 use super::super::film::pixels_in;
 use super::super::layout::{FilmSlot, queue};
@@ -93,13 +91,14 @@ impl Renderer {
     ) -> Result<(), RenderError> {
         let mut already = 0;
         if self.reuse == ReuseTrial::Pending && done < queue::TRIAL && queue::TRIAL <= samples {
-            already = self.try_reuse(spans, done, watch)?;
+            already = self.try_reuse(spans, done)?;
         }
-        if watch.stop { Ok(()) } else { self.steady_pass(spans, done, samples, already, watch) }
+        self.steady_pass(spans, done, samples, already, watch)
     }
 
-    /// The trial, in every few tiles of `spans`. Returns the samples taken.
-    fn try_reuse(&mut self, spans: &[Span], done: u32, watch: &mut Watch<'_>) -> Result<u64, RenderError> {
+    /// The trial, in every few tiles of `spans`. Returns the samples taken. It is not stopped: an image of these tiles only
+    /// is of no use.
+    fn try_reuse(&mut self, spans: &[Span], done: u32) -> Result<u64, RenderError> {
         let before = self.statistics.samples;
         let mut tried = Vec::new();
         let mut pixels = 0;
@@ -119,18 +118,15 @@ impl Renderer {
             new_samples: self.pace.most_samples().min(queue::TRIAL - done),
         };
         // Again, if the budget of loops did not suffice.
-        while self.statistics.samples < end && !watch.stop {
+        while self.statistics.samples < end {
             let so_far = self.statistics.samples;
-            let submitted = Instant::now();
             let (ticket, readback) = self.submit(&work)?;
             self.finish(&ticket, readback)?;
             if self.statistics.samples == so_far {
                 return Err(RenderError::Stuck { budget: self.loop_budget });
             }
-            let seconds = watch.finished_since(submitted);
-            watch.report(self.statistics.samples, seconds);
         }
-        if pixels > 0 && !watch.stop {
+        if pixels > 0 {
             let mut trial = self.reuse;
             self.read_slots(&work.spans, |_, slots| {
                 slots.chunks(TILE).step_by(TRIAL_STEP as usize).for_each(|tile| trial.judge(tile));
