@@ -16,6 +16,10 @@
 // are counted (a ballot is a loop over them) only once in a few steps, and loops end at their ends: after a break
 // lavapipe executes the rest of the body once more, for no lane.
 //
+// Loops that only move data stay loops. lavapipe makes a coroutine of a compute shader, for which LLVM 15 reckons the
+// dominators of all basic blocks once for each local variable: its time goes with the product of the two. A texel
+// access has five variables and two blocks, a vec4 written to a storage buffer eighty blocks.
+//
 // A workgroup is one subgroup. It owns a tile of 64 pixels, whose samples its lanes draw in runs. The light of each
 // path goes to a slot of its own, and the film is summed in the order of the samples: the image does not depend on how
 // work is cut or scheduled, and no stage needs the host.
@@ -284,9 +288,9 @@ void main() {
     uint samples = min(max_new_samples, PATHS / TILE);
     bool reusing = REUSE && reused_halves != 0u;
     uint paths = TILE * samples;
-    for (uint p = gl_SubgroupInvocationID; p < TILE; p += gl_SubgroupSize) {
+    [[dont_unroll]] for (uint p = gl_SubgroupInvocationID; p < TILE; p += gl_SubgroupSize) {
         uint wanted = reusing ? wanted_samples(tile + p) : samples;
-        for (uint s = 0u; s < samples; ++s) path_clear(region + s * TILE + p, s < wanted, reusing);
+        [[dont_unroll]] for (uint s = 0u; s < samples; ++s) path_clear(region + s * TILE + p, s < wanted, reusing);
     }
     share_notes();
     loops += (TILE + paths) / gl_SubgroupSize;
@@ -351,10 +355,12 @@ void main() {
         }
     }
     release_region(r);
-    atomicAdd(counters[COUNT_SAMPLES], committed);
-    if (reusing) atomicAdd(counters[COUNT_REUSED], committed);
-    atomicAdd(counters[COUNT_RAYS], rays);
-    atomicAdd(counters[COUNT_SHADOW], shadow_rays);
-    if (PATH_STATS) atomicAdd(counters[COUNT_STEPS], steps);
-    if (bad > 0u) atomicAdd(counters[COUNT_BAD], bad);
+    [[dont_unroll]] for (uint counter = 0u; counter < COUNTERS; ++counter) {
+        uint count = counter == COUNT_SAMPLES || (counter == COUNT_REUSED && reusing) ? committed : 0u;
+        if (counter == COUNT_RAYS) count = rays;
+        if (counter == COUNT_SHADOW) count = shadow_rays;
+        if (counter == COUNT_STEPS && PATH_STATS) count = steps;
+        if (counter == COUNT_BAD) count = bad;
+        if (count > 0u) atomicAdd(counters[counter], count);
+    }
 }

@@ -113,6 +113,7 @@ const uint COUNT_SHADOW = 3u;      // shadow rays
 const uint COUNT_STEPS = 4u;       // steps through the tree (with PATH_STATS)
 const uint COUNT_TRUNCATED = 5u;   // loops that nothing in the shader ended, workgroups of several subgroups
 const uint COUNT_REUSED = 6u;      // samples made with paths that serve several pixels
+const uint COUNTERS = 7u;
 
 layout(push_constant, std430) uniform Push {
     vec4 camera_right;      // xyz: half the image plane's width at distance 1

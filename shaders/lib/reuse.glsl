@@ -107,12 +107,15 @@ vec3 end_of_segment(Arrival a, float t) {
 
 // Notes a path that arrives at its second hit.
 void note_second_hit(uint path, Path p, Arrival a, float t, vec3 radiance) {
-    path_store(path, ROW_FIRST, vec4(p.origin, intBitsToFloat(p.leaving)));
-    path_store(path, ROW_FIRST_NORMAL, vec4(p.normal, p.throughput.x));
     vec3 y = end_of_segment(a, t);
-    path_store(path, ROW_SECOND, vec4(y, p.throughput.y));
-    path_store(path, ROW_SECOND_NORMAL, vec4(a.gives ? a.up : vec3(0.0), p.throughput.z));
-    path_store(path, ROW_OWN, vec4(a.gives ? radiance : vec3(0.0), 0.0));
+    [[dont_unroll]] for (uint row = ROW_FIRST; row <= ROW_OWN; ++row) {
+        vec4 value = vec4(p.origin, intBitsToFloat(p.leaving));
+        if (row == ROW_FIRST_NORMAL) value = vec4(p.normal, p.throughput.x);
+        if (row == ROW_SECOND) value = vec4(y, p.throughput.y);
+        if (row == ROW_SECOND_NORMAL) value = vec4(a.gives ? a.up : vec3(0.0), p.throughput.z);
+        if (row == ROW_OWN) value = vec4(a.gives ? radiance : vec3(0.0), 0.0);
+        path_store(path, row, value);
+    }
     vec3 direction;
     float distance;
     note_coupling(path, 0u, coupling(p.origin, p.normal, y, a.up, direction, distance));

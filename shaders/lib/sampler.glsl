@@ -60,7 +60,10 @@ uvec2 sobol_reversed(uint index, uint pair) {
         block = SOBOL_LEVELS - 2u;
         row ^= texelFetch(sobol_texels, int((block << 10) + ((index >> 10) & 1023u)) * 16 + column);
     }
-    if (SOBOL_LEVELS > 2u) row ^= texelFetch(sobol_texels, int((index >> 20) & ((1u << (MEMBER_SHIFT - 20u)) - 1u)) * 16 + column);
+    if (SOBOL_LEVELS > 2u) {
+        const uint member_bits = MEMBER_SHIFT - 20u;
+        row ^= texelFetch(sobol_texels, int(bitfieldExtract(index, 20, int(member_bits))) * 16 + column);
+    }
     return (pair & 1u) == 0u ? row.xy : row.zw;
 }
 

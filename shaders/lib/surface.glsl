@@ -2,8 +2,9 @@
 //
 // shape_texels: for each constant sphere three texels: (centre, 1/radius with the normal's sign), its material, and the
 // number of its light; for each facet the same with (unit normal n, n·p of its points) first; then for each facet four
-// texels with its corners, and those four numbers again; then materials and vertex normals, one texel each. A material is (rgb, kind): rgb is reflectance or radiance, and kind is one of the numbers below
-// or, if positive, the index of refraction of a dielectric.
+// texels with its corners, and those four numbers again; then materials and vertex normals, one texel each. A material
+// is (rgb, kind): rgb is reflectance or radiance, and kind is one of the numbers below or, if positive, the index of
+// refraction of a dielectric.
 
 #ifndef SURFACE_GLSL
 #define SURFACE_GLSL

@@ -80,8 +80,8 @@ impl ReuseTrial {
 }
 
 impl Renderer {
-    /// Brings the pixels of `spans` from `done` samples to `samples`, or less far if the watch says stop. Before the first
-    /// pass that leads beyond the trial, some of the tiles go ahead and decide.
+    /// Brings the pixels of `spans` from `done` samples to `samples`, or less far if the watch says stop. Before the
+    /// first pass that leads beyond the trial, some of the tiles go ahead and decide.
     pub(super) fn pass(
         &mut self,
         spans: &[Span],
@@ -96,8 +96,8 @@ impl Renderer {
         self.steady_pass(spans, done, samples, already, watch)
     }
 
-    /// The trial, in every few tiles of `spans`. Returns the samples taken. It is not stopped: an image of these tiles only
-    /// is of no use.
+    /// The trial, in every few tiles of `spans`. Returns the samples taken. It is not stopped: an image of these tiles
+    /// only is of no use.
     fn try_reuse(&mut self, spans: &[Span], done: u32) -> Result<u64, RenderError> {
         let before = self.statistics.samples;
         let mut tried = Vec::new();
