@@ -18,7 +18,7 @@ pub(crate) enum Usage {
     Texel(vk::Format),
     /// Read and written by shaders through a typed view; on the device.
     StorageTexel(vk::Format),
-    /// The same, and an array of numbers too ([`Binding::untyped`](super::Binding::untyped)).
+    /// The same, and an array of numbers too.
     StorageTexelAndArray(vk::Format),
     /// Written by the host, source of copies.
     Upload,
@@ -46,7 +46,6 @@ pub(crate) struct Buffer {
     pub raw: vk::Buffer,
     pub view: vk::BufferView,
     pub bytes: u64,
-    usage: Usage,
     allocation: Option<Allocation>,
     device: Arc<Device>,
 }
@@ -98,7 +97,7 @@ impl Buffer {
         // SAFETY: a live device; the size is not 0.
         let raw = unsafe { device.raw.create_buffer(&info, None) }.map_err(|e| no_memory(e.to_string()))?;
         let mut buffer =
-            Self { raw, view: vk::BufferView::null(), bytes, usage, allocation: None, device: Arc::clone(device) };
+            Self { raw, view: vk::BufferView::null(), bytes, allocation: None, device: Arc::clone(device) };
         device.name(raw, name);
         // SAFETY: `raw` was just made with this device.
         let requirements = unsafe { device.raw.get_buffer_memory_requirements(raw) };
@@ -130,15 +129,6 @@ impl Buffer {
             device.name(buffer.view, name);
         }
         Ok(buffer)
-    }
-
-    /// How shaders see the buffer.
-    pub fn descriptor_type(&self) -> vk::DescriptorType {
-        match self.usage {
-            Usage::Texel(_) => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
-            Usage::StorageTexel(_) | Usage::StorageTexelAndArray(_) => vk::DescriptorType::STORAGE_TEXEL_BUFFER,
-            _ => vk::DescriptorType::STORAGE_BUFFER,
-        }
     }
 
     /// The mapped bytes, where the memory is visible to the host.

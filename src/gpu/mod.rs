@@ -1,5 +1,6 @@
 //! Vulkan by hand: instance, device, memory, pipelines and submissions. Knows nothing of rendering.
 
+mod bindings;
 mod buffer;
 mod device;
 mod error;
@@ -11,14 +12,15 @@ mod submit;
 mod violation;
 mod wide;
 
+pub(crate) use bindings::{BindingKind, BindingLayout, BindingSet};
 pub(crate) use buffer::{Buffer, Usage};
 pub(crate) use device::Device;
 pub use device::{Context, ContextOptions};
 pub use error::GpuError;
 pub use instance::Validation;
 pub use messages::Messages;
+pub(crate) use pipeline::Pipeline;
 pub use pipeline::Specialization;
-pub(crate) use pipeline::{Binding, BindingSet, Pipeline};
 pub use select::{DeviceInfo, DeviceKind};
 pub use submit::StageTime;
 pub(crate) use submit::{Access, Ticket, Timeline};

@@ -1,10 +1,10 @@
-//! Compute pipelines: one descriptor set, push constants, specialization constants.
+//! Compute pipelines and their specialization constants.
 
 use std::sync::Arc;
 
 use ash::vk;
 
-use super::buffer::Buffer;
+use super::bindings::BindingLayout;
 use super::device::Device;
 use super::error::{GpuError, check};
 
@@ -47,122 +47,6 @@ impl Specialization {
     }
 }
 
-/// One binding of the descriptor set.
-#[derive(Clone, Copy)]
-pub(crate) struct Binding<'a> {
-    pub number: u32,
-    pub buffer: &'a Buffer,
-    ty: vk::DescriptorType,
-}
-
-impl<'a> Binding<'a> {
-    /// The buffer as its usage says.
-    pub fn new(number: u32, buffer: &'a Buffer) -> Self {
-        Self { number, buffer, ty: buffer.descriptor_type() }
-    }
-
-    /// A [`Usage::StorageTexelAndArray`](super::Usage::StorageTexelAndArray) buffer as an array.
-    pub fn untyped(number: u32, buffer: &'a Buffer) -> Self {
-        Self { number, buffer, ty: vk::DescriptorType::STORAGE_BUFFER }
-    }
-}
-
-/// What a set of pipelines shares: layout and descriptor set over the same buffers.
-pub(crate) struct BindingSet {
-    pub layout: vk::PipelineLayout,
-    pub set: vk::DescriptorSet,
-    set_layout: vk::DescriptorSetLayout,
-    pool: vk::DescriptorPool,
-    device: Arc<Device>,
-}
-
-impl BindingSet {
-    /// Makes the layout and writes the descriptors. The buffers must outlive the set's use.
-    pub fn new(device: &Arc<Device>, bindings: &[Binding<'_>], push_bytes: u32) -> Result<Self, GpuError> {
-        let layout_bindings: Vec<_> = bindings
-            .iter()
-            .map(|b| {
-                vk::DescriptorSetLayoutBinding::default()
-                    .binding(b.number)
-                    .descriptor_type(b.ty)
-                    .descriptor_count(1)
-                    .stage_flags(vk::ShaderStageFlags::COMPUTE)
-            })
-            .collect();
-        let mut set = Self {
-            layout: vk::PipelineLayout::null(),
-            set: vk::DescriptorSet::null(),
-            set_layout: vk::DescriptorSetLayout::null(),
-            pool: vk::DescriptorPool::null(),
-            device: Arc::clone(device),
-        };
-        let raw = &device.raw;
-        let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&layout_bindings);
-        // SAFETY: live device; `layout_bindings` outlives the call.
-        set.set_layout =
-            check("vkCreateDescriptorSetLayout", unsafe { raw.create_descriptor_set_layout(&info, None) })?;
-        let set_layouts = [set.set_layout];
-        let push = [vk::PushConstantRange::default().stage_flags(vk::ShaderStageFlags::COMPUTE).size(push_bytes)];
-        let mut info = vk::PipelineLayoutCreateInfo::default().set_layouts(&set_layouts);
-        if push_bytes > 0 {
-            info = info.push_constant_ranges(&push);
-        }
-        // SAFETY: the set layout was just made with this device; both arrays outlive the call.
-        set.layout = check("vkCreatePipelineLayout", unsafe { raw.create_pipeline_layout(&info, None) })?;
-        let count = |wanted| bindings.iter().filter(|b| b.ty == wanted).count() as u32;
-        let sizes: Vec<_> = [
-            vk::DescriptorType::STORAGE_BUFFER,
-            vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
-            vk::DescriptorType::STORAGE_TEXEL_BUFFER,
-        ]
-        .into_iter()
-        .map(|ty| vk::DescriptorPoolSize { ty, descriptor_count: count(ty) })
-        .filter(|s| s.descriptor_count > 0)
-        .collect();
-        let info = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
-        // SAFETY: live device; `sizes` is not empty, since a set has bindings, and outlives the call.
-        set.pool = check("vkCreateDescriptorPool", unsafe { raw.create_descriptor_pool(&info, None) })?;
-        let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(set.pool).set_layouts(&set_layouts);
-        // SAFETY: pool and layout were just made with this device, and the pool has room for this one set.
-        let sets = check("vkAllocateDescriptorSets", unsafe { raw.allocate_descriptor_sets(&info) })?;
-        set.set = sets[0];
-
-        let ranges: Vec<_> = bindings
-            .iter()
-            .map(|b| [vk::DescriptorBufferInfo::default().buffer(b.buffer.raw).range(vk::WHOLE_SIZE)])
-            .collect();
-        let views: Vec<_> = bindings.iter().map(|b| [b.buffer.view]).collect();
-        let writes: Vec<_> = bindings
-            .iter()
-            .enumerate()
-            .map(|(i, b)| {
-                let ty = b.ty;
-                let write =
-                    vk::WriteDescriptorSet::default().dst_set(set.set).dst_binding(b.number).descriptor_type(ty);
-                if ty == vk::DescriptorType::STORAGE_BUFFER {
-                    write.buffer_info(&ranges[i])
-                } else {
-                    write.texel_buffer_view(&views[i])
-                }
-            })
-            .collect();
-        // SAFETY: no submission uses the new set yet; buffers and views are alive; `ranges` and `views` outlive the call.
-        unsafe { raw.update_descriptor_sets(&writes, &[]) };
-        Ok(set)
-    }
-}
-
-impl Drop for BindingSet {
-    fn drop(&mut self) {
-        // SAFETY: owners wait for the device first; destroying a null handle does nothing.
-        unsafe {
-            self.device.raw.destroy_descriptor_pool(self.pool, None);
-            self.device.raw.destroy_pipeline_layout(self.layout, None);
-            self.device.raw.destroy_descriptor_set_layout(self.set_layout, None);
-        }
-    }
-}
-
 /// A compute pipeline.
 pub(crate) struct Pipeline {
     pub raw: vk::Pipeline,
@@ -176,7 +60,7 @@ impl Pipeline {
         name: &str,
         spirv: &[u8],
         specialization: &Specialization,
-        bindings: &BindingSet,
+        layout: &BindingLayout,
     ) -> Result<Self, GpuError> {
         // Whatever the alignment of the bytes.
         let words: Vec<u32> = spirv.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
@@ -198,7 +82,7 @@ impl Pipeline {
             .module(module)
             .name(c"main")
             .specialization_info(&values);
-        let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(bindings.layout)];
+        let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout.raw)];
         // SAFETY: module, layout and the specialization data live for the call.
         let made = unsafe { device.raw.create_compute_pipelines(vk::PipelineCache::null(), &info, None) };
         // SAFETY: a module may go once its pipelines are made.

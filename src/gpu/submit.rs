@@ -5,10 +5,11 @@ use std::time::{Duration, Instant};
 
 use ash::vk;
 
+use super::bindings::BindingSet;
 use super::buffer::Buffer;
 use super::device::Device;
 use super::error::{GpuError, check};
-use super::pipeline::{BindingSet, Pipeline};
+use super::pipeline::Pipeline;
 
 /// How long a wait may last before the device is given up.
 const WAIT_LIMIT: Duration = Duration::from_secs(600);
@@ -202,9 +203,9 @@ impl Recorder<'_> {
         // within the limits that the plan checks.
         unsafe {
             raw.cmd_bind_pipeline(commands, vk::PipelineBindPoint::COMPUTE, pipeline.raw);
-            raw.cmd_bind_descriptor_sets(commands, vk::PipelineBindPoint::COMPUTE, set.layout, 0, &[set.set], &[]);
+            raw.cmd_bind_descriptor_sets(commands, vk::PipelineBindPoint::COMPUTE, set.layout.raw, 0, &[set.raw], &[]);
             if !push.is_empty() {
-                raw.cmd_push_constants(commands, set.layout, vk::ShaderStageFlags::COMPUTE, 0, push);
+                raw.cmd_push_constants(commands, set.layout.raw, vk::ShaderStageFlags::COMPUTE, 0, push);
             }
             raw.cmd_dispatch(commands, groups[0], groups[1], groups[2]);
         }

@@ -1,17 +1,19 @@
 //! A scene on the device, ready to be rendered.
 
 mod adaptive;
+mod buffers;
 mod passes;
 mod trial;
 
 use std::ops::ControlFlow;
+use std::panic::resume_unwind;
 use std::sync::Arc;
 use std::time::Instant;
 
 use bytemuck::Zeroable;
 
 use crate::accel::{MAX_RECORDS, TreeStatistics};
-use crate::gpu::{Binding, BindingSet, Buffer, Context, Device, Pipeline, Timeline, Usage};
+use crate::gpu::{BindingLayout, Context, Device, Pipeline, Timeline};
 use crate::scene::Scene;
 
 use super::driver::DriverFacts;
@@ -19,19 +21,17 @@ use super::error::RenderError;
 use super::features::{Feature, Features};
 use super::film::{Film, slot_count};
 use super::kernels;
-use super::layout::{Counters, FilmSlot, Push, binding, constant, queue};
+use super::layout::{Push, constant, queue};
 use super::plan::Pace;
 use super::settings::{Adaptive, RenderSettings, Reuse, Scheduler};
 use super::sobol;
 use super::space::RenderSpace;
 use super::statistics::{Progress, RenderStatistics};
 use super::tables::Tables;
-use super::upload::upload;
+use buffers::{Buffers, Shape};
 use passes::Watch;
 use trial::ReuseTrial;
 
-/// Pixels of a band: 192 MiB.
-const MOST_BAND_SLOTS: u64 = 1 << 22;
 /// Submissions in flight.
 const IN_FLIGHT: usize = 2;
 
@@ -50,27 +50,12 @@ pub struct Renderer {
     pace: Pace,
     reuse: ReuseTrial,
     stage: &'static str,
-    bands: Vec<Band>,
     // Dropped before the buffers they refer to; the timeline first, which waits for the device.
     timeline: Timeline,
     pipeline: Pipeline,
-    counters: Buffer,
-    readbacks: Vec<Buffer>,
-    _tables: Vec<Buffer>,
-    /// Which regions of what the queue's paths note are taken.
-    queue_pool: Buffer,
-    /// What the queue's paths note.
-    _paths: Buffer,
+    buffers: Buffers,
     device: Arc<Device>,
     statistics: RenderStatistics,
-}
-
-/// A part of the film that fits into one texel buffer.
-struct Band {
-    first: u32,
-    slots: u32,
-    set: BindingSet,
-    film: Buffer,
 }
 
 impl Renderer {
@@ -121,33 +106,7 @@ impl Renderer {
                 "a tree of {records} records for {triangles} triangles is too large: there may be {MAX_RECORDS}"
             )));
         }
-        let texel = |name, bytes: usize, format| Buffer::new(device, name, bytes as u64, Usage::Texel(format));
-        let float4 = ash::vk::Format::R32G32B32A32_SFLOAT;
-        let uint4 = ash::vk::Format::R32G32B32A32_UINT;
-        let mut uploads = vec![
-            (
-                texel("tree", size_of_val(tables.tree_texels.as_slice()), uint4)?,
-                bytemuck::cast_slice(&tables.tree_texels),
-            ),
-            (texel("shapes", size_of_val(tables.shapes.as_slice()), float4)?, bytemuck::cast_slice(&tables.shapes)),
-            (texel("sobol", size_of_val(sobol.as_slice()), uint4)?, bytemuck::cast_slice::<_, u8>(&sobol)),
-            (
-                texel("lights", size_of_val(tables.lights.texels.as_slice()), float4)?,
-                bytemuck::cast_slice(&tables.lights.texels),
-            ),
-        ];
-        let counters = Buffer::new(device, "counters", size_of::<Counters>() as u64, Usage::Storage)?;
-        let readbacks = (0..IN_FLIGHT)
-            .map(|i| Buffer::new(device, &format!("readback {i}"), size_of::<Counters>() as u64, Usage::Readback))
-            .collect::<Result<Vec<_>, _>>()?;
-
         let regions = if queued { facts.queue_regions } else { 0 };
-        let queue_pool = Buffer::new(device, "queue pool", u64::from(regions / 8), Usage::Storage)?;
-        // Rows follow each other; only reuse needs more than the first, the paths' light.
-        let rows = if reuse { queue::PATH_ROWS } else { 1 };
-        let path_bytes = 16 * u64::from(rows) * u64::from(regions) * u64::from(queue::PATHS);
-        let paths = Buffer::new(device, "paths", path_bytes, Usage::StorageTexelAndArray(float4))?;
-
         let workgroup = match settings.workgroup_size {
             // The queue's workgroup is one subgroup.
             _ if queued => device.info.subgroup_size,
@@ -161,28 +120,6 @@ impl Renderer {
             )));
         }
         let slots_per_group = if queued { queue::TILE } else { workgroup };
-        // What a binding holds, and a dispatch covers.
-        let texels = size_of::<FilmSlot>() as u64 / 16;
-        let covered = u64::from(device.limits.max_compute_work_group_count[0]) * u64::from(slots_per_group);
-        let band_slots = (device.info.max_texel_elements / texels).min(covered).min(MOST_BAND_SLOTS) / 64 * 64;
-        let mut bands = Vec::new();
-        let mut first = 0u64;
-        while first < slots {
-            let count = (slots - first).min(band_slots);
-            let film = Buffer::new(device, "film", count * size_of::<FilmSlot>() as u64, Usage::StorageTexel(uint4))?;
-            let numbers = [binding::TREE, binding::SHAPES, binding::SOBOL, binding::LIGHTS];
-            let mut bindings: Vec<_> =
-                numbers.iter().zip(&uploads).map(|(&number, (buffer, _))| Binding::new(number, buffer)).collect();
-            bindings.push(Binding::new(binding::FILM, &film));
-            bindings.push(Binding::new(binding::COUNTERS, &counters));
-            bindings.push(Binding::untyped(binding::PATHS, &paths));
-            bindings.push(Binding::new(binding::QUEUE_POOL, &queue_pool));
-            bindings.push(Binding::new(binding::PATH_TEXELS, &paths));
-            let set = BindingSet::new(device, &bindings, size_of::<Push>() as u32)?;
-            bands.push(Band { first: first as u32, slots: count as u32, set, film });
-            first += count;
-        }
-
         let loop_budget = settings.loop_budget.unwrap_or(facts.loop_budget);
         let mut specialization = tables.specialization(&features, settings, facts);
         specialization.uint(constant::WORKGROUP, workgroup).uint(constant::LOOP_BUDGET, loop_budget);
@@ -194,12 +131,21 @@ impl Renderer {
             kernels::choose(&features, queued, settings.general || settings.unneeded == Some(Feature::Places));
         let stage = built_in.name;
         let spirv = kernels::spirv(&built_in, settings)?;
-        let compile_start = Instant::now();
-        let pipeline = Pipeline::new(device, stage, &spirv, &specialization, &bands[0].set)?;
-        let pipeline_seconds = compile_start.elapsed().as_secs_f64();
-
+        let layout = BindingLayout::new(device, &buffers::BINDINGS, size_of::<Push>() as u32)?;
         let mut timeline = Timeline::new(device, IN_FLIGHT)?;
-        upload(device, &mut timeline, &mut uploads)?;
+        let shape = Shape { slots, slots_per_group, regions, reuse };
+        // The driver works on the shader while buffers are made and filled.
+        let (pipeline, pipeline_seconds, buffers) = std::thread::scope(|scope| {
+            let compiling = scope.spawn(|| {
+                let start = Instant::now();
+                let pipeline = Pipeline::new(device, stage, &spirv, &specialization, &layout);
+                (pipeline, start.elapsed().as_secs_f64())
+            });
+            let buffers = Buffers::new(device, &layout, &mut timeline, &tables, &sobol, &shape);
+            let (pipeline, seconds) = compiling.join().unwrap_or_else(|panic| resume_unwind(panic));
+            Ok::<_, RenderError>((pipeline?, seconds, buffers?))
+        })?;
+
         let push = push_constants(scene, settings);
         let mut renderer = Self {
             settings: settings.clone(),
@@ -214,14 +160,9 @@ impl Renderer {
             pace: Pace::new(settings.samples_per_dispatch, if queued { queue::PATHS / queue::TILE } else { u32::MAX }),
             reuse: if reuse { ReuseTrial::of(settings.reuse) } else { ReuseTrial::Never },
             stage,
-            bands,
             timeline,
             pipeline,
-            counters,
-            readbacks,
-            _tables: uploads.into_iter().map(|(buffer, _)| buffer).collect(),
-            queue_pool,
-            _paths: paths,
+            buffers,
             device: Arc::clone(device),
             statistics: RenderStatistics::default(),
         };

@@ -12,7 +12,7 @@ use std::time::Instant;
 
 use bytemuck::{AnyBitPattern, NoUninit, Zeroable};
 
-use crate::gpu::{Access, Binding, BindingSet, Buffer, Context, Pipeline, Timeline, Usage};
+use crate::gpu::{Access, BindingKind, BindingLayout, BindingSet, Buffer, Context, Pipeline, Timeline, Usage};
 use crate::render::driver::DriverFacts;
 use crate::render::layout::{Counters, FilmSlot, Push, binding, constant};
 use crate::render::space::RenderSpace;
@@ -34,6 +34,18 @@ const COUNTED: u32 = 1 << 20;
 
 const INPUT: u32 = 8;
 const OUTPUT: u32 = 9;
+
+/// What probes see: what the path tracer's library files see, input and output.
+const BINDINGS: [(u32, BindingKind); 8] = [
+    (binding::TREE, BindingKind::Texels),
+    (binding::SHAPES, BindingKind::Texels),
+    (binding::SOBOL, BindingKind::Texels),
+    (binding::LIGHTS, BindingKind::Texels),
+    (binding::FILM, BindingKind::StorageTexels),
+    (binding::COUNTERS, BindingKind::Array),
+    (INPUT, BindingKind::Array),
+    (OUTPUT, BindingKind::Array),
+];
 const PROBE: u32 = 240;
 
 /// A kernel of shaders/probe with the choice of its function.
@@ -114,14 +126,10 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
         for (name, _, format, bytes) in &sources {
             buffers.push(Buffer::new(device, name, bytes.len() as u64, Usage::Texel(*format))?);
         }
-        let mut bindings: Vec<_> = sources.iter().zip(&buffers).map(|(s, buffer)| Binding::new(s.1, buffer)).collect();
-        bindings.extend([
-            Binding::new(binding::FILM, &film),
-            Binding::new(binding::COUNTERS, &counters),
-            Binding::new(INPUT, &input),
-            Binding::new(OUTPUT, &output),
-        ]);
-        let set = BindingSet::new(device, &bindings, size_of::<Push>() as u32)?;
+        let mut bound: Vec<_> = sources.iter().zip(&buffers).map(|(s, buffer)| (s.1, buffer)).collect();
+        bound.extend([(binding::FILM, &film), (binding::COUNTERS, &counters), (INPUT, &input), (OUTPUT, &output)]);
+        let layout = BindingLayout::new(device, &BINDINGS, size_of::<Push>() as u32)?;
+        let set = BindingSet::new(&layout, &bound)?;
         let counting = RenderSettings { count_steps: kernel.counts_steps, ..settings.clone() };
         let mut specialization = tables.specialization(&features, &counting, DriverFacts::of(&device.info));
         specialization
@@ -129,7 +137,7 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
             .uint(constant::LOOP_BUDGET, kernel.loop_budget)
             .uint(constant::ENOUGH_LANES, kernel.workgroup - kernel.workgroup / 4)
             .uint(PROBE, kernel.function);
-        let pipeline = Pipeline::new(device, kernel.name, &kernel.spirv, &specialization, &set)?;
+        let pipeline = Pipeline::new(device, kernel.name, &kernel.spirv, &specialization, &layout)?;
         let mut timeline = Timeline::new(device, 1)?;
         let mut staging = Vec::new();
         for (name, _, _, bytes) in &sources {

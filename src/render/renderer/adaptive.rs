@@ -56,7 +56,7 @@ impl Renderer {
     /// Brings tiles to the rungs that are wanted of them, from the lowest up, and reads them; or less far if the watch
     /// says stop.
     fn raise(&mut self, image: &mut Progression, watch: &mut Watch<'_>) -> Result<(), RenderError> {
-        let bands: Vec<_> = self.bands.iter().map(|b| b.first).collect();
+        let bands: Vec<_> = self.buffers.bands.iter().map(|b| b.first).collect();
         for rung in 0..image.ladder.len() {
             let spans = tile_spans(image.wanting().filter(|&t| image.tiles[t].next_rung() == rung), &bands);
             if spans.is_empty() {

@@ -9,6 +9,7 @@ use super::super::film::{Film, pixels_in};
 use super::super::layout::{Counters, FilmSlot, Push};
 use super::super::plan::{Plan, Span, Work};
 use super::super::statistics::Progress;
+use super::buffers::Band;
 use super::{IN_FLIGHT, Renderer};
 use crate::gpu::{Access, Buffer, Ticket, Usage};
 
@@ -57,8 +58,8 @@ impl<'a> Watch<'a> {
 impl Renderer {
     /// All slots of the film, a span for each band.
     pub(super) fn whole_film(&self) -> Vec<Span> {
-        let span = |(band, b): (usize, &super::Band)| Span { band, first_slot: b.first, end_slot: b.first + b.slots };
-        self.bands.iter().enumerate().map(span).collect()
+        let span = |(band, b): (usize, &Band)| Span { band, first_slot: b.first, end_slot: b.first + b.slots };
+        self.buffers.bands.iter().enumerate().map(span).collect()
     }
 
     /// Pixels in `spans`.
@@ -118,7 +119,7 @@ impl Renderer {
     /// Compiles the pipeline for good: some drivers do so only when it first runs.
     pub(super) fn warm_up(&mut self) -> Result<(), RenderError> {
         let push = Push { end_slot: 0, ..self.push };
-        let (pipeline, set) = (&self.pipeline, &self.bands[0].set);
+        let (pipeline, set) = (&self.pipeline, &self.buffers.bands[0].set);
         let ticket = self.timeline.submit(|r| r.dispatch(pipeline, set, bytemuck::bytes_of(&push), [1, 1, 1]))?;
         self.timeline.wait(&ticket)?;
         Ok(())
@@ -126,7 +127,7 @@ impl Renderer {
 
     /// Begins a rendering: no samples, nothing counted.
     pub(super) fn clear_film(&mut self) -> Result<(), RenderError> {
-        let (bands, counters, queue_pool) = (&self.bands, &self.counters, &self.queue_pool);
+        let (bands, counters, queue_pool) = (&self.buffers.bands, &self.buffers.counters, &self.buffers.queue_pool);
         let ticket = self.timeline.submit(|r| {
             for band in bands {
                 r.clear(&band.film);
@@ -143,8 +144,8 @@ impl Renderer {
     pub(super) fn submit(&mut self, work: &Work) -> Result<(Ticket, usize), RenderError> {
         let number = (self.statistics.dispatches % IN_FLIGHT as u64) as usize;
         self.statistics.dispatches += 1;
-        let (bands, slots_per_group, stage) = (&self.bands, self.slots_per_group, self.stage);
-        let (pipeline, counters, readback) = (&self.pipeline, &self.counters, &self.readbacks[number]);
+        let (bands, slots_per_group, stage) = (&self.buffers.bands, self.slots_per_group, self.stage);
+        let (pipeline, counters, readback) = (&self.pipeline, &self.buffers.counters, &self.buffers.readbacks[number]);
         let common = Push {
             target_samples: work.target_samples,
             max_new_samples: work.new_samples,
@@ -185,7 +186,7 @@ impl Renderer {
     }
 
     fn read_counters(&self, readback: usize) -> Result<Counters, RenderError> {
-        let bytes = mapped(&self.readbacks[readback])?;
+        let bytes = mapped(&self.buffers.readbacks[readback])?;
         Ok(*bytemuck::from_bytes(&bytes[..size_of::<Counters>()]))
     }
 
@@ -204,7 +205,7 @@ impl Renderer {
     ) -> Result<(), RenderError> {
         let bytes = |slots: u32| u64::from(slots) * size_of::<FilmSlot>() as u64;
         for spans in spans.chunk_by(|a, b| a.band == b.band) {
-            let band = &self.bands[spans[0].band];
+            let band = &self.buffers.bands[spans[0].band];
             let total = spans.iter().map(|s| bytes(s.slots())).sum();
             let readback = Buffer::new(&self.device, "film readback", total, Usage::Readback)?;
             let ticket = self.timeline.submit(|r| {

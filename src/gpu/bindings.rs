@@ -1,0 +1,150 @@
+//! Descriptors: what the shaders of a set of pipelines see.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::buffer::Buffer;
+use super::device::Device;
+use super::error::{GpuError, check};
+
+/// What a binding is to shaders.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum BindingKind {
+    /// An array of numbers.
+    Array,
+    /// Texels to read.
+    Texels,
+    /// Texels to read and write.
+    StorageTexels,
+}
+
+impl BindingKind {
+    const ALL: [Self; 3] = [Self::Array, Self::Texels, Self::StorageTexels];
+
+    fn raw(self) -> vk::DescriptorType {
+        match self {
+            Self::Array => vk::DescriptorType::STORAGE_BUFFER,
+            Self::Texels => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
+            Self::StorageTexels => vk::DescriptorType::STORAGE_TEXEL_BUFFER,
+        }
+    }
+}
+
+/// The bindings of a set, a buffer each, and the size of the push constants: all that a pipeline has to know of the
+/// buffers that it will work on.
+pub(crate) struct BindingLayout {
+    pub raw: vk::PipelineLayout,
+    set: vk::DescriptorSetLayout,
+    bindings: Vec<(u32, BindingKind)>,
+    device: Arc<Device>,
+}
+
+impl BindingLayout {
+    /// Makes the layout from the bindings' numbers and kinds, at least one.
+    pub fn new(device: &Arc<Device>, bindings: &[(u32, BindingKind)], push_bytes: u32) -> Result<Arc<Self>, GpuError> {
+        let layout_bindings: Vec<_> = bindings
+            .iter()
+            .map(|&(number, kind)| {
+                vk::DescriptorSetLayoutBinding::default()
+                    .binding(number)
+                    .descriptor_type(kind.raw())
+                    .descriptor_count(1)
+                    .stage_flags(vk::ShaderStageFlags::COMPUTE)
+            })
+            .collect();
+        let mut layout = Self {
+            raw: vk::PipelineLayout::null(),
+            set: vk::DescriptorSetLayout::null(),
+            bindings: bindings.to_vec(),
+            device: Arc::clone(device),
+        };
+        let raw = &device.raw;
+        let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&layout_bindings);
+        // SAFETY: live device; `layout_bindings` outlives the call.
+        layout.set = check("vkCreateDescriptorSetLayout", unsafe { raw.create_descriptor_set_layout(&info, None) })?;
+        let set_layouts = [layout.set];
+        let push = [vk::PushConstantRange::default().stage_flags(vk::ShaderStageFlags::COMPUTE).size(push_bytes)];
+        let mut info = vk::PipelineLayoutCreateInfo::default().set_layouts(&set_layouts);
+        if push_bytes > 0 {
+            info = info.push_constant_ranges(&push);
+        }
+        // SAFETY: the set layout was just made with this device; both arrays outlive the call.
+        layout.raw = check("vkCreatePipelineLayout", unsafe { raw.create_pipeline_layout(&info, None) })?;
+        Ok(Arc::new(layout))
+    }
+}
+
+impl Drop for BindingLayout {
+    fn drop(&mut self) {
+        // SAFETY: sets and pipelines may outlive their layouts; destroying a null handle does nothing.
+        unsafe {
+            self.device.raw.destroy_pipeline_layout(self.raw, None);
+            self.device.raw.destroy_descriptor_set_layout(self.set, None);
+        }
+    }
+}
+
+/// A descriptor set over buffers.
+pub(crate) struct BindingSet {
+    pub layout: Arc<BindingLayout>,
+    pub raw: vk::DescriptorSet,
+    pool: vk::DescriptorPool,
+}
+
+impl BindingSet {
+    /// Writes the descriptors: for each number of the layout its buffer, in any order. The buffers must outlive the
+    /// set's use.
+    pub fn new(layout: &Arc<BindingLayout>, buffers: &[(u32, &Buffer)]) -> Result<Self, GpuError> {
+        let device = &layout.device.raw;
+        let count = |wanted| layout.bindings.iter().filter(|&&(_, kind)| kind == wanted).count() as u32;
+        let sizes: Vec<_> = BindingKind::ALL
+            .into_iter()
+            .map(|kind| vk::DescriptorPoolSize { ty: kind.raw(), descriptor_count: count(kind) })
+            .filter(|s| s.descriptor_count > 0)
+            .collect();
+        let info = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
+        // SAFETY: live device; `sizes` is not empty, since a layout has bindings, and outlives the call.
+        let pool = check("vkCreateDescriptorPool", unsafe { device.create_descriptor_pool(&info, None) })?;
+        let mut set = Self { layout: Arc::clone(layout), raw: vk::DescriptorSet::null(), pool };
+        let set_layouts = [layout.set];
+        let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(pool).set_layouts(&set_layouts);
+        // SAFETY: the pool was just made with this device, like the layout, and has room for this one set.
+        set.raw = check("vkAllocateDescriptorSets", unsafe { device.allocate_descriptor_sets(&info) })?[0];
+
+        let of = |number: u32| buffers.iter().find(|&&(n, _)| n == number).map(|&(_, buffer)| buffer);
+        let bound: Vec<_> = layout.bindings.iter().filter_map(|&(n, kind)| Some((n, kind, of(n)?))).collect();
+        debug_assert_eq!(
+            (bound.len(), bound.len()),
+            (layout.bindings.len(), buffers.len()),
+            "each number has a buffer"
+        );
+        let ranges: Vec<_> = bound
+            .iter()
+            .map(|(_, _, buffer)| [vk::DescriptorBufferInfo::default().buffer(buffer.raw).range(vk::WHOLE_SIZE)])
+            .collect();
+        let views: Vec<_> = bound.iter().map(|(_, _, buffer)| [buffer.view]).collect();
+        let writes: Vec<_> = bound
+            .iter()
+            .zip(ranges.iter().zip(&views))
+            .map(|(&(number, kind, _), (range, view))| {
+                let write =
+                    vk::WriteDescriptorSet::default().dst_set(set.raw).dst_binding(number).descriptor_type(kind.raw());
+                match kind {
+                    BindingKind::Array => write.buffer_info(range),
+                    BindingKind::Texels | BindingKind::StorageTexels => write.texel_buffer_view(view),
+                }
+            })
+            .collect();
+        // SAFETY: no submission uses the new set yet; buffers and views are alive; `ranges` and `views` outlive the call.
+        unsafe { device.update_descriptor_sets(&writes, &[]) };
+        Ok(set)
+    }
+}
+
+impl Drop for BindingSet {
+    fn drop(&mut self) {
+        // SAFETY: owners wait for the device first.
+        unsafe { self.layout.device.raw.destroy_descriptor_pool(self.pool, None) };
+    }
+}

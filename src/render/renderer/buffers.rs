@@ -1,0 +1,124 @@
+//! What a renderer keeps on the device.
+
+use std::sync::Arc;
+
+use ash::vk::Format;
+
+use super::super::error::RenderError;
+use super::super::layout::{Counters, FilmSlot, binding, queue};
+use super::super::sobol::DIMENSIONS;
+use super::super::tables::Tables;
+use super::super::upload::upload;
+use super::IN_FLIGHT;
+use crate::gpu::{BindingKind, BindingLayout, BindingSet, Buffer, Device, Timeline, Usage};
+
+/// What the kernels see, see shaders/lib/layout.glsl.
+pub(super) const BINDINGS: [(u32, BindingKind); 9] = [
+    (binding::TREE, BindingKind::Texels),
+    (binding::SHAPES, BindingKind::Texels),
+    (binding::SOBOL, BindingKind::Texels),
+    (binding::LIGHTS, BindingKind::Texels),
+    (binding::FILM, BindingKind::StorageTexels),
+    (binding::COUNTERS, BindingKind::Array),
+    (binding::PATHS, BindingKind::Array),
+    (binding::QUEUE_POOL, BindingKind::Array),
+    (binding::PATH_TEXELS, BindingKind::StorageTexels),
+];
+
+/// Pixels of a band: 192 MiB.
+const MOST_BAND_SLOTS: u64 = 1 << 22;
+
+/// What decides about sizes, besides the tables.
+pub(super) struct Shape {
+    /// Of the film.
+    pub slots: u64,
+    /// Slots that a workgroup serves.
+    pub slots_per_group: u32,
+    /// Workgroups of the queue that may run at one time; 0 without the queue.
+    pub regions: u32,
+    /// Whether paths may serve several pixels.
+    pub reuse: bool,
+}
+
+/// A part of the film that fits into one texel buffer.
+pub(super) struct Band {
+    pub first: u32,
+    pub slots: u32,
+    pub set: BindingSet,
+    pub film: Buffer,
+}
+
+/// All buffers of a renderer.
+pub(super) struct Buffers {
+    pub bands: Vec<Band>,
+    pub counters: Buffer,
+    /// Copies of the counters, for each submission in flight.
+    pub readbacks: Vec<Buffer>,
+    /// Which regions of what the queue's paths note are taken.
+    pub queue_pool: Buffer,
+    /// What the queue's paths note.
+    _paths: Buffer,
+    _tables: Vec<Buffer>,
+}
+
+impl Buffers {
+    /// Makes them all and fills the tables.
+    ///
+    /// # Errors
+    /// A limit of the device or its memory is exceeded.
+    pub fn new(
+        device: &Arc<Device>,
+        layout: &Arc<BindingLayout>,
+        timeline: &mut Timeline,
+        tables: &Tables,
+        sobol: &[[u32; DIMENSIONS]],
+        shape: &Shape,
+    ) -> Result<Self, RenderError> {
+        let (float4, uint4) = (Format::R32G32B32A32_SFLOAT, Format::R32G32B32A32_UINT);
+        let sources: [(u32, &str, Format, &[u8]); 4] = [
+            (binding::TREE, "tree", uint4, bytemuck::cast_slice(&tables.tree_texels)),
+            (binding::SHAPES, "shapes", float4, bytemuck::cast_slice(&tables.shapes)),
+            (binding::SOBOL, "sobol", uint4, bytemuck::cast_slice(sobol)),
+            (binding::LIGHTS, "lights", float4, bytemuck::cast_slice(&tables.lights.texels)),
+        ];
+        let mut uploads = Vec::new();
+        for (_, name, format, bytes) in sources {
+            uploads.push((Buffer::new(device, name, bytes.len() as u64, Usage::Texel(format))?, bytes));
+        }
+        let counters = Buffer::new(device, "counters", size_of::<Counters>() as u64, Usage::Storage)?;
+        let readbacks = (0..IN_FLIGHT)
+            .map(|i| Buffer::new(device, &format!("readback {i}"), size_of::<Counters>() as u64, Usage::Readback))
+            .collect::<Result<Vec<_>, _>>()?;
+        let queue_pool = Buffer::new(device, "queue pool", u64::from(shape.regions / 8), Usage::Storage)?;
+        // Rows follow each other; only reuse needs more than the first, the paths' light.
+        let rows = if shape.reuse { queue::PATH_ROWS } else { 1 };
+        let path_bytes = 16 * u64::from(rows) * u64::from(shape.regions) * u64::from(queue::PATHS);
+        let paths = Buffer::new(device, "paths", path_bytes, Usage::StorageTexelAndArray(float4))?;
+
+        // What a binding holds, and a dispatch covers.
+        let texels = size_of::<FilmSlot>() as u64 / 16;
+        let covered = u64::from(device.limits.max_compute_work_group_count[0]) * u64::from(shape.slots_per_group);
+        let band_slots = (device.info.max_texel_elements / texels).min(covered).min(MOST_BAND_SLOTS) / 64 * 64;
+        let mut bands = Vec::new();
+        let mut first = 0u64;
+        while first < shape.slots {
+            let count = (shape.slots - first).min(band_slots);
+            let film = Buffer::new(device, "film", count * size_of::<FilmSlot>() as u64, Usage::StorageTexel(uint4))?;
+            let mut bound: Vec<_> =
+                sources.iter().zip(&uploads).map(|(&(number, ..), (buffer, _))| (number, buffer)).collect();
+            bound.extend([
+                (binding::FILM, &film),
+                (binding::COUNTERS, &counters),
+                (binding::PATHS, &paths),
+                (binding::QUEUE_POOL, &queue_pool),
+                (binding::PATH_TEXELS, &paths),
+            ]);
+            let set = BindingSet::new(layout, &bound)?;
+            bands.push(Band { first: first as u32, slots: count as u32, set, film });
+            first += count;
+        }
+        upload(device, timeline, &mut uploads)?;
+        let tables = uploads.into_iter().map(|(buffer, _)| buffer).collect();
+        Ok(Self { bands, counters, readbacks, queue_pool, _paths: paths, _tables: tables })
+    }
+}
