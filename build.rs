@@ -16,57 +16,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed=build.rs");
     let out = PathBuf::from(env::var("OUT_DIR")?);
     let compiler = Compiler::new()?;
+    let options = options()?;
     for source in entry_points(Path::new("shaders"))? {
         let text = fs::read_to_string(&source)?;
         let name = source.display().to_string();
         let stem = source.file_stem().and_then(|s| s.to_str()).ok_or("a shader's name is not UTF-8")?;
-        for variant in variants(stem) {
-            let mut options = options()?;
-            for (macro_name, value) in &variant.macros {
-                options.add_macro_definition(macro_name, Some(value));
-            }
-            let binary = compiler.compile_into_spirv(&text, ShaderKind::Compute, &name, "main", Some(&options))?;
-            fs::write(out.join(format!("{stem}{}.spv", variant.suffix)), binary.as_binary_u8())?;
-        }
+        let binary = compiler.compile_into_spirv(&text, ShaderKind::Compute, &name, "main", Some(&options))?;
+        fs::write(out.join(stem).with_extension("spv"), binary.as_binary_u8())?;
     }
     Ok(())
-}
-
-/// A build of an entry point with its own macros; src/render/kernels.rs knows the suffixes.
-struct Variant {
-    suffix: String,
-    macros: Vec<(&'static str, String)>,
-}
-
-/// The kernels of the path tracer are built for several numbers of constant spheres and facets, so that drivers need
-/// not optimise code for places that a scene leaves empty.
-fn variants(stem: &str) -> Vec<Variant> {
-    // Trees: 0 none, 1 a tree, 2 a tree of which every leaf may be tested.
-    let (steps, trees): (&[u32], &[u32]) = match stem {
-        "path_trace" => (&[0, 1, 2], &[0, 1, 2]),
-        "path_queue" => (&[0, 1, 2], &[1]),
-        // Probes of rays: room for none or all.
-        "closest" => (&[0, 2], &[1, 2]),
-        "occlusion" | "scatter" | "traverse" => (&[0, 2], &[1]),
-        _ => return vec![Variant { suffix: String::new(), macros: Vec::new() }],
-    };
-    let mut all = Vec::new();
-    for spheres in steps.iter().map(|s| 8 * s) {
-        for facets in steps.iter().map(|s| 16 * s) {
-            for tree in trees {
-                all.push(Variant {
-                    suffix: format!("_s{spheres}_f{facets}_t{tree}"),
-                    macros: vec![
-                        ("MAX_SPHERES", spheres.to_string()),
-                        ("MAX_FACETS", facets.to_string()),
-                        ("WITH_TREE", tree.min(&1).to_string()),
-                        ("WITH_BRUTE_FORCE", u32::from(*tree == 2).to_string()),
-                    ],
-                });
-            }
-        }
-    }
-    all
 }
 
 fn options() -> Result<CompileOptions<'static>, Box<dyn Error>> {

@@ -42,11 +42,11 @@ void main() {
             shadow_rays += shadow.wanted ? 1u : 0u;
             bool hidden = true;
             bool walks = shadow.wanted && shadow_needs_tree(shadow, hidden);
-#if WITH_TREE
-            uint steps = 0u;
-            if (walks) hidden = hidden_by_tree(shadow, loops, steps);
-            count_loops(steps, loops);
-#endif
+            if (HAS_TREE) {
+                uint steps = 0u;
+                if (walks) hidden = hidden_by_tree(shadow, loops, steps);
+                count_loops(steps, loops);
+            }
             radiance += hidden ? vec3(0.0) : shadow.radiance;
         }
         loops += 1u + LIGHT_LOOPS;

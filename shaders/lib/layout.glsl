@@ -7,20 +7,6 @@
 #ifndef LAYOUT_GLSL
 #define LAYOUT_GLSL
 
-// Room of the kernel, set by build.rs for each of its variants.
-#ifndef MAX_SPHERES
-#define MAX_SPHERES 16
-#endif
-#ifndef MAX_FACETS
-#define MAX_FACETS 32
-#endif
-#ifndef WITH_TREE
-#define WITH_TREE 1
-#endif
-#ifndef WITH_BRUTE_FORCE
-#define WITH_BRUTE_FORCE 1
-#endif
-
 // ---- specialization constants: features (ids 2 to 31, 56). Code depends on them, data layout never does.
 layout(constant_id = 2) const uint FILTER = 0u;            // 0 box, 1 Gaussian
 layout(constant_id = 3) const uint SAMPLER = 0u;           // 0 Owen-scrambled Sobol, 1 independent, 2 PCG
@@ -33,17 +19,9 @@ layout(constant_id = 9) const bool HAS_DIELECTRIC = true;
 layout(constant_id = 10) const bool HAS_EMITTER = true;
 layout(constant_id = 11) const bool HAS_BACKGROUND = true;
 layout(constant_id = 12) const uint SPHERE_COUNT = 0u;     // spheres held in constants, see intersect/sphere.glsl
-#if WITH_TREE
 layout(constant_id = 13) const bool HAS_TREE = false;      // triangles, or more spheres than fit into constants
-#else
-const bool HAS_TREE = false;
-#endif
 layout(constant_id = 14) const bool TREE_SPHERES = false;  // the tree has sphere leaves
-#if WITH_BRUTE_FORCE
 layout(constant_id = 15) const bool BRUTE_FORCE = false;   // test every leaf record instead of walking the tree
-#else
-const bool BRUTE_FORCE = false;
-#endif
 layout(constant_id = 16) const bool MOLLER_TRUMBORE = false;
 layout(constant_id = 17) const bool SMOOTH_NORMALS = false;
 layout(constant_id = 18) const uint LIGHT_COUNT = 0u;      // lights: points and emitters

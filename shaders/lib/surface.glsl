@@ -93,15 +93,11 @@ Surface surface_of_record(int record, vec3 o, vec3 d, float t) {
 }
 
 Surface surface_at(int id, vec3 o, vec3 d, float t) {
-#if WITH_TREE
     if (!HAS_TREE) return surface_of_constant(id, o + t * d);
     if (SPHERE_COUNT + FACET_COUNT == 0u) return surface_of_record(id - TREE_ID, o, d, t);
     Surface s = surface_of_constant(id < TREE_ID ? id : 0, o + t * d);
     if (id >= TREE_ID) s = surface_of_record(id - TREE_ID, o, d, t);
     return s;
-#else
-    return surface_of_constant(id, o + t * d);
-#endif
 }
 
 // `id`, marked if a ray on the given side of the normal runs inside the sphere.

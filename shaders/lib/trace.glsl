@@ -38,16 +38,16 @@ int closest_hit(vec3 o, vec3 d, int leaving, out float t, inout uint loops) {
     t = INFINITY;
     int id = -1;
     closest_constant(o, d, leaving, t, id);
-#if WITH_TREE
-    uint steps = 0u;
-    if (meets_tree(o, d, t)) {
-        Walk walk = walk_begin(t);
-        steps = walk_tree(walk, o, d, leaving, false, loops);
-        t = walk.t;
-        id = walk.id >= 0 ? walk.id : id;
+    if (HAS_TREE) {
+        uint steps = 0u;
+        if (meets_tree(o, d, t)) {
+            Walk walk = walk_begin(t);
+            steps = walk_tree(walk, o, d, leaving, false, loops);
+            t = walk.t;
+            id = walk.id >= 0 ? walk.id : id;
+        }
+        count_loops(steps, loops);
     }
-    count_loops(steps, loops);
-#endif
     return id;
 }
 
@@ -56,11 +56,7 @@ bool needs_tree(ShadowRay ray, inout bool hidden) {
     // In all lanes: it counts for the subgroup.
     bool behind_facet = FACET_COUNT > 0u && any_facet(ray.origin, ray.direction, ray.distance, ray.leaving);
     hidden = hidden || behind_facet;
-#if WITH_TREE
-    return !hidden && meets_tree(ray.origin, ray.direction, ray.distance);
-#else
-    return false;
-#endif
+    return HAS_TREE && !hidden && meets_tree(ray.origin, ray.direction, ray.distance);
 }
 
 // Whether a shadow ray must be traced through the tree; if not, `hidden` is known.

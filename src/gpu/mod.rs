@@ -7,6 +7,7 @@ mod error;
 mod instance;
 mod messages;
 mod pipeline;
+mod prune;
 mod select;
 mod submit;
 mod violation;

@@ -7,6 +7,7 @@ use ash::vk;
 use super::bindings::BindingLayout;
 use super::device::Device;
 use super::error::{GpuError, check};
+use super::prune::prune;
 
 /// Values of specialization constants, by id.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -34,6 +35,11 @@ impl Specialization {
     /// Sets a boolean constant.
     pub fn bool(&mut self, id: u32, value: bool) -> &mut Self {
         self.uint(id, u32::from(value))
+    }
+
+    /// The value of a constant, if it is set.
+    pub(super) fn value(&self, id: u32) -> Option<u32> {
+        self.entries.iter().rev().find(|&&(i, _)| i == id).map(|&(_, value)| value)
     }
 
     /// Number of constants that are set.
@@ -64,6 +70,7 @@ impl Pipeline {
     ) -> Result<Self, GpuError> {
         // Whatever the alignment of the bytes.
         let words: Vec<u32> = spirv.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
+        let words = prune(&words, specialization).unwrap_or(words);
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: the SPIR-V was made by glslang in the build script, or is the user's own (`spirv_folder`), who
         // answers for it.

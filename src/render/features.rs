@@ -32,13 +32,11 @@ pub enum Feature {
     SmoothNormals,
     /// All levels of the sampler's table.
     SamplerLevels,
-    /// Places for as many spheres and facets as constants can hold.
-    Places,
 }
 
 impl Feature {
     /// All of them, and their names.
-    pub const ALL: [(&'static str, Self); 11] = [
+    pub const ALL: [(&'static str, Self); 10] = [
         ("diffuse", Self::Diffuse),
         ("mirror", Self::Mirror),
         ("dielectric", Self::Dielectric),
@@ -49,7 +47,6 @@ impl Feature {
         ("deep-tree", Self::DeepTree),
         ("smooth-normals", Self::SmoothNormals),
         ("sampler-levels", Self::SamplerLevels),
-        ("places", Self::Places),
     ];
 }
 

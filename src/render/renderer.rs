@@ -18,7 +18,7 @@ use crate::scene::Scene;
 
 use super::driver::DriverFacts;
 use super::error::RenderError;
-use super::features::{Feature, Features};
+use super::features::Features;
 use super::film::{Film, slot_count};
 use super::kernels;
 use super::layout::{Push, constant, queue};
@@ -127,8 +127,7 @@ impl Renderer {
         let enough = (workgroup * 5 / 8).max(1);
         specialization.uint(constant::REGIONS, regions).uint(constant::ENOUGH_LANES, enough);
         specialization.bool(constant::REUSE, reuse);
-        let built_in =
-            kernels::choose(&features, queued, settings.general || settings.unneeded == Some(Feature::Places));
+        let built_in = kernels::built_in(queued);
         let stage = built_in.name;
         let spirv = kernels::spirv(&built_in, settings)?;
         let layout = BindingLayout::new(device, &buffers::BINDINGS, size_of::<Push>() as u32)?;

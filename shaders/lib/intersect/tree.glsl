@@ -44,7 +44,6 @@ struct Walk {
 
 // Whether a ray must be walked through the tree.
 bool meets_tree(vec3 o, vec3 d, float t_max) {
-    if (!HAS_TREE) return false;
     // A ray that is not finite would walk the whole tree: NaN is in every box.
     if (MUTATION != MUTATE_GUARD && !is_finite(dot(o, o) + dot(d, d))) return false;
     return BRUTE_FORCE || meets_boxes(o, d, t_max);
@@ -56,7 +55,6 @@ Walk walk_begin(float t_max) { return Walk(0, 0u, stack_empty(), t_max, -1); }
 // Of equal distances the lower record wins, whatever the order of the walk.
 bool nearer(Walk w, int record, float t) { return t < w.t || TREE_ID + record < w.id; }
 
-#if WITH_BRUTE_FORCE
 // Whether the ray passes anywhere near the triangle of a leaf: near a sphere around it. Edge functions of a triangle
 // 1e-6 times the size of its distance may be nothing but rounding errors: of 1e9 such tests, some report a hit where the
 // ray passes at a distance. In a tree the boxes forbid that; this shares nothing with them.
@@ -96,16 +94,13 @@ void brute_force_step(inout Walk w, TreeRay r, int leaving, bool any_hit) {
     FOUR_RECORDS
 #undef FOUR_RECORDS
 }
-#endif
 
 // One step. With `any_hit`, the first hit ends the walk.
 void walk_step(inout Walk w, TreeRay r, int leaving, bool any_hit) {
-#if WITH_BRUTE_FORCE
     if (BRUTE_FORCE) {
         brute_force_step(w, r, leaving, any_hit);
         return;
     }
-#endif
     TreeRecord q = tree_record(w.current);
     bool leaf = is_leaf(q);
     bool stop = false;

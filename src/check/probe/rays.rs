@@ -5,46 +5,16 @@ use glam::{DVec3, Vec3};
 
 use crate::gpu::Context;
 use crate::oracle::Primitive;
+use crate::render::RenderSettings;
 use crate::render::space::RenderSpace;
 use crate::render::tables::{Origin, Tables};
-use crate::render::{Accel, Features, RenderSettings};
 use crate::scene::Scene;
 
 use super::{CheckError, Kernel, Probe, tables_of};
 
-/// A kernel without and with room for constant spheres, each without and with room for facets (build.rs): drivers
-/// take seconds for what a scene leaves empty.
-pub(super) type Variants = [[&'static [u8]; 2]; 2];
-
-macro_rules! variants {
-    ($stem:literal) => {
-        [
-            [variants!($stem, "_s0_f0", 1), variants!($stem, "_s0_f32", 1)],
-            [variants!($stem, "_s16_f0", 1), variants!($stem, "_s16_f32", 1)],
-        ]
-    };
-    ($stem:literal, brute_force) => {
-        [
-            [variants!($stem, "_s0_f0", 2), variants!($stem, "_s0_f32", 2)],
-            [variants!($stem, "_s16_f0", 2), variants!($stem, "_s16_f32", 2)],
-        ]
-    };
-    ($stem:literal, $room:literal, $tree:literal) => {
-        include_bytes!(concat!(env!("OUT_DIR"), "/", $stem, $room, "_t", $tree, ".spv"))
-    };
-}
-
-pub(super) use variants;
-
-static CLOSEST: Variants = variants!("closest");
-static CLOSEST_BRUTE_FORCE: Variants = variants!("closest", brute_force);
-static OCCLUSION: Variants = variants!("occlusion");
-static SCATTER: Variants = variants!("scatter");
-
-/// The variant with room for what is needed.
-pub(super) fn variant(variants: &Variants, features: &Features) -> &'static [u8] {
-    variants[usize::from(features.constant_spheres > 0)][usize::from(features.facets > 0)]
-}
+const CLOSEST: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/closest.spv"));
+const OCCLUSION: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/occlusion.spv"));
+const SCATTER: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/scatter.spv"));
 
 /// Set in `leaving` for a ray that runs inside the sphere it starts on (shaders/lib/intersect/sphere.glsl).
 pub(crate) const INSIDE: i32 = 0x4000_0000;
@@ -171,11 +141,9 @@ impl<I: NoUninit, O: AnyBitPattern> RayProbe<I, O> {
         context: &Context,
         scene: &Scene,
         settings: &RenderSettings,
-        variants: &Variants,
+        spirv: &'static [u8],
     ) -> Result<Self, CheckError> {
         let (space, tables) = tables_of(scene, settings);
-        let features = Features::of(scene, settings);
-        let spirv = variant(variants, &features);
         let kernel = Kernel::function("probe rays", spirv, 0);
         let probe = Probe::new(context, kernel, scene, &tables, settings, 0)?;
         let triangles = scene.meshes.iter().map(|m| m.triangles.len()).collect();
@@ -222,21 +190,20 @@ impl<I: NoUninit, O: AnyBitPattern> RayProbe<I, O> {
 impl RayProbe<RayInput, HitRecord> {
     /// Closest hits.
     pub fn closest(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<Self, CheckError> {
-        let brute_force = settings.accel == Accel::None;
-        Self::make(context, scene, settings, if brute_force { &CLOSEST_BRUTE_FORCE } else { &CLOSEST })
+        Self::make(context, scene, settings, CLOSEST)
     }
 }
 
 impl RayProbe<RayInput, OcclusionRecord> {
     /// Occlusion.
     pub fn occluded(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<Self, CheckError> {
-        Self::make(context, scene, settings, &OCCLUSION)
+        Self::make(context, scene, settings, OCCLUSION)
     }
 }
 
 impl RayProbe<PathInput, PathRecord> {
     /// One hit of a path each.
     pub fn scatter(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<Self, CheckError> {
-        Self::make(context, scene, settings, &SCATTER)
+        Self::make(context, scene, settings, SCATTER)
     }
 }

@@ -5,14 +5,14 @@ use bytemuck::{Pod, Zeroable};
 use crate::gpu::Context;
 use crate::render::driver::DriverFacts;
 use crate::render::kernels;
-use crate::render::{Features, RenderError, RenderSettings};
+use crate::render::{RenderError, RenderSettings};
 use crate::scene::Scene;
 
-use super::rays::{RayInput, Variants, variant, variants};
+use super::rays::RayInput;
 use super::{CheckError, Kernel, Probe, tables_of};
 
 const NAME: &str = "traverse";
-static TRAVERSE: Variants = variants!("traverse");
+const TRAVERSE: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/traverse.spv"));
 
 /// What is asked of rays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,14 +48,13 @@ impl Traversal {
     pub fn new(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<Self, CheckError> {
         let (_, tables) = tables_of(scene, settings);
         let info = context.info();
-        let spirv = variant(&TRAVERSE, &Features::of(scene, settings));
         let kernel = Kernel {
-            spirv: kernels::spirv(&kernels::Kernel { name: NAME, spirv }, settings)?,
+            spirv: kernels::spirv(&kernels::Kernel { name: NAME, spirv: TRAVERSE }, settings)?,
             workgroup: info.subgroup_size,
             inputs: 512,
             loop_budget: DriverFacts::of(info).loop_budget,
             counts_steps: settings.count_steps,
-            ..Kernel::function(NAME, spirv, 0)
+            ..Kernel::function(NAME, TRAVERSE, 0)
         };
         Ok(Self { probe: Probe::new(context, kernel, scene, &tables, settings, 0)?, count: 0 })
     }

@@ -1,0 +1,77 @@
+//! Takes out of a shader what its specialization constants switch off, before a driver sees it.
+//!
+//! Drivers fold these constants too, but late: lavapipe first inlines every call of every function, whether it can be
+//! reached or not, and then works on all of it. Without what a scene switches off it makes a pipeline in .4 to .6 of the
+//! time, each time that the program starts. Only what is never executed goes: the constants stay as they are, and
+//! results with them.
+
+mod constants;
+mod flow;
+
+use std::collections::{HashMap, HashSet};
+
+use rspirv::binary::Assemble;
+use rspirv::dr::{Function, Instruction, Module, Operand, load_words};
+use rspirv::spirv::{Op, Word};
+
+use super::pipeline::Specialization;
+
+/// The same shader without what these values switch off; `None` if it is not of a kind that this knows, which the driver
+/// may then judge.
+pub(super) fn prune(words: &[u32], specialization: &Specialization) -> Option<Vec<u32>> {
+    let mut module = load_words(words).ok()?;
+    let constants = constants::of(&module, specialization);
+    for function in &mut module.functions {
+        flow::keep_reachable(function, &constants)?;
+    }
+    keep_called(&mut module);
+    keep_described(&mut module);
+    is_closed(&module).then(|| module.assemble())
+}
+
+/// Drops the functions that no entry point calls, not even through others.
+fn keep_called(module: &mut Module) {
+    let calls: HashMap<Word, Vec<Word>> = module
+        .functions
+        .iter()
+        .filter_map(|f| Some((f.def_id()?, f.all_inst_iter().filter_map(callee).collect())))
+        .collect();
+    let mut open: Vec<Word> = module.entry_points.iter().filter_map(|e| e.operands.get(1)?.id_ref_any()).collect();
+    let mut called: HashSet<Word> = open.iter().copied().collect();
+    while let Some(function) = open.pop() {
+        for &callee in calls.get(&function).into_iter().flatten() {
+            if called.insert(callee) {
+                open.push(callee);
+            }
+        }
+    }
+    module.functions.retain(|f: &Function| f.def_id().is_some_and(|id| called.contains(&id)));
+}
+
+fn callee(instruction: &Instruction) -> Option<Word> {
+    (instruction.class.opcode == Op::FunctionCall).then(|| instruction.operands.first()?.id_ref_any())?
+}
+
+/// Drops names and decorations of what is no longer there.
+fn keep_described(module: &mut Module) {
+    let defined = defined(module);
+    let of_defined = |i: &Instruction| {
+        i.operands.first().and_then(Operand::id_ref_any).is_none_or(|target| defined.contains(&target))
+    };
+    module.debug_names.retain(of_defined);
+    module.annotations.retain(of_defined);
+}
+
+fn defined(module: &Module) -> HashSet<Word> {
+    module.all_inst_iter().filter_map(|i| i.result_id).collect()
+}
+
+/// Whether everything that is used is still there. It is, unless values of one block are used in another that does not
+/// depend on it being executed.
+fn is_closed(module: &Module) -> bool {
+    let defined = defined(module);
+    module.all_inst_iter().flat_map(|i| &i.operands).filter_map(Operand::id_ref_any).all(|id| defined.contains(&id))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,130 @@
+//! Which blocks of a function are reached.
+
+use std::collections::{HashMap, HashSet};
+
+use rspirv::dr::{Block, Function, Instruction, Operand};
+use rspirv::spirv::{Op, Word};
+
+use super::constants::{Constants, fold};
+
+/// Drops the blocks that are never reached because of what conditions are known to be. `None` for a function whose
+/// blocks have no labels, or where a value would be chosen by where control came from, and it came from nowhere.
+pub(super) fn keep_reachable(function: &mut Function, constants: &Constants) -> Option<()> {
+    let Some(entry) = function.blocks.first() else { return Some(()) };
+    let entry = entry.label_id()?;
+    let places: HashMap<Word, usize> =
+        function.blocks.iter().enumerate().map(|(i, b)| Some((b.label_id()?, i))).collect::<Option<_>>()?;
+
+    // What is known grows, what is reached shrinks.
+    let mut known = constants.clone();
+    let mut reached;
+    loop {
+        reached = Reached::from(entry, function, &places, &known);
+        let before = known.len();
+        for block in function.blocks.iter().filter(|b| reached.contains(b)) {
+            learn(block, &reached, &mut known);
+        }
+        if known.len() == before {
+            break;
+        }
+    }
+
+    function.blocks.retain(|b| reached.contains(b));
+    for block in &mut function.blocks {
+        if let Some(target) = only_way(block, &known) {
+            block.instructions.truncate(block.instructions.len() - 2);
+            block.instructions.push(Instruction::new(Op::Branch, None, None, vec![Operand::IdRef(target)]));
+        }
+        let label = block.label_id()?;
+        for phi in block.instructions.iter_mut().filter(|i| i.class.opcode == Op::Phi) {
+            let ways = phi.operands.chunks(2).filter(|way| reached.leads(way, label));
+            phi.operands = ways.flatten().cloned().collect();
+            if phi.operands.is_empty() {
+                return None;
+            }
+        }
+    }
+    Some(())
+}
+
+/// Blocks that are kept, and the ways between them.
+struct Reached {
+    blocks: HashSet<Word>,
+    ways: HashSet<(Word, Word)>,
+}
+
+impl Reached {
+    fn from(entry: Word, function: &Function, places: &HashMap<Word, usize>, known: &Constants) -> Self {
+        let mut reached = Self { blocks: HashSet::from([entry]), ways: HashSet::new() };
+        let mut open = vec![entry];
+        while let Some(label) = open.pop() {
+            let Some(block) = places.get(&label).and_then(|&p| function.blocks.get(p)) else { continue };
+            let next = match only_way(block, known) {
+                Some(target) => vec![target],
+                None => targets(block),
+            };
+            reached.ways.extend(next.iter().map(|&target| (label, target)));
+            // The ends of constructs have to be there, reached or not.
+            let ends = if only_way(block, known).is_some() { Vec::new() } else { ends(block) };
+            for target in next.into_iter().chain(ends) {
+                if reached.blocks.insert(target) {
+                    open.push(target);
+                }
+            }
+        }
+        reached
+    }
+
+    fn contains(&self, block: &Block) -> bool {
+        block.label_id().is_some_and(|label| self.blocks.contains(&label))
+    }
+
+    /// Whether control comes to `label` by a way of a phi: a value and the block it comes from.
+    fn leads(&self, way: &[Operand], label: Word) -> bool {
+        way.get(1).and_then(Operand::id_ref_any).is_some_and(|from| self.ways.contains(&(from, label)))
+    }
+}
+
+/// Notes the results of a block's instructions that can be told.
+fn learn(block: &Block, reached: &Reached, known: &mut Constants) {
+    let Some(label) = block.label_id() else { return };
+    for i in &block.instructions {
+        let Some(id) = i.result_id else { continue };
+        let value = if i.class.opcode == Op::Phi {
+            let mut ways = i.operands.chunks(2).filter(|way| reached.leads(way, label));
+            let value = |way: &[Operand]| known.get(&way.first()?.id_ref_any()?).copied();
+            ways.next().and_then(value).filter(|&first| ways.all(|way| value(way) == Some(first)))
+        } else {
+            fold(i.class.opcode, &i.operands, known)
+        };
+        known.extend(value.map(|v| (id, v)));
+    }
+}
+
+/// Where an `if` leads whose condition is known. (Loops may end at a known condition too; they are left alone.)
+fn only_way(block: &Block, known: &Constants) -> Option<Word> {
+    let [.., merge, branch] = &block.instructions[..] else { return None };
+    if merge.class.opcode != Op::SelectionMerge || branch.class.opcode != Op::BranchConditional {
+        return None;
+    }
+    let condition = known.get(&branch.operands.first()?.id_ref_any()?)?;
+    branch.operands.get(if *condition != 0 { 1 } else { 2 })?.id_ref_any()
+}
+
+/// Where a block's last instruction may lead.
+fn targets(block: &Block) -> Vec<Word> {
+    let Some(last) = block.instructions.last() else { return Vec::new() };
+    let skipped = match last.class.opcode {
+        Op::Branch => 0,
+        // A condition or a selector first.
+        Op::BranchConditional | Op::Switch => 1,
+        _ => return Vec::new(),
+    };
+    last.operands.iter().skip(skipped).filter_map(Operand::id_ref_any).collect()
+}
+
+/// The merge block of the construct that a block begins, and a loop's continue target.
+fn ends(block: &Block) -> Vec<Word> {
+    let merges = block.instructions.iter().filter(|i| matches!(i.class.opcode, Op::SelectionMerge | Op::LoopMerge));
+    merges.flat_map(|i| &i.operands).filter_map(Operand::id_ref_any).collect()
+}
