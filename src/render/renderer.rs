@@ -133,15 +133,14 @@ impl Renderer {
         let layout = BindingLayout::new(device, &buffers::BINDINGS, size_of::<Push>() as u32)?;
         let mut timeline = Timeline::new(device, IN_FLIGHT)?;
         let shape = Shape { slots, slots_per_group, regions, reuse };
-        // The driver works on the shader while buffers are made and filled.
+        // The driver works on the shader while buffers are made and filled. (On the main thread the former, which
+        // allocates much more: the heaps of other threads grow in small steps.)
         let (pipeline, pipeline_seconds, buffers) = std::thread::scope(|scope| {
-            let compiling = scope.spawn(|| {
-                let start = Instant::now();
-                let pipeline = Pipeline::new(device, stage, &spirv, &specialization, &layout);
-                (pipeline, start.elapsed().as_secs_f64())
-            });
-            let buffers = Buffers::new(device, &layout, &mut timeline, &tables, &sobol, &shape);
-            let (pipeline, seconds) = compiling.join().unwrap_or_else(|panic| resume_unwind(panic));
+            let filling = scope.spawn(|| Buffers::new(device, &layout, &mut timeline, &tables, &sobol, &shape));
+            let start = Instant::now();
+            let pipeline = Pipeline::new(device, stage, &spirv, &specialization, &layout);
+            let seconds = start.elapsed().as_secs_f64();
+            let buffers = filling.join().unwrap_or_else(|panic| resume_unwind(panic));
             Ok::<_, RenderError>((pipeline?, seconds, buffers?))
         })?;
 
