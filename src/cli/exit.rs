@@ -55,7 +55,7 @@ fn of_render(error: &RenderError) -> u8 {
     match error {
         RenderError::Gpu(error) => of_gpu(error),
         RenderError::Truncated { .. } => VALIDATION,
-        RenderError::Stuck { .. } | RenderError::Settings(_) => BAD_INPUT,
+        RenderError::Stuck { .. } | RenderError::Thread(_) | RenderError::Settings(_) => BAD_INPUT,
     }
 }
 

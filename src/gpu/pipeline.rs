@@ -70,7 +70,10 @@ impl Pipeline {
     ) -> Result<Self, GpuError> {
         // Whatever the alignment of the bytes.
         let words: Vec<u32> = spirv.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
-        let words = prune(&words, specialization).unwrap_or(words);
+        let words = prune(&words, specialization).unwrap_or_else(|| {
+            log::debug!("{name}: SPIR-V of another kind than glslang's, left to the driver as it is");
+            words
+        });
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: the SPIR-V was made by glslang in the build script, or is the user's own (`spirv_folder`), who
         // answers for it.

@@ -16,11 +16,17 @@ use rspirv::spirv::{Op, Word};
 
 use super::pipeline::Specialization;
 
-/// The same shader without what these values switch off; `None` if it is not of a kind that this knows, which the driver
-/// may then judge.
+/// The same shader without what these values switch off; `None` if it is not of a kind that this knows, which is then for
+/// the driver to judge.
 pub(super) fn prune(words: &[u32], specialization: &Specialization) -> Option<Vec<u32>> {
+    if !is_well_formed(words) {
+        return None;
+    }
     let mut module = load_words(words).ok()?;
-    let constants = constants::of(&module, specialization);
+    // Drivers go by who made the module.
+    let header = module.header.as_mut()?;
+    (header.generator, header.reserved_word) = (words[2], words[4]);
+    let constants = constants::of(&module, specialization)?;
     for function in &mut module.functions {
         flow::keep_reachable(function, &constants)?;
     }
@@ -28,6 +34,30 @@ pub(super) fn prune(words: &[u32], specialization: &Specialization) -> Option<Ve
     keep_described(&mut module);
     is_closed(&module).then(|| module.assemble())
 }
+
+/// Whether instructions follow each other to the end, and none is one that rspirv would panic at.
+fn is_well_formed(words: &[u32]) -> bool {
+    let mut rest = match words {
+        [_, _, _, _, _, instructions @ ..] => instructions,
+        _ => return false,
+    };
+    while let [first, ..] = rest {
+        let (count, opcode) = ((first >> 16) as usize, first & 0xffff);
+        if count == 0 || count > rest.len() {
+            return false;
+        }
+        // An operation that is no operation, but a constant itself or a branch.
+        if opcode == Op::SpecConstantOp as u32
+            && rest[..count].get(3).and_then(|&op| Op::from_u32(op)).is_none_or(|op| NO_OPERATIONS.contains(&op))
+        {
+            return false;
+        }
+        rest = &rest[count..];
+    }
+    true
+}
+
+const NO_OPERATIONS: [Op; 3] = [Op::Constant, Op::SpecConstantOp, Op::Switch];
 
 /// Drops the functions that no entry point calls, not even through others.
 fn keep_called(module: &mut Module) {

@@ -23,6 +23,9 @@ pub enum RenderError {
         /// The budget.
         budget: u32,
     },
+    /// No thread could be started to fill the buffers.
+    #[error("no thread to fill the buffers: {0}")]
+    Thread(#[source] std::io::Error),
     /// Settings that make no sense.
     #[error("{0}")]
     Settings(String),

@@ -136,12 +136,14 @@ impl Renderer {
         // The driver works on the shader while buffers are made and filled. (On the main thread the former, which
         // allocates much more: the heaps of other threads grow in small steps.)
         let (pipeline, pipeline_seconds, buffers) = std::thread::scope(|scope| {
-            let filling = scope.spawn(|| Buffers::new(device, &layout, &mut timeline, &tables, &sobol, &shape));
+            let filling = std::thread::Builder::new()
+                .spawn_scoped(scope, || Buffers::new(device, &layout, &mut timeline, &tables, &sobol, &shape))
+                .map_err(RenderError::Thread)?;
             let start = Instant::now();
             let pipeline = Pipeline::new(device, stage, &spirv, &specialization, &layout);
             let seconds = start.elapsed().as_secs_f64();
-            let buffers = filling.join().unwrap_or_else(|panic| resume_unwind(panic));
-            Ok::<_, RenderError>((pipeline?, seconds, buffers?))
+            let buffers = filling.join().unwrap_or_else(|panic| resume_unwind(panic))?;
+            Ok::<_, RenderError>((pipeline?, seconds, buffers))
         })?;
 
         let push = push_constants(scene, settings);

@@ -161,7 +161,6 @@ SPHERE_CONSTANTS(15, 184)
            SPHERE_##n##_FORM)
 
 // BODY(n) for each constant sphere.
-// BODY(n) for each constant sphere.
 #define FOR_EACH_SPHERE(BODY)                                               \
     if (SPHERE_COUNT > 0u) { BODY(0) } if (SPHERE_COUNT > 1u) { BODY(1) }   \
     if (SPHERE_COUNT > 2u) { BODY(2) } if (SPHERE_COUNT > 3u) { BODY(3) }   \

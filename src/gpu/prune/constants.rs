@@ -10,8 +10,11 @@ use super::super::pipeline::Specialization;
 /// Values of 32-bit and boolean constants by id; true is 1.
 pub(super) type Constants = HashMap<Word, u32>;
 
-/// The constants of a module, specialised.
-pub(super) fn of(module: &Module, specialization: &Specialization) -> Constants {
+/// The constants of a module, specialised. `None` if ids may be given by way of decoration groups (deprecated).
+pub(super) fn of(module: &Module, specialization: &Specialization) -> Option<Constants> {
+    if module.annotations.iter().any(|i| i.class.opcode == Op::DecorationGroup) {
+        return None;
+    }
     let mut given = HashMap::new();
     for i in module.annotations.iter().filter(|i| i.class.opcode == Op::Decorate) {
         if let [Operand::IdRef(target), Operand::Decoration(Decoration::SpecId), Operand::LiteralBit32(id)] =
@@ -47,7 +50,7 @@ pub(super) fn of(module: &Module, specialization: &Specialization) -> Constants 
         };
         constants.extend(value.map(|v| (id, v)));
     }
-    constants
+    Some(constants)
 }
 
 fn literal(i: &Instruction) -> Option<u32> {

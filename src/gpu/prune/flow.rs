@@ -7,8 +7,11 @@ use rspirv::spirv::{Op, Word};
 
 use super::constants::{Constants, fold};
 
-/// Drops the blocks that are never reached because of what conditions are known to be. `None` for a function whose
-/// blocks have no labels, or where a value would be chosen by where control came from, and it came from nowhere.
+/// Rounds in which to find out more; what is not known by then stays.
+const ROUNDS: usize = 16;
+
+/// Drops the blocks that are never reached because of what conditions are known to be. `None` where SPIR-V of another
+/// shape than compilers make of `if`, `for` and `while` would no longer be valid.
 pub(super) fn keep_reachable(function: &mut Function, constants: &Constants) -> Option<()> {
     let Some(entry) = function.blocks.first() else { return Some(()) };
     let entry = entry.label_id()?;
@@ -17,9 +20,8 @@ pub(super) fn keep_reachable(function: &mut Function, constants: &Constants) -> 
 
     // What is known grows, what is reached shrinks.
     let mut known = constants.clone();
-    let mut reached;
-    loop {
-        reached = Reached::from(entry, function, &places, &known);
+    let mut reached = Reached::from(entry, function, &places, &known);
+    for _ in 0..ROUNDS {
         let before = known.len();
         for block in function.blocks.iter().filter(|b| reached.contains(b)) {
             learn(block, &reached, &mut known);
@@ -27,6 +29,7 @@ pub(super) fn keep_reachable(function: &mut Function, constants: &Constants) -> 
         if known.len() == before {
             break;
         }
+        reached = Reached::from(entry, function, &places, &known);
     }
 
     function.blocks.retain(|b| reached.contains(b));
@@ -39,12 +42,41 @@ pub(super) fn keep_reachable(function: &mut Function, constants: &Constants) -> 
         for phi in block.instructions.iter_mut().filter(|i| i.class.opcode == Op::Phi) {
             let ways = phi.operands.chunks(2).filter(|way| reached.leads(way, label));
             phi.operands = ways.flatten().cloned().collect();
+            // A value would be chosen by where control came from, and it comes from nowhere.
             if phi.operands.is_empty() {
                 return None;
             }
         }
     }
-    Some(())
+    (is_structured(function) && is_ordered(function, &reached)).then_some(())
+}
+
+/// Whether each branch begins a construct of its own or leaves one that is still there.
+fn is_structured(function: &Function) -> bool {
+    let all_ends: HashSet<Word> = function.blocks.iter().flat_map(ends).collect();
+    function.blocks.iter().all(|block| {
+        let branches = block.instructions.last().is_some_and(|i| i.class.opcode == Op::BranchConditional);
+        let targets = targets(block);
+        !branches
+            || !ends(block).is_empty()
+            || targets.iter().all(|t| *t == targets[0])
+            || targets.iter().any(|t| all_ends.contains(t))
+    })
+}
+
+/// Whether blocks still stand after those that all ways to them go through: it suffices that some way to each comes from
+/// before it.
+fn is_ordered(function: &Function, reached: &Reached) -> bool {
+    let mut before = HashSet::new();
+    let mut ways: HashMap<Word, Vec<Word>> = HashMap::new();
+    for &(from, to) in &reached.ways {
+        ways.entry(to).or_default().push(from);
+    }
+    function.blocks.iter().filter_map(Block::label_id).all(|label| {
+        let ordered = before.is_empty() || ways.get(&label).is_none_or(|from| from.iter().any(|f| before.contains(f)));
+        before.insert(label);
+        ordered
+    })
 }
 
 /// Blocks that are kept, and the ways between them.
