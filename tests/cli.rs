@@ -290,11 +290,15 @@ fn the_time_limit_stops_in_time_and_writes_the_image() {
 #[test]
 fn the_time_limit_leaves_no_pixel_out() {
     let directory = directory();
-    // Its meshes make it one in which some tiles go ahead, to try whether paths are worth reusing.
+    // Its meshes make it one in which some tiles go ahead, to try whether paths are worth reusing; and so large that it
+    // takes more than the dispatches that are begun at once.
     let cat = scene_path("cat");
     let output = run(
         directory.path(),
-        &format!("render {} --size 256x256 --samples 100000 -o out.pfm --time-limit 0.001 --json", cat.display()),
+        &format!(
+            "render {} --scheduler queue --size 1024x640 --samples 100000 -o out.pfm --time-limit 0.001 --json",
+            cat.display()
+        ),
     );
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     let json = one_line(&output);
@@ -303,7 +307,7 @@ fn the_time_limit_leaves_no_pixel_out() {
     assert!(json["reuse_gain"].as_f64().is_some_and(|gain| gain > 0.0), "{json}");
     let (image, _) = read(&directory.path().join("out.pfm")).unwrap();
     let dark = image.pixels().iter().filter(|p| !p.iter().all(|&c| c > 0.0 && c.is_finite())).count();
-    assert!(dark < 256 * 256 / 1000, "{dark} pixels without light");
+    assert!(dark < 1024 * 640 / 1000, "{dark} pixels without light");
 }
 
 #[cfg(unix)]

@@ -41,7 +41,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "TARGET", value_parser = noise)]
     noise: Option<f64>,
 
-    /// Stop after so many seconds of rendering and write what there is
+    /// Stop after so many seconds of rendering and write what there is: a sample of every pixel at least
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     time_limit: Option<Duration>,
 

@@ -108,6 +108,8 @@ pub(crate) struct Plan {
     span: usize,
     next_slot: u32,
     repeating: bool,
+    /// Samples after the first round.
+    first_target: u32,
 }
 
 impl Plan {
@@ -123,8 +125,10 @@ impl Plan {
             span: 0,
             next_slot: 0,
             repeating: false,
+            first_target: 0,
         };
         plan.begin_round(pace);
+        plan.first_target = plan.round_target;
         plan
     }
 
@@ -177,6 +181,11 @@ impl Plan {
         self.repeating
     }
 
+    /// Whether the next piece of work is of the first round.
+    pub fn in_first_round(&self) -> bool {
+        !self.repeating && self.round_target == self.first_target && !self.is_over()
+    }
+
     fn go_to(&mut self, span: usize) {
         self.span = span;
         self.next_slot = self.spans.get(span).map_or(0, |s| s.first_slot);
@@ -217,6 +226,22 @@ mod tests {
         let spans = tile_spans([0, 1, 3, 4, 5, 6, 9].into_iter(), &[0, 320, 576]);
         assert_eq!(spans, [span(0, 0, 128), span(0, 192, 320), span(1, 320, 448), span(2, 576, 640)]);
         assert!(tile_spans(std::iter::empty(), &[0]).is_empty());
+    }
+
+    #[test]
+    fn the_first_round_ends_when_every_slot_has_its_first_samples() {
+        let pace = Pace::new(Some(1), 16);
+        let mut plan = Plan::new(vec![Span { band: 0, first_slot: 0, end_slot: 640 }], 0, 2, &pace);
+        let mut slots = 0;
+        while plan.in_first_round() {
+            slots += plan.next(&pace).unwrap().spans.iter().map(Span::slots).sum::<u32>();
+        }
+        assert_eq!(slots, 640);
+        assert!(!plan.is_over());
+        // A rendering of one round ends with it.
+        let mut plan = Plan::new(vec![Span { band: 0, first_slot: 0, end_slot: 64 }], 0, 1, &pace);
+        assert!(plan.in_first_round() && plan.next(&pace).is_some());
+        assert!(!plan.in_first_round() && plan.is_over());
     }
 
     #[test]

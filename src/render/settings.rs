@@ -124,7 +124,7 @@ pub struct RenderSettings {
     pub scheduler: Scheduler,
     /// Whether paths serve several pixels.
     pub reuse: Reuse,
-    /// Stop after this time, with as many whole passes as fit in.
+    /// Stop after this time, or once every pixel has a sample if that takes longer.
     pub time_limit: Option<Duration>,
     /// Compile every feature, needed or not: for tests and benchmarks, the image is the same.
     pub general: bool,

@@ -46,12 +46,18 @@ impl<'a> Watch<'a> {
         seconds
     }
 
-    /// So many samples are done, and the last dispatch took so many seconds. Stops if that is wanted, or if another
-    /// dispatch would not end in time; the first one always is begun.
-    pub fn report(&mut self, done: u64, seconds: f64) {
+    /// So many samples are done. Stops if that is wanted.
+    pub fn tell(&mut self, done: u64) {
         let progress = Progress { done, total: self.total.max(done), elapsed: self.elapsed() };
-        let late = self.limit.is_some_and(|limit| progress.elapsed + Duration::from_secs_f64(seconds) > limit);
-        self.stop |= (self.on_progress)(&progress).is_break() || late;
+        self.stop |= (self.on_progress)(&progress).is_break();
+    }
+
+    /// The same, and the last dispatch took so many seconds. Stops too if another would not end in time, unless
+    /// `uneven`: some pixels have no sample yet.
+    fn report(&mut self, done: u64, seconds: f64, uneven: bool) {
+        self.tell(done);
+        let late = self.limit.is_some_and(|limit| self.elapsed() + Duration::from_secs_f64(seconds) > limit);
+        self.stop |= late && !uneven;
     }
 }
 
@@ -81,6 +87,7 @@ impl Renderer {
         let mut plan = Plan::new(spans.to_vec(), done, samples, &self.pace);
         let mut in_flight: VecDeque<(Ticket, Work, Instant, usize)> = VecDeque::new();
         let mut done_before_repeat = None;
+        let from_nothing = done == 0;
         loop {
             while !watch.stop && in_flight.len() < IN_FLIGHT {
                 let Some(work) = plan.next(&self.pace) else { break };
@@ -101,7 +108,7 @@ impl Renderer {
                 }
                 plan.repeat(&self.pace);
             }
-            watch.report(done, seconds);
+            watch.report(done, seconds, from_nothing && plan.in_first_round());
         }
     }
 

@@ -91,14 +91,14 @@ impl Renderer {
     ) -> Result<(), RenderError> {
         let mut already = 0;
         if self.reuse == ReuseTrial::Pending && done < queue::TRIAL && queue::TRIAL <= samples {
-            already = self.try_reuse(spans, done)?;
+            already = self.try_reuse(spans, done, watch)?;
         }
         self.steady_pass(spans, done, samples, already, watch)
     }
 
-    /// The trial, in every few tiles of `spans`. Returns the samples taken. It is not stopped: an image of these tiles
-    /// only is of no use.
-    fn try_reuse(&mut self, spans: &[Span], done: u32) -> Result<u64, RenderError> {
+    /// The trial, in every few tiles of `spans`. Returns the samples taken. A time limit does not stop it, since an image
+    /// of these tiles only is of no use.
+    fn try_reuse(&mut self, spans: &[Span], done: u32, watch: &mut Watch<'_>) -> Result<u64, RenderError> {
         let before = self.statistics.samples;
         let mut tried = Vec::new();
         let mut pixels = 0;
@@ -118,13 +118,14 @@ impl Renderer {
             new_samples: self.pace.most_samples().min(queue::TRIAL - done),
         };
         // Again, if the budget of loops did not suffice.
-        while self.statistics.samples < end {
+        while self.statistics.samples < end && !watch.stop {
             let so_far = self.statistics.samples;
             let (ticket, readback) = self.submit(&work)?;
             self.finish(&ticket, readback)?;
             if self.statistics.samples == so_far {
                 return Err(RenderError::Stuck { budget: self.loop_budget });
             }
+            watch.tell(self.statistics.samples);
         }
         if pixels > 0 {
             let mut trial = self.reuse;
