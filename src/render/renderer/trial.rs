@@ -16,6 +16,10 @@ const WORTH: f64 = 1.4;
 
 /// Every so many tiles take part in the trial: all places within a block of tiles do, and no column more than others.
 const TRIAL_STEP: u32 = 9;
+/// Slots of these, of which the first tile is tried.
+const BLOCK: u32 = TILE as u32 * TRIAL_STEP;
+/// Slots whose trial is one dispatch: 262,144 samples.
+const DISPATCH_SLOTS: u32 = 1024 * BLOCK;
 
 /// The trial of a rendering and what came of it, apart for the two halves of the image that adaptive sampling keeps
 /// independent of each other.
@@ -101,35 +105,38 @@ impl Renderer {
     fn try_reuse(&mut self, spans: &[Span], done: u32, watch: &mut Watch<'_>) -> Result<u64, RenderError> {
         let before = self.statistics.samples;
         let mut tried = Vec::new();
-        let mut pixels = 0;
         for span in spans {
-            let first_slot = span.first_slot.next_multiple_of(TILE as u32 * TRIAL_STEP);
-            if first_slot < span.end_slot {
-                tried.push(Span { first_slot, ..*span });
-                let tiles = (first_slot..span.end_slot).step_by(TILE * TRIAL_STEP as usize);
-                pixels += tiles.map(|t| pixels_in(t, t + TILE as u32, self.width, self.height)).sum::<u64>();
+            let first_slot = span.first_slot.next_multiple_of(BLOCK);
+            tried.extend((first_slot..span.end_slot).step_by(DISPATCH_SLOTS as usize).map(|first_slot| {
+                let end_slot = span.end_slot.min(first_slot + DISPATCH_SLOTS);
+                Span { first_slot, end_slot, ..*span }
+            }));
+        }
+        let mut end = before;
+        for span in &tried {
+            let tiles = (span.first_slot..span.end_slot).step_by(BLOCK as usize);
+            let pixels = tiles.map(|t| pixels_in(t, t + TILE as u32, self.width, self.height)).sum::<u64>();
+            end += pixels * u64::from(queue::TRIAL - done);
+            let work = Work {
+                spans: vec![*span],
+                tile_step: TRIAL_STEP,
+                target_samples: queue::TRIAL,
+                new_samples: self.pace.most_samples().min(queue::TRIAL - done),
+            };
+            // Again, if the budget of loops did not suffice.
+            while self.statistics.samples < end && !watch.stop {
+                let so_far = self.statistics.samples;
+                let (ticket, readback) = self.submit(&work)?;
+                self.finish(&ticket, readback)?;
+                if self.statistics.samples == so_far {
+                    return Err(RenderError::Stuck { budget: self.loop_budget });
+                }
+                watch.tell(self.statistics.samples);
             }
         }
-        let end = before + pixels * u64::from(queue::TRIAL - done);
-        let work = Work {
-            spans: tried,
-            tile_step: TRIAL_STEP,
-            target_samples: queue::TRIAL,
-            new_samples: self.pace.most_samples().min(queue::TRIAL - done),
-        };
-        // Again, if the budget of loops did not suffice.
-        while self.statistics.samples < end && !watch.stop {
-            let so_far = self.statistics.samples;
-            let (ticket, readback) = self.submit(&work)?;
-            self.finish(&ticket, readback)?;
-            if self.statistics.samples == so_far {
-                return Err(RenderError::Stuck { budget: self.loop_budget });
-            }
-            watch.tell(self.statistics.samples);
-        }
-        if pixels > 0 {
+        if end > before && !watch.stop {
             let mut trial = self.reuse;
-            self.read_slots(&work.spans, |_, slots| {
+            self.read_slots(&tried, |_, slots| {
                 slots.chunks(TILE).step_by(TRIAL_STEP as usize).for_each(|tile| trial.judge(tile));
             })?;
             self.reuse = trial;
