@@ -31,8 +31,9 @@ pub(super) fn prune(words: &[u32], specialization: &Specialization) -> Option<Ve
         flow::keep_reachable(function, &constants)?;
     }
     keep_called(&mut module);
-    keep_described(&mut module);
-    is_closed(&module).then(|| module.assemble())
+    let defined = module.all_inst_iter().filter_map(|i| i.result_id).collect();
+    keep_described(&mut module, &defined);
+    is_closed(&module, &defined).then(|| module.assemble())
 }
 
 /// Whether instructions follow each other to the end, and none is one that rspirv would panic at.
@@ -83,8 +84,7 @@ fn callee(instruction: &Instruction) -> Option<Word> {
 }
 
 /// Drops names and decorations of what is no longer there.
-fn keep_described(module: &mut Module) {
-    let defined = defined(module);
+fn keep_described(module: &mut Module, defined: &HashSet<Word>) {
     let of_defined = |i: &Instruction| {
         i.operands.first().and_then(Operand::id_ref_any).is_none_or(|target| defined.contains(&target))
     };
@@ -92,14 +92,9 @@ fn keep_described(module: &mut Module) {
     module.annotations.retain(of_defined);
 }
 
-fn defined(module: &Module) -> HashSet<Word> {
-    module.all_inst_iter().filter_map(|i| i.result_id).collect()
-}
-
 /// Whether everything that is used is still there. It is, unless values of one block are used in another that does not
 /// depend on it being executed.
-fn is_closed(module: &Module) -> bool {
-    let defined = defined(module);
+fn is_closed(module: &Module, defined: &HashSet<Word>) -> bool {
     module.all_inst_iter().flat_map(|i| &i.operands).filter_map(Operand::id_ref_any).all(|id| defined.contains(&id))
 }
 

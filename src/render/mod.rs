@@ -3,6 +3,7 @@
 mod allocation;
 #[cfg(test)]
 mod allocation_tests;
+pub(crate) mod bindings;
 pub(crate) mod driver;
 mod error;
 mod facets;

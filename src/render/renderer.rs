@@ -13,9 +13,10 @@ use std::time::Instant;
 use bytemuck::Zeroable;
 
 use crate::accel::{MAX_RECORDS, TreeStatistics};
-use crate::gpu::{BindingLayout, Context, Device, Pipeline, Timeline};
+use crate::gpu::{Context, Device, Pipeline, Timeline};
 use crate::scene::Scene;
 
+use super::bindings;
 use super::driver::DriverFacts;
 use super::error::RenderError;
 use super::features::Features;
@@ -130,7 +131,7 @@ impl Renderer {
         let built_in = kernels::built_in(queued);
         let stage = built_in.name;
         let spirv = kernels::spirv(&built_in, settings)?;
-        let layout = BindingLayout::new(device, &buffers::BINDINGS, size_of::<Push>() as u32)?;
+        let layout = bindings::layout(device, &buffers::BINDINGS)?;
         let mut timeline = Timeline::new(device, IN_FLIGHT)?;
         let shape = Shape { slots, slots_per_group, regions, reuse };
         // The driver works on the shader while buffers are made and filled. (On the main thread the former, which

@@ -12,7 +12,8 @@ use std::time::Instant;
 
 use bytemuck::{AnyBitPattern, NoUninit, Zeroable};
 
-use crate::gpu::{Access, BindingKind, BindingLayout, BindingSet, Buffer, Context, Pipeline, Timeline, Usage};
+use crate::gpu::{Access, BindingKind, BindingSet, Buffer, Context, Pipeline, Timeline, Usage};
+use crate::render::bindings::{self, TableBuffers, UINT4};
 use crate::render::driver::DriverFacts;
 use crate::render::layout::{Counters, FilmSlot, Push, binding, constant};
 use crate::render::space::RenderSpace;
@@ -35,17 +36,8 @@ const COUNTED: u32 = 1 << 20;
 const INPUT: u32 = 8;
 const OUTPUT: u32 = 9;
 
-/// What probes see: what the path tracer's library files see, input and output.
-const BINDINGS: [(u32, BindingKind); 8] = [
-    (binding::TREE, BindingKind::Texels),
-    (binding::SHAPES, BindingKind::Texels),
-    (binding::SOBOL, BindingKind::Texels),
-    (binding::LIGHTS, BindingKind::Texels),
-    (binding::FILM, BindingKind::StorageTexels),
-    (binding::COUNTERS, BindingKind::Array),
-    (INPUT, BindingKind::Array),
-    (OUTPUT, BindingKind::Array),
-];
+/// What probes see, besides what all kernels do.
+const BINDINGS: [(u32, BindingKind); 2] = [(INPUT, BindingKind::Array), (OUTPUT, BindingKind::Array)];
 const PROBE: u32 = 240;
 
 /// A kernel of shaders/probe with the choice of its function.
@@ -89,7 +81,8 @@ pub(crate) struct Probe<I, O> {
     output: Buffer,
     readback: Buffer,
     film: Buffer,
-    _tables: Vec<Buffer>,
+    _tables: TableBuffers,
+    _counters: Buffer,
     push: Push,
     inputs: u32,
     records: PhantomData<(I, O)>,
@@ -108,27 +101,21 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
         let device = &context.0;
         let features = Features::of(scene, settings);
         let table = sobol::table(features.sobol_levels, 1);
-        let float4 = ash::vk::Format::R32G32B32A32_SFLOAT;
-        let uint4 = ash::vk::Format::R32G32B32A32_UINT;
-        let sources: [(&str, u32, ash::vk::Format, &[u8]); 4] = [
-            ("tree", binding::TREE, uint4, bytemuck::cast_slice(&tables.tree_texels)),
-            ("shapes", binding::SHAPES, float4, bytemuck::cast_slice(&tables.shapes)),
-            ("sobol", binding::SOBOL, uint4, bytemuck::cast_slice(&table)),
-            ("lights", binding::LIGHTS, float4, bytemuck::cast_slice(&tables.lights.texels)),
-        ];
         let storage = |name, bytes: usize| Buffer::new(device, name, bytes as u64, Usage::Storage);
         let input = storage("probe input", BATCH * size_of::<I>())?;
         let output = storage("probe output", BATCH * size_of::<O>())?;
         let film_bytes = (film_slots.max(1) * size_of::<FilmSlot>()) as u64;
-        let film = Buffer::new(device, "film", film_bytes, Usage::StorageTexel(uint4))?;
+        let film = Buffer::new(device, "film", film_bytes, Usage::StorageTexel(UINT4))?;
         let counters = storage("counters", size_of::<Counters>())?;
-        let mut buffers = Vec::new();
-        for (name, _, format, bytes) in &sources {
-            buffers.push(Buffer::new(device, name, bytes.len() as u64, Usage::Texel(*format))?);
-        }
-        let mut bound: Vec<_> = sources.iter().zip(&buffers).map(|(s, buffer)| (s.1, buffer)).collect();
-        bound.extend([(binding::FILM, &film), (binding::COUNTERS, &counters), (INPUT, &input), (OUTPUT, &output)]);
-        let layout = BindingLayout::new(device, &BINDINGS, size_of::<Push>() as u32)?;
+        let mut timeline = Timeline::new(device, 1)?;
+        let table_buffers = TableBuffers::new(device, &mut timeline, tables, &table)?;
+        let layout = bindings::layout(device, &BINDINGS)?;
+        let bound = table_buffers.and(&[
+            (binding::FILM, &film),
+            (binding::COUNTERS, &counters),
+            (INPUT, &input),
+            (OUTPUT, &output),
+        ]);
         let set = BindingSet::new(&layout, &bound)?;
         let counting = RenderSettings { count_steps: kernel.counts_steps, ..settings.clone() };
         let mut specialization = tables.specialization(&features, &counting, DriverFacts::of(&device.info));
@@ -138,23 +125,12 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
             .uint(constant::ENOUGH_LANES, kernel.workgroup - kernel.workgroup / 4)
             .uint(PROBE, kernel.function);
         let pipeline = Pipeline::new(device, kernel.name, &kernel.spirv, &specialization, &layout)?;
-        let mut timeline = Timeline::new(device, 1)?;
-        let mut staging = Vec::new();
-        for (name, _, _, bytes) in &sources {
-            let mut buffer = Buffer::new(device, name, bytes.len() as u64, Usage::Upload)?;
-            write(&mut buffer, bytes)?;
-            staging.push(buffer);
-        }
         let ticket = timeline.submit(|r| {
-            for (from, to) in staging.iter().zip(&buffers) {
-                r.copy(from, 0, to, 0, to.bytes);
-            }
             r.clear(&film);
             r.clear(&counters);
             r.barrier(Access::Transfer, Access::Compute);
         })?;
         timeline.wait(&ticket)?;
-        buffers.push(counters);
         let push = Push { width: 64, height: 64, seed: settings.seed, ..Push::zeroed() };
         Ok(Self {
             timeline,
@@ -165,7 +141,8 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
             input,
             output,
             film,
-            _tables: buffers,
+            _tables: table_buffers,
+            _counters: counters,
             push,
             inputs: kernel.inputs,
             records: PhantomData,

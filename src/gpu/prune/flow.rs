@@ -15,12 +15,12 @@ const ROUNDS: usize = 16;
 pub(super) fn keep_reachable(function: &mut Function, constants: &Constants) -> Option<()> {
     let Some(entry) = function.blocks.first() else { return Some(()) };
     let entry = entry.label_id()?;
-    let places: HashMap<Word, usize> =
-        function.blocks.iter().enumerate().map(|(i, b)| Some((b.label_id()?, i))).collect::<Option<_>>()?;
+    let blocks: HashMap<Word, &Block> =
+        function.blocks.iter().map(|b| Some((b.label_id()?, b))).collect::<Option<_>>()?;
 
     // What is known grows, what is reached shrinks.
     let mut known = constants.clone();
-    let mut reached = Reached::from(entry, function, &places, &known);
+    let mut reached = Reached::from(entry, &blocks, &known);
     for _ in 0..ROUNDS {
         let before = known.len();
         for block in function.blocks.iter().filter(|b| reached.contains(b)) {
@@ -29,7 +29,7 @@ pub(super) fn keep_reachable(function: &mut Function, constants: &Constants) -> 
         if known.len() == before {
             break;
         }
-        reached = Reached::from(entry, function, &places, &known);
+        reached = Reached::from(entry, &blocks, &known);
     }
 
     function.blocks.retain(|b| reached.contains(b));
@@ -86,18 +86,17 @@ struct Reached {
 }
 
 impl Reached {
-    fn from(entry: Word, function: &Function, places: &HashMap<Word, usize>, known: &Constants) -> Self {
+    fn from(entry: Word, blocks: &HashMap<Word, &Block>, known: &Constants) -> Self {
         let mut reached = Self { blocks: HashSet::from([entry]), ways: HashSet::new() };
         let mut open = vec![entry];
         while let Some(label) = open.pop() {
-            let Some(block) = places.get(&label).and_then(|&p| function.blocks.get(p)) else { continue };
-            let next = match only_way(block, known) {
-                Some(target) => vec![target],
-                None => targets(block),
+            let Some(block) = blocks.get(&label) else { continue };
+            // The ends of constructs have to be there, reached or not.
+            let (next, ends) = match only_way(block, known) {
+                Some(target) => (vec![target], Vec::new()),
+                None => (targets(block), ends(block)),
             };
             reached.ways.extend(next.iter().map(|&target| (label, target)));
-            // The ends of constructs have to be there, reached or not.
-            let ends = if only_way(block, known).is_some() { Vec::new() } else { ends(block) };
             for target in next.into_iter().chain(ends) {
                 if reached.blocks.insert(target) {
                     open.push(target);

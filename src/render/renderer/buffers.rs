@@ -2,24 +2,16 @@
 
 use std::sync::Arc;
 
-use ash::vk::Format;
-
+use super::super::bindings::{FLOAT4, TableBuffers, UINT4};
 use super::super::error::RenderError;
 use super::super::layout::{Counters, FilmSlot, binding, queue};
 use super::super::sobol::DIMENSIONS;
 use super::super::tables::Tables;
-use super::super::upload::upload;
 use super::IN_FLIGHT;
 use crate::gpu::{BindingKind, BindingLayout, BindingSet, Buffer, Device, Timeline, Usage};
 
-/// What the kernels see, see shaders/lib/layout.glsl.
-pub(super) const BINDINGS: [(u32, BindingKind); 9] = [
-    (binding::TREE, BindingKind::Texels),
-    (binding::SHAPES, BindingKind::Texels),
-    (binding::SOBOL, BindingKind::Texels),
-    (binding::LIGHTS, BindingKind::Texels),
-    (binding::FILM, BindingKind::StorageTexels),
-    (binding::COUNTERS, BindingKind::Array),
+/// What the path tracer's kernels see, besides what all do.
+pub(super) const BINDINGS: [(u32, BindingKind); 3] = [
     (binding::PATHS, BindingKind::Array),
     (binding::QUEUE_POOL, BindingKind::Array),
     (binding::PATH_TEXELS, BindingKind::StorageTexels),
@@ -58,7 +50,7 @@ pub(super) struct Buffers {
     pub queue_pool: Buffer,
     /// What the queue's paths note.
     _paths: Buffer,
-    _tables: Vec<Buffer>,
+    _tables: TableBuffers,
 }
 
 impl Buffers {
@@ -74,17 +66,7 @@ impl Buffers {
         sobol: &[[u32; DIMENSIONS]],
         shape: &Shape,
     ) -> Result<Self, RenderError> {
-        let (float4, uint4) = (Format::R32G32B32A32_SFLOAT, Format::R32G32B32A32_UINT);
-        let sources: [(u32, &str, Format, &[u8]); 4] = [
-            (binding::TREE, "tree", uint4, bytemuck::cast_slice(&tables.tree_texels)),
-            (binding::SHAPES, "shapes", float4, bytemuck::cast_slice(&tables.shapes)),
-            (binding::SOBOL, "sobol", uint4, bytemuck::cast_slice(sobol)),
-            (binding::LIGHTS, "lights", float4, bytemuck::cast_slice(&tables.lights.texels)),
-        ];
-        let mut uploads = Vec::new();
-        for (_, name, format, bytes) in sources {
-            uploads.push((Buffer::new(device, name, bytes.len() as u64, Usage::Texel(format))?, bytes));
-        }
+        let tables = TableBuffers::new(device, timeline, tables, sobol)?;
         let counters = Buffer::new(device, "counters", size_of::<Counters>() as u64, Usage::Storage)?;
         let readbacks = (0..IN_FLIGHT)
             .map(|i| Buffer::new(device, &format!("readback {i}"), size_of::<Counters>() as u64, Usage::Readback))
@@ -93,7 +75,7 @@ impl Buffers {
         // Rows follow each other; only reuse needs more than the first, the paths' light.
         let rows = if shape.reuse { queue::PATH_ROWS } else { 1 };
         let path_bytes = 16 * u64::from(rows) * u64::from(shape.regions) * u64::from(queue::PATHS);
-        let paths = Buffer::new(device, "paths", path_bytes, Usage::StorageTexelAndArray(float4))?;
+        let paths = Buffer::new(device, "paths", path_bytes, Usage::StorageTexelAndArray(FLOAT4))?;
 
         // What a binding holds, and a dispatch covers.
         let texels = size_of::<FilmSlot>() as u64 / 16;
@@ -103,10 +85,8 @@ impl Buffers {
         let mut first = 0u64;
         while first < shape.slots {
             let count = (shape.slots - first).min(band_slots);
-            let film = Buffer::new(device, "film", count * size_of::<FilmSlot>() as u64, Usage::StorageTexel(uint4))?;
-            let mut bound: Vec<_> =
-                sources.iter().zip(&uploads).map(|(&(number, ..), (buffer, _))| (number, buffer)).collect();
-            bound.extend([
+            let film = Buffer::new(device, "film", count * size_of::<FilmSlot>() as u64, Usage::StorageTexel(UINT4))?;
+            let bound = tables.and(&[
                 (binding::FILM, &film),
                 (binding::COUNTERS, &counters),
                 (binding::PATHS, &paths),
@@ -117,8 +97,6 @@ impl Buffers {
             bands.push(Band { first: first as u32, slots: count as u32, set, film });
             first += count;
         }
-        upload(device, timeline, &mut uploads)?;
-        let tables = uploads.into_iter().map(|(buffer, _)| buffer).collect();
         Ok(Self { bands, counters, readbacks, queue_pool, _paths: paths, _tables: tables })
     }
 }

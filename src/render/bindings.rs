@@ -1,0 +1,66 @@
+//! What all kernels see, those of the path tracer and the probes (shaders/lib/layout.glsl).
+
+use std::sync::Arc;
+
+use ash::vk::Format;
+
+use crate::gpu::{BindingKind, BindingLayout, Buffer, Device, GpuError, Timeline, Usage};
+
+use super::error::RenderError;
+use super::layout::{Push, binding};
+use super::sobol::DIMENSIONS;
+use super::tables::Tables;
+use super::upload::upload;
+
+/// Texels of numbers, and of bits.
+pub(crate) const FLOAT4: Format = Format::R32G32B32A32_SFLOAT;
+pub(crate) const UINT4: Format = Format::R32G32B32A32_UINT;
+
+const COMMON: [(u32, BindingKind); 6] = [
+    (binding::TREE, BindingKind::Texels),
+    (binding::SHAPES, BindingKind::Texels),
+    (binding::SOBOL, BindingKind::Texels),
+    (binding::LIGHTS, BindingKind::Texels),
+    (binding::FILM, BindingKind::StorageTexels),
+    (binding::COUNTERS, BindingKind::Array),
+];
+
+/// The layout of a kernel that sees this and something of its own.
+pub(crate) fn layout(device: &Arc<Device>, own: &[(u32, BindingKind)]) -> Result<Arc<BindingLayout>, GpuError> {
+    BindingLayout::new(device, &[&COMMON, own].concat(), size_of::<Push>() as u32)
+}
+
+/// The tables of a scene and the sampler's, on the device.
+pub(crate) struct TableBuffers(Vec<(u32, Buffer)>);
+
+impl TableBuffers {
+    /// Makes and fills them.
+    ///
+    /// # Errors
+    /// A limit of the device or its memory is exceeded.
+    pub fn new(
+        device: &Arc<Device>,
+        timeline: &mut Timeline,
+        tables: &Tables,
+        sobol: &[[u32; DIMENSIONS]],
+    ) -> Result<Self, RenderError> {
+        let sources: [(u32, &str, Format, &[u8]); 4] = [
+            (binding::TREE, "tree", UINT4, bytemuck::cast_slice(&tables.tree_texels)),
+            (binding::SHAPES, "shapes", FLOAT4, bytemuck::cast_slice(&tables.shapes)),
+            (binding::SOBOL, "sobol", UINT4, bytemuck::cast_slice(sobol)),
+            (binding::LIGHTS, "lights", FLOAT4, bytemuck::cast_slice(&tables.lights.texels)),
+        ];
+        let mut uploads = Vec::new();
+        for (_, name, format, bytes) in sources {
+            uploads.push((Buffer::new(device, name, bytes.len() as u64, Usage::Texel(format))?, bytes));
+        }
+        upload(device, timeline, &mut uploads)?;
+        let numbers = sources.iter().map(|&(number, ..)| number);
+        Ok(Self(numbers.zip(uploads.into_iter().map(|(buffer, _)| buffer)).collect()))
+    }
+
+    /// What to bind: these, and others.
+    pub fn and<'a>(&'a self, others: &[(u32, &'a Buffer)]) -> Vec<(u32, &'a Buffer)> {
+        self.0.iter().map(|(number, buffer)| (*number, buffer)).chain(others.iter().copied()).collect()
+    }
+}
