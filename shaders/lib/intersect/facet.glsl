@@ -14,6 +14,7 @@
 
 #include "../layout.glsl"
 #include "../math.glsl"
+#include "unroll.glsl"
 
 struct Facet {
     vec3 a, b, c, d;    // corners, counter-clockwise from the front; a triangle has d = c
@@ -168,23 +169,7 @@ FACET_CONSTANTS(31, 752)
           vec4(FACET_##n##_NX, FACET_##n##_NY, FACET_##n##_NZ, FACET_##n##_ND))
 
 // BODY(n) for each facet.
-#define FOR_EACH_FACET(BODY) \
-    if (FACET_COUNT > 0u) { BODY(0) } if (FACET_COUNT > 1u) { BODY(1) } \
-    if (FACET_COUNT > 2u) { BODY(2) } if (FACET_COUNT > 3u) { BODY(3) } \
-    if (FACET_COUNT > 4u) { BODY(4) } if (FACET_COUNT > 5u) { BODY(5) } \
-    if (FACET_COUNT > 6u) { BODY(6) } if (FACET_COUNT > 7u) { BODY(7) } \
-    if (FACET_COUNT > 8u) { BODY(8) } if (FACET_COUNT > 9u) { BODY(9) } \
-    if (FACET_COUNT > 10u) { BODY(10) } if (FACET_COUNT > 11u) { BODY(11) } \
-    if (FACET_COUNT > 12u) { BODY(12) } if (FACET_COUNT > 13u) { BODY(13) } \
-    if (FACET_COUNT > 14u) { BODY(14) } if (FACET_COUNT > 15u) { BODY(15) } \
-    if (FACET_COUNT > 16u) { BODY(16) } if (FACET_COUNT > 17u) { BODY(17) } \
-    if (FACET_COUNT > 18u) { BODY(18) } if (FACET_COUNT > 19u) { BODY(19) } \
-    if (FACET_COUNT > 20u) { BODY(20) } if (FACET_COUNT > 21u) { BODY(21) } \
-    if (FACET_COUNT > 22u) { BODY(22) } if (FACET_COUNT > 23u) { BODY(23) } \
-    if (FACET_COUNT > 24u) { BODY(24) } if (FACET_COUNT > 25u) { BODY(25) } \
-    if (FACET_COUNT > 26u) { BODY(26) } if (FACET_COUNT > 27u) { BODY(27) } \
-    if (FACET_COUNT > 28u) { BODY(28) } if (FACET_COUNT > 29u) { BODY(29) } \
-    if (FACET_COUNT > 30u) { BODY(30) } if (FACET_COUNT > 31u) { BODY(31) }
+#define FOR_EACH_FACET(BODY) FOR_0_TO_15(FACET_COUNT, BODY) FOR_16_TO_31(FACET_COUNT, BODY)
 
 // The same from shape_texels (surface.glsl): written out once for any facet, where time does not matter.
 Facet facet_of_table(int n) {

@@ -18,6 +18,7 @@
 #define SPHERE_GLSL
 
 #include "../layout.glsl"
+#include "unroll.glsl"
 #include "../math.glsl"
 
 const uint SIDE_SOLID = 0u;
@@ -161,15 +162,7 @@ SPHERE_CONSTANTS(15, 184)
            SPHERE_##n##_FORM)
 
 // BODY(n) for each constant sphere.
-#define FOR_EACH_SPHERE(BODY)                                               \
-    if (SPHERE_COUNT > 0u) { BODY(0) } if (SPHERE_COUNT > 1u) { BODY(1) }   \
-    if (SPHERE_COUNT > 2u) { BODY(2) } if (SPHERE_COUNT > 3u) { BODY(3) }   \
-    if (SPHERE_COUNT > 4u) { BODY(4) } if (SPHERE_COUNT > 5u) { BODY(5) }   \
-    if (SPHERE_COUNT > 6u) { BODY(6) } if (SPHERE_COUNT > 7u) { BODY(7) }   \
-    if (SPHERE_COUNT > 8u) { BODY(8) } if (SPHERE_COUNT > 9u) { BODY(9) }   \
-    if (SPHERE_COUNT > 10u) { BODY(10) } if (SPHERE_COUNT > 11u) { BODY(11) } \
-    if (SPHERE_COUNT > 12u) { BODY(12) } if (SPHERE_COUNT > 13u) { BODY(13) } \
-    if (SPHERE_COUNT > 14u) { BODY(14) } if (SPHERE_COUNT > 15u) { BODY(15) }
+#define FOR_EACH_SPHERE(BODY) FOR_0_TO_15(SPHERE_COUNT, BODY)
 
 int leaving_code(int leaving, int id) {
     if (MUTATION == MUTATE_SKIP) return 0;
