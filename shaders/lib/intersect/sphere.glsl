@@ -32,99 +32,106 @@ struct Sphere {
     vec3 center;
     float radius;
     float power;    // K = |c|² − r²
-    uint side;
-    uint form;
 };
 
 // Set in a path's `leaving` when the ray runs on the inner side of that sphere.
 const int INSIDE = 0x40000000;
 
-// Distance b to the closest approach, discriminant, and C (only its sign is used where the form lacks precision).
-void sphere_quadratic(Sphere s, vec3 o, float oo, vec3 d, float od, out float b, out float disc, out float c) {
-    if (MUTATION == MUTATE_SPHERE) {
-        vec3 f = s.center - o;
-        b = dot(f, d);
-        c = dot(f, f) - s.radius * s.radius;
-        disc = b * b - c;
-    } else if (s.form == FORM_WALL) {
-        b = dot(s.center, d) - od;
-        c = (s.power + oo) - 2.0 * dot(s.center, o);
-        disc = b * b - c;
-    } else if (s.form == FORM_SMALL) {
-        vec3 f = s.center - o;
-        b = dot(f, d);
-        vec3 l = f - b * d;
-        disc = s.radius * s.radius - dot(l, l);
-        c = dot(f, f) - s.radius * s.radius;
-    } else {
-        precise vec3 f = s.center - o;
-        precise vec3 v = f - s.center;
-        precise vec3 e = (s.center - (f - v)) - (o + v);
-        float p0, e0, p1, e1, p2, e2, q0, r0, q1, r1;
-        two_product(f.x, d.x, p0, e0);
-        two_product(f.y, d.y, p1, e1);
-        two_product(f.z, d.z, p2, e2);
-        two_sum(p0, p1, q0, r0);
-        two_sum(q0, p2, q1, r1);
-        precise float low = ((e0 + e1) + (e2 + r0)) + (r1 + dot(e, d));
-        precise float high = q1 + low;
-        low = low - (high - q1);
-        b = high;
-        precise vec3 bd;
-        precise vec3 bl;
-        two_product(b, d.x, bd.x, bl.x);
-        two_product(b, d.y, bd.y, bl.y);
-        two_product(b, d.z, bd.z, bl.z);
-        precise vec3 l = (f - bd) + ((e - bl) - low * d);
-        // d is a unit vector only to rounding: |d|² = 1 + δ shifts the closest approach by b·δ along d, which is
-        // orthogonal to l and so of second order here.
-        disc = (s.radius * s.radius) - dot(l, l);
-        c = dot(f, f) - s.radius * s.radius;
-    }
+// Where a ray is closest to a sphere's centre, and what decides whether it meets the sphere.
+struct Approach {
+    float b;        // distance along the ray
+    float disc;     // discriminant
+    float c;        // C; only its sign is used where the form lacks precision
+};
+
+// As textbooks have it.
+Approach approach_plain(Sphere s, vec3 o, vec3 d) {
+    vec3 f = s.center - o;
+    float b = dot(f, d);
+    float c = dot(f, f) - s.radius * s.radius;
+    return Approach(b, b * b - c, c);
 }
 
-// Distance to the sphere along the ray, or INFINITY. `leaving`: 0 no, 1 on its outer side, 2 on its inner side.
-float sphere_distance(Sphere s, vec3 o, float oo, vec3 d, float od, int leaving) {
-    float b, disc, c;
-    sphere_quadratic(s, o, oo, d, od, b, disc, c);
-    float root = sqrt(upper(disc, 0.0));
-    float t;
-    bool hit;
-    if (s.side == SIDE_SOLID) {
-        hit = leaving == 0 && b > 0.0 && disc > 0.0;
-        t = s.form == FORM_WALL ? upper(c, 0.0) / (b + root) : upper(b - root, 0.0);
-    } else if (s.side == SIDE_CAVITY) {
-        hit = true;
-        // Near a wall of a large cavity b + root would cancel.
-        float farther = s.form == FORM_WALL && b < 0.0 ? c / (b - root) : b + root;
-        t = upper(leaving != 0 ? 2.0 * b : farther, 0.0);
-    } else {
-        bool inside = leaving == 2 || (leaving == 0 && c < 0.0);
-        hit = leaving != 1 && (inside || (b > 0.0 && disc > 0.0));
-        float nearer = s.form == FORM_WALL ? upper(c, 0.0) / (b + root) : upper(b - root, 0.0);
-        float farther = leaving == 2 ? 2.0 * b : (s.form == FORM_WALL && b < 0.0 ? c / (b - root) : b + root);
-        t = inside ? upper(farther, 0.0) : nearer;
-    }
-    return hit ? t : INFINITY;
+Approach approach_wall(Sphere s, vec3 o, float oo, vec3 d, float od) {
+    float b = dot(s.center, d) - od;
+    float c = (s.power + oo) - 2.0 * dot(s.center, o);
+    return Approach(b, b * b - c, c);
 }
 
-// Whether the sphere lies between o and the point at `distance` along d. Of a SOLID that point is outside (the host
-// drops lights inside of one): then the near root is before the point exactly if the closest approach is.
-bool sphere_occludes(Sphere s, vec3 o, float oo, vec3 d, float od, float distance, int leaving) {
-    if (s.side == SIDE_CAVITY) return false;
-    if (s.side == SIDE_BOTH) return sphere_distance(s, o, oo, d, od, leaving) < distance;
-    float b, disc, c;
-    sphere_quadratic(s, o, oo, d, od, b, disc, c);
-    return leaving == 0 && b > 0.0 && b < distance && disc > 0.0;
+Approach approach_small(Sphere s, vec3 o, vec3 d) {
+    vec3 f = s.center - o;
+    float b = dot(f, d);
+    vec3 l = f - b * d;
+    return Approach(b, s.radius * s.radius - dot(l, l), dot(f, f) - s.radius * s.radius);
+}
+
+Approach approach_exact(Sphere s, vec3 o, vec3 d) {
+    precise vec3 f = s.center - o;
+    precise vec3 v = f - s.center;
+    precise vec3 e = (s.center - (f - v)) - (o + v);
+    float p0, e0, p1, e1, p2, e2, q0, r0, q1, r1;
+    two_product(f.x, d.x, p0, e0);
+    two_product(f.y, d.y, p1, e1);
+    two_product(f.z, d.z, p2, e2);
+    two_sum(p0, p1, q0, r0);
+    two_sum(q0, p2, q1, r1);
+    precise float low = ((e0 + e1) + (e2 + r0)) + (r1 + dot(e, d));
+    precise float high = q1 + low;
+    low = low - (high - q1);
+    precise vec3 bd;
+    precise vec3 bl;
+    two_product(high, d.x, bd.x, bl.x);
+    two_product(high, d.y, bd.y, bl.y);
+    two_product(high, d.z, bd.z, bl.z);
+    precise vec3 l = (f - bd) + ((e - bl) - low * d);
+    // d is a unit vector only to rounding: |d|² = 1 + δ shifts the closest approach by b·δ along d, which is
+    // orthogonal to l and so of second order here.
+    return Approach(high, s.radius * s.radius - dot(l, l), dot(f, f) - s.radius * s.radius);
+}
+
+// Distances to the sphere along the ray, or INFINITY. `leaving`: 0 no, 1 on its outer side, 2 on its inner side; `wall`:
+// the form is WALL.
+
+float distance_to_solid(Approach a, bool wall, int leaving) {
+    float root = sqrt(upper(a.disc, 0.0));
+    float t = wall ? upper(a.c, 0.0) / (a.b + root) : upper(a.b - root, 0.0);
+    return leaving == 0 && a.b > 0.0 && a.disc > 0.0 ? t : INFINITY;
+}
+
+float distance_in_cavity(Approach a, bool wall, int leaving) {
+    float root = sqrt(upper(a.disc, 0.0));
+    // Near a wall of a large cavity b + root would cancel.
+    float farther = wall && a.b < 0.0 ? a.c / (a.b - root) : a.b + root;
+    return upper(leaving != 0 ? 2.0 * a.b : farther, 0.0);
+}
+
+float distance_to_either_side(Approach a, bool wall, int leaving) {
+    float root = sqrt(upper(a.disc, 0.0));
+    bool inside = leaving == 2 || (leaving == 0 && a.c < 0.0);
+    bool hit = leaving != 1 && (inside || (a.b > 0.0 && a.disc > 0.0));
+    float nearer = wall ? upper(a.c, 0.0) / (a.b + root) : upper(a.b - root, 0.0);
+    float farther = leaving == 2 ? 2.0 * a.b : (wall && a.b < 0.0 ? a.c / (a.b - root) : a.b + root);
+    return hit ? (inside ? upper(farther, 0.0) : nearer) : INFINITY;
+}
+
+// Whether a solid sphere lies between the ray's origin and the point at `distance`. That point is outside (the host drops
+// lights inside of one): then the near root is before the point exactly if the closest approach is.
+bool solid_occludes(Approach a, float distance, int leaving) {
+    return leaving == 0 && a.b > 0.0 && a.b < distance && a.disc > 0.0;
 }
 
 // The same seen from the far end p, where that is a constant: what depends on it and on the sphere alone is folded.
-bool sphere_occludes_point(Sphere s, vec3 p, vec3 d, float distance, int leaving) {
-    if (s.side == SIDE_CAVITY) return false;
+bool solid_occludes_point(Sphere s, vec3 p, vec3 d, float distance, int leaving) {
     vec3 f = s.center - p;
     float k = dot(f, f) - s.radius * s.radius;
     float b = dot(f, d);
-    if (s.side == SIDE_SOLID) return leaving == 0 && b < 0.0 && b > -distance && b * b > k;
+    return leaving == 0 && b < 0.0 && b > -distance && b * b > k;
+}
+
+bool either_side_occludes_point(Sphere s, vec3 p, vec3 d, float distance, int leaving) {
+    vec3 f = s.center - p;
+    float k = dot(f, f) - s.radius * s.radius;
+    float b = dot(f, d);
     // Looking from p towards the start of the ray.
     float near_root = -b - sqrt(upper(b * b - k, 0.0));
     return k < 0.0 ? leaving != 2 && -b + sqrt(b * b - k) < distance
@@ -157,9 +164,17 @@ SPHERE_CONSTANTS(13, 168)
 SPHERE_CONSTANTS(14, 176)
 SPHERE_CONSTANTS(15, 184)
 
-#define SPHERE_OF(n)                                                                                    \
-    Sphere(vec3(SPHERE_##n##_X, SPHERE_##n##_Y, SPHERE_##n##_Z), SPHERE_##n##_R, SPHERE_##n##_K, SPHERE_##n##_SIDE, \
-           SPHERE_##n##_FORM)
+#define SPHERE_OF(n) Sphere(vec3(SPHERE_##n##_X, SPHERE_##n##_Y, SPHERE_##n##_Z), SPHERE_##n##_R, SPHERE_##n##_K)
+#define IS_WALL(n) (SPHERE_##n##_FORM == FORM_WALL)
+
+// Sides and forms are asked for by branches, so that what a sphere does not need is gone before a driver sees it
+// (src/gpu/prune.rs).
+#define FIND_APPROACH(n, a)                                                                \
+    Approach a;                                                                           \
+    if (MUTATION == MUTATE_SPHERE) a = approach_plain(SPHERE_OF(n), o, d);                \
+    else if (SPHERE_##n##_FORM == FORM_WALL) a = approach_wall(SPHERE_OF(n), o, oo, d, od); \
+    else if (SPHERE_##n##_FORM == FORM_SMALL) a = approach_small(SPHERE_OF(n), o, d);     \
+    else a = approach_exact(SPHERE_OF(n), o, d);
 
 // BODY(n) for each constant sphere.
 #define FOR_EACH_SPHERE(BODY) FOR_0_TO_15(SPHERE_COUNT, BODY)
@@ -173,12 +188,17 @@ int leaving_code(int leaving, int id) {
 void closest_sphere(vec3 o, vec3 d, int leaving, inout float t, inout int id) {
     float oo = dot(o, o);
     float od = dot(o, d);
-#define TEST_CLOSEST(n)                                                                       \
-    {                                                                                         \
-        float h = sphere_distance(SPHERE_OF(n), o, oo, d, od, leaving_code(leaving, n));       \
-        bool closer = h < t;                                                                  \
-        t = closer ? h : t;                                                                   \
-        id = closer ? n : id;                                                                 \
+#define TEST_CLOSEST(n)                                                              \
+    {                                                                                \
+        FIND_APPROACH(n, a)                                                          \
+        int from = leaving_code(leaving, n);                                         \
+        float h;                                                                     \
+        if (SPHERE_##n##_SIDE == SIDE_SOLID) h = distance_to_solid(a, IS_WALL(n), from); \
+        else if (SPHERE_##n##_SIDE == SIDE_CAVITY) h = distance_in_cavity(a, IS_WALL(n), from); \
+        else h = distance_to_either_side(a, IS_WALL(n), from);                       \
+        bool closer = h < t;                                                         \
+        t = closer ? h : t;                                                          \
+        id = closer ? n : id;                                                        \
     }
     FOR_EACH_SPHERE(TEST_CLOSEST)
 #undef TEST_CLOSEST
@@ -189,8 +209,15 @@ bool any_sphere(vec3 o, vec3 d, float distance, int leaving) {
     float oo = dot(o, o);
     float od = dot(o, d);
     bool occluded = false;
-#define TEST_ANY(n) \
-    occluded = occluded || sphere_occludes(SPHERE_OF(n), o, oo, d, od, distance, leaving_code(leaving, n));
+#define TEST_ANY(n)                                                                               \
+    if (SPHERE_##n##_SIDE != SIDE_CAVITY) {                                                       \
+        FIND_APPROACH(n, a)                                                                       \
+        int from = leaving_code(leaving, n);                                                      \
+        bool occludes;                                                                            \
+        if (SPHERE_##n##_SIDE == SIDE_SOLID) occludes = solid_occludes(a, distance, from);        \
+        else occludes = distance_to_either_side(a, IS_WALL(n), from) < distance;                  \
+        occluded = occluded || occludes;                                                          \
+    }
     FOR_EACH_SPHERE(TEST_ANY)
 #undef TEST_ANY
     return occluded;
@@ -199,8 +226,14 @@ bool any_sphere(vec3 o, vec3 d, float distance, int leaving) {
 // The same for the constant point p at that distance.
 bool any_sphere_before_point(vec3 p, vec3 d, float distance, int leaving) {
     bool occluded = false;
-#define TEST_BEFORE(n) \
-    occluded = occluded || sphere_occludes_point(SPHERE_OF(n), p, d, distance, leaving_code(leaving, n));
+#define TEST_BEFORE(n)                                                                                   \
+    if (SPHERE_##n##_SIDE != SIDE_CAVITY) {                                                              \
+        int from = leaving_code(leaving, n);                                                             \
+        bool occludes;                                                                                   \
+        if (SPHERE_##n##_SIDE == SIDE_SOLID) occludes = solid_occludes_point(SPHERE_OF(n), p, d, distance, from); \
+        else occludes = either_side_occludes_point(SPHERE_OF(n), p, d, distance, from);                  \
+        occluded = occluded || occludes;                                                                 \
+    }
     FOR_EACH_SPHERE(TEST_BEFORE)
 #undef TEST_BEFORE
     return occluded;

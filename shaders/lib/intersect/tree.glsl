@@ -25,8 +25,11 @@ bool leaf_test(TreeRay r, int record, TreeRecord q, float t_max, int leaving, ou
     if (MUTATION == MUTATE_TMIN) hit = hit && t > 1e-3;
     else if (MUTATION != MUTATE_SKIP) hit = hit && leaving != id;
     if (TREE_SPHERES) {
-        Sphere s = Sphere(v0, v1.x, 0.0, SIDE_BOTH, FORM_EXACT);
-        float h = sphere_distance(s, r.origin, 0.0, r.direction, 0.0, leaving_code(leaving, id));
+        Sphere s = Sphere(v0, v1.x, 0.0);
+        Approach a;
+        if (MUTATION == MUTATE_SPHERE) a = approach_plain(s, r.origin, r.direction);
+        else a = approach_exact(s, r.origin, r.direction);
+        float h = distance_to_either_side(a, false, leaving_code(leaving, id));
         bool is_sphere = int(q.b.w) == -2;
         t = is_sphere ? h : t;
         hit = is_sphere ? h <= t_max && h < INFINITY : hit;
