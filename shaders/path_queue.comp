@@ -24,7 +24,7 @@
 // path goes to a slot of its own, and the film is summed in the order of the samples: the image does not depend on how
 // work is cut or scheduled, and no stage needs the host.
 //
-// With REUSE, what paths note of their first two hits is then used for the other pixels of their groups (reuse.glsl):
+// With REUSE, what paths note of their first two hits is then used for the other pixels of their groups (reuse_notes.glsl):
 // segments from hit to hit are tested like shadow rays, those that meet the tree's boxes through the pockets as well.
 
 #include "lib/pixel_order.glsl"
@@ -195,9 +195,11 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         // The same for a living path, which leaves a diffuse surface as its shadow ray does.
         h.path.origin = later ? shadow.origin : h.path.origin;
         h.path.leaving = later ? shadow.leaving : h.path.leaving;
-        pocket_put(pocket, h, shadow, waits, later);
-        h.slot = waits || later ? NOTHING : h.slot;
-        pocket_take(pocket, h);
+        if (HAS_TREE) {
+            pocket_put(pocket, h, shadow, waits, later);
+            h.slot = waits || later ? NOTHING : h.slot;
+            pocket_take(pocket, h);
+        }
         if (--until_check == 0u) {
             until_check = CHECK_PATHS;
             draw_runs(corner, tile, samples, run);
@@ -221,10 +223,10 @@ void connect_paths(inout Pocket pocket, inout Run run, PocketWalk w) {
         bool takes = run.left > 0u && pocket_room(pocket);
         uint segment = takes ? run.slot : 0u;
         uint path = segment / SEGMENTS * TILE + segment % TILE;
-        uint member = 1u + segment / TILE % (MEMBERS - 1u);
+        uint member = member_of(path) ^ (1u + segment / TILE % (MEMBERS - 1u));
         vec3 y = path_load(region + path, ROW_SECOND).xyz;
         vec3 normal = path_load(region + path, ROW_SECOND_NORMAL).xyz;
-        ShadowRay ray = connect(y, normal, region + group_member(path, member), value);
+        ShadowRay ray = connect(y, normal, region + path_of_member(path, member), value);
         bool gives = takes && normal != vec3(0.0);
         bool wanted = gives && ray.wanted;
         shadow_rays += wanted ? 1u : 0u;
@@ -305,7 +307,7 @@ void main() {
     Run run = Run(0u, 0u, 0u, 0u);
     do {
         advance(camera, corner, tile, samples, h, pocket, run, w);
-        walk_pockets(pocket, w, run, h, false);
+        if (HAS_TREE) walk_pockets(pocket, w, run, h, false);
     } while (!out_of_budget() && subgroupAny(has_ray(pocket, w) || can_advance(h, pocket, run)));
     if (reusing) {
         // The paths have ended, or the budget did not suffice for them; then they are given up.
@@ -317,7 +319,7 @@ void main() {
         share_notes();
         do {
             connect_paths(pocket, run, w);
-            walk_pockets(pocket, w, run, h, true);
+            if (HAS_TREE) walk_pockets(pocket, w, run, h, true);
         } while (!out_of_budget() && subgroupAny(has_ray(pocket, w) || can_connect(pocket, run)));
     }
     uint complete = samples;    // samples of each pixel before the first that is not to be had

@@ -1,9 +1,15 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_vote : require
+#extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
 // Path tracing by path regeneration: an invocation owns a pixel, and as soon as a path ends the next sample of the
 // pixel begins in its place, so that the lanes of a subgroup stay busy although paths differ in length.
+//
+// With REUSE, paths of groups of eight pixels serve each other (reuse_lanes.glsl): a path that has ended waits for the
+// others of its group before the sample is added up. Meanwhile its lane goes on with the next one, but only with that.
 
 #include "lib/path.glsl"
 #include "lib/film.glsl"
@@ -12,55 +18,115 @@ layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
 
 #include "lib/pixel_order.glsl"
 #include "lib/trace.glsl"
+#include "lib/reuse_lanes.glsl"
 
 void main() {
-    uint slot = first_slot + group_of_work() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
+    uint number = group_of_work() * gl_WorkGroupSize.x;
+    number += REUSE ? gl_SubgroupID * SUBGROUP_LANES + gl_SubgroupInvocationID : gl_LocalInvocationID.x;
+    uint slot = slot_of_invocation(number);
     uvec2 at;
-    if (slot >= end_slot || !pixel_of_slot(slot, at)) return;
-    FilmPixel film_pixel = film_load(slot);
+    bool real = slot < end_slot && pixel_of_slot(slot, at);
+    // Groups stay together.
+    if (!REUSE && !real) return;
+    FilmPixel film_pixel = film_empty();
+    if (real) film_pixel = film_load(slot);
     uint first = film_pixel.count;
-    uint end = min(target_samples, first + max_new_samples);
-    if (first >= end) return;
+    uint end = real ? min(target_samples, first + max_new_samples) : 0u;
+    uint left = end - min(first, end);      // samples that have not ended
+    bool going = left > 0u;                 // with a path
+    if (REUSE ? !subgroupAny(going) : !going) return;
+    // The host asks for whole groups in whole subgroups; a device that cuts them up must not go on.
+    if (REUSE && (gl_SubgroupSize != SUBGROUP_LANES || gl_NumSubgroups * SUBGROUP_LANES != gl_WorkGroupSize.x)) {
+        if (subgroupElect()) atomicAdd(counters[COUNT_TRUNCATED], 1u);
+        return;
+    }
 
+    uint p = slot % TILE;
+    bool reusing = REUSE && reuses(p);
     uint key = pixel_key(pixel_number(at));
+    uint group_key = REUSE ? pixel_key(pixel_number(tile_corner(slot / TILE) + place_in_tile(first_of_group(p)))) : key;
     Camera camera = frame_camera();
-    Path path = path_begin(camera, at, key, first);
+    Path path = path_begin(camera, at, key, index_of_member(first, member_of_group(p)));
     vec3 radiance = vec3(0.0);
     uint bad = 0u;
     uint rays = 0u;
     uint shadow_rays = 0u;
     uint loops = 0u;
     bool within_budget = true;
-    while (film_pixel.count < end && within_budget) {
-        float t;
-        int id = closest_hit(path.origin, path.direction, path.leaving, t, loops);
-        Arrival arrival;
-        ShadowRay shadow;
-        bool alive = path_arrive(path, id, t, key, radiance, arrival, shadow);
-        rays += 1u;
-        if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
-            shadow_rays += shadow.wanted ? 1u : 0u;
-            bool hidden = true;
-            bool walks = shadow.wanted && shadow_needs_tree(shadow, hidden);
-            if (HAS_TREE) {
-                uint steps = 0u;
-                if (walks) hidden = hidden_by_tree(shadow, loops, steps);
-                count_loops(steps, loops);
+    Meeting meeting = meeting_none();       // of the path
+    vec3 first_up = vec3(0.0);
+    EndedPath ended = ended_none();
+    bool waits = false;                     // with a path that has ended too
+    do {
+        do {
+            float t;
+            int id = closest_hit(path.origin, path.direction, path.leaving, t, loops);
+            Arrival arrival;
+            ShadowRay shadow;
+            bool alive = path_arrive(path, id, t, group_key, radiance, arrival, shadow);
+            if (REUSE) {
+                alive = alive && going;
+                shadow.wanted = shadow.wanted && going;
+                if (SMOOTH_NORMALS && arrival.hits == 1u) first_up = arrival.up;
+                if (path.second) meeting = meeting_at(path, arrival, t, radiance, first_up);
+                radiance = arrival.gives ? vec3(0.0) : radiance;
             }
-            radiance += hidden ? vec3(0.0) : shadow.radiance;
+            rays += going ? 1u : 0u;
+            if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
+                shadow_rays += shadow.wanted ? 1u : 0u;
+                bool hidden = true;
+                bool walks = shadow.wanted && shadow_needs_tree(shadow, hidden);
+                if (HAS_TREE) {
+                    uint steps = 0u;
+                    if (walks) hidden = hidden_by_tree(shadow, loops, steps);
+                    count_loops(steps, loops);
+                }
+                radiance += hidden ? vec3(0.0) : shadow.radiance;
+            }
+            loops += 1u + LIGHT_LOOPS;
+            // Out of budget: a walk may have ended too early, so that the sample in hand does not count. What the film
+            // holds is complete; the next dispatch begins with that sample again.
+            within_budget = LOOP_BUDGET == 0u || loops + doubtful_loops < LOOP_BUDGET;
+            bool over = going && !alive && within_budget;
+            left -= over ? 1u : 0u;
+            waits = over && ended.there;
+            if (over && !waits) {
+                if (reusing) {
+                    ended = EndedPath(meeting, radiance, true);
+                    meeting = meeting_none();
+                } else {
+                    bad += film_add(film_pixel, radiance) ? 0u : 1u;
+                }
+                radiance = vec3(0.0);
+            }
+            path_depart(path, arrival, alive, camera, at, alive ? group_key : key, path.index + (alive ? 0u : 1u));
+            if (REUSE) path.second = path.second && reusing;
+            going = within_budget && left > 0u && !waits;
+        } while (going && (!REUSE || subgroupAny(!ended.there)));
+        if (REUSE) {
+            // Drivers bound the loops of the slowest lane.
+            loops = subgroupMax(loops) + 1u;
+            vec3 alone;
+            vec3 light = shared_light(ended.meeting, ended.light, shadow_rays, loops, alone);
+            within_budget = LOOP_BUDGET == 0u || subgroupMax(loops + doubtful_loops) < LOOP_BUDGET;
+            if (ended.there && within_budget) {
+                if (film_pixel.count < TRIAL) trial_note(film_pixel, light, alone);
+                bad += film_add(film_pixel, light) ? 0u : 1u;
+            }
+            ended = ended_none();
+            if (waits) {
+                ended = EndedPath(meeting, radiance, true);
+                meeting = meeting_none();
+                radiance = vec3(0.0);
+                waits = false;
+            }
+            going = within_budget && left > 0u;
         }
-        loops += 1u + LIGHT_LOOPS;
-        // Out of budget: a walk may have ended too early, so that the sample in hand does not count. What the film
-        // holds is complete; the next dispatch begins with that sample again.
-        within_budget = LOOP_BUDGET == 0u || loops + doubtful_loops < LOOP_BUDGET;
-        if (!alive && within_budget) {
-            bad += film_add(film_pixel, radiance) ? 0u : 1u;
-            radiance = vec3(0.0);
-        }
-        path_depart(path, arrival, alive, camera, at, key, path.index + (alive ? 0u : 1u));
-    }
-    film_store(slot, film_pixel);
-    atomicAdd(counters[COUNT_SAMPLES], film_pixel.count - first);
+    } while (REUSE && within_budget && subgroupAny(going || ended.there));
+    uint committed = film_pixel.count - first;
+    if (real) film_store(slot, film_pixel);
+    atomicAdd(counters[COUNT_SAMPLES], committed);
+    if (reusing) atomicAdd(counters[COUNT_REUSED], committed);
     atomicAdd(counters[COUNT_RAYS], rays);
     atomicAdd(counters[COUNT_SHADOW], shadow_rays);
     if (PATH_STATS) atomicAdd(counters[COUNT_STEPS], walked_steps);

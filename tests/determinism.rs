@@ -45,9 +45,6 @@ fn variants(name: &str, scene: &Scene, reuse: Reuse) -> Vec<(String, RenderSetti
         all.push((format!("+{feature}"), RenderSettings { unneeded: Some(unneeded), ..base.clone() }));
     }
     for scheduler in [Scheduler::Inline, Scheduler::Queue] {
-        if scheduler == Scheduler::Inline && reused {
-            continue;
-        }
         let budget = Some(small_budget(name, scheduler, reused));
         all.push((format!("{scheduler:?}"), RenderSettings { scheduler, ..base.clone() }));
         all.push((
@@ -96,6 +93,12 @@ fn spheres() {
 #[test]
 fn glass() {
     same_bits_in_every_way("glass", Reuse::Auto);
+}
+
+/// Paths of a group meet in the lanes of a subgroup, or in memory if the queue is asked for.
+#[test]
+fn paths_reused_without_a_tree() {
+    same_bits_in_every_way("glass", Reuse::Always);
 }
 
 #[test]

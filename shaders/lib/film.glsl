@@ -24,6 +24,8 @@ uint film_count(uint slot) {
     return imageLoad(film_texels, int(FILM_ROWS * (slot - band_first))).w;
 }
 
+FilmPixel film_empty() { return FilmPixel(vec3(0.0), vec3(0.0), vec3(0.0), 0u, vec2(0.0)); }
+
 FilmPixel film_load(uint slot) {
     int row = int(FILM_ROWS * (slot - band_first));
     uvec4 a = imageLoad(film_texels, row);

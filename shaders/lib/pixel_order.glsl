@@ -28,6 +28,13 @@ uvec2 tile_corner(uint tile) {
 // A pixel of a tile, relative to its corner.
 uvec2 place_in_tile(uint p) { return uvec2((p & 3u) + ((p & 8u) << 1), ((p >> 2) & 1u) + (p & 48u)); }
 
+// The slot that an invocation works on, where each has one; where paths are reused, groups lie side by side.
+uint slot_of_invocation(uint number) {
+    uint p = number % TILE;
+    if (REUSE) p = p % PATCHES << PATCH_BITS | p / PATCHES;
+    return first_slot + number / TILE * tile_step * TILE + p;
+}
+
 // The number of the pixel at column and row `at`.
 uint pixel_number(uvec2 at) { return at.y * width + at.x; }
 

@@ -4,7 +4,7 @@
 #define POCKET_GLSL
 
 #include "path.glsl"
-#include "reuse.glsl"
+#include "reuse_notes.glsl"
 
 const uint SECOND_BIT = 1u << SLOT_BITS;
 const uint GIVES_BIT = 2u << SLOT_BITS;
@@ -25,7 +25,7 @@ struct Held {
     float t;
     int id;
     bool dying;     // it has ended but for its last shadow ray
-    bool gives;     // its light is for other pixels too, see reuse.glsl
+    bool gives;     // its light is for other pixels too, see reuse_notes.glsl
 };
 
 // Sets of places, one bit each, and what the places hold.

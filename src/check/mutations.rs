@@ -26,7 +26,7 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::HitAlongRay => &["triangles/hit-points"],
         Mutation::NoProjection => &["triangles/facet-points"],
         Mutation::InfiniteInverse => &["tree/non-finite-steps"],
-        Mutation::BlindReuse => &["oracle/reused-paths"],
+        Mutation::BlindReuse => &["oracle/reused-paths", "oracle/reused-lanes"],
         Mutation::NoDoubt => &["triangles/quick-facets"],
         Mutation::NoMargins => &["tree/axis-aligned", "tree/brute-force"],
     }

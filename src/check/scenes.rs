@@ -211,11 +211,23 @@ pub(crate) fn room() -> Scene {
     scene
 }
 
-/// A room with a tree, in which neighbouring pixels see different parts of what is around them.
-pub(crate) fn divided_room() -> Scene {
+/// A room without a tree, in which neighbouring pixels see different parts of what is around them.
+pub(crate) fn screened_room() -> Scene {
     let mut scene = empty();
     scene.size(32, 4);
     scene.cuboid(v(-3.0, -2.0, -9.0), v(3.0, 2.0, 1.0), diffuse(0.75));
+    scene.sphere(v(-1.8, 1.0, -7.0), 0.6, mirror(0.875));
+    scene.sphere(v(0.25, -1.2, -5.5), 0.7, diffuse(0.5));
+    // Light comes from behind a screen: most of it is indirect.
+    scene.quad([v(-0.5, 0.3, -6.0), v(2.5, 0.3, -6.0), v(2.5, 2.0, -4.5), v(-0.5, 2.0, -4.5)], diffuse(0.625));
+    scene.light(v(1.0, 1.6, -7.0), 60.0);
+    scene.integrator.max_depth = 5;
+    scene
+}
+
+/// The same with a tree.
+pub(crate) fn divided_room() -> Scene {
+    let mut scene = screened_room();
     let (positions, triangles) = icosphere(v(-1.0, -1.0, -5.0), 0.8, 1);
     scene.mesh(&positions, &triangles, diffuse(0.5));
     // More balls than constants hold: some are in the tree.
@@ -223,11 +235,6 @@ pub(crate) fn divided_room() -> Scene {
         let (x, y) = (f64::from(i % 5), f64::from(i / 5));
         scene.sphere(v(0.6 + 0.45 * x, -1.6 + 0.45 * y, -6.5 - 0.2 * x), 0.18, diffuse(0.875));
     }
-    scene.sphere(v(-1.8, 1.0, -7.0), 0.6, mirror(0.875));
-    // Light comes from behind a screen: most of it is indirect.
-    scene.quad([v(-0.5, 0.3, -6.0), v(2.5, 0.3, -6.0), v(2.5, 2.0, -4.5), v(-0.5, 2.0, -4.5)], diffuse(0.625));
-    scene.light(v(1.0, 1.6, -7.0), 60.0);
-    scene.integrator.max_depth = 5;
     scene
 }
 

@@ -73,7 +73,7 @@ pub struct SceneOptions {
     #[arg(long, value_enum, default_value_t = AccelArg::Bvh)]
     pub accel: AccelArg,
 
-    /// How rays that need the tree are scheduled (`inline` reuses no paths; else it changes no bit of the image)
+    /// How rays that need the tree are scheduled (changes no bit of the image)
     #[arg(long, value_enum, default_value_t = SchedulerArg::Auto)]
     pub scheduler: SchedulerArg,
 

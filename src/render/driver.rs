@@ -12,6 +12,8 @@ pub(crate) struct DriverFacts {
     /// Paths that need the tree wait for each other ([`Scheduler::Queue`](super::Scheduler::Queue)): pays where a
     /// subgroup is a SIMD register of a CPU, whose idle lanes cost as much as busy ones.
     pub queue: bool,
+    /// Paths serve several pixels where that pays ([`Reuse`](super::Reuse)): measured on CPUs only.
+    pub reuse: bool,
     /// A branch that no lane of a subgroup takes costs next to nothing. lavapipe before Mesa 23.1 executes it all the same.
     pub skips_branches: bool,
     /// Regions for the notes of paths, which the workgroups that run share: a workgroup that finds none free waits.
@@ -32,6 +34,7 @@ impl DriverFacts {
             },
             workgroup_size: if device.kind == DeviceKind::Cpu { 64 } else { device.subgroup_size.clamp(32, 128) },
             queue: device.kind == DeviceKind::Cpu,
+            reuse: device.kind == DeviceKind::Cpu,
             skips_branches: !old_lavapipe,
             queue_regions: if device.kind == DeviceKind::Cpu { 64 } else { 1024 },
         }

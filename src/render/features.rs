@@ -219,9 +219,13 @@ impl Features {
             plain("tree spheres", self.tree_spheres, "more spheres than constants hold", "all spheres are constants"),
             plain(
                 "path reuse",
-                self.tree && self.can_reuse(),
-                "on CPU drivers, if a trial shows that it pays: rays are dear, and diffuse surfaces light each other",
-                "no tree, or no diffuse surface lights another",
+                self.can_reuse() && (self.tree || !self.emitter),
+                "on CPU drivers, if a trial shows that it pays: diffuse surfaces light each other",
+                if self.can_reuse() {
+                    "rays are cheap without a tree, and most noise is that of lamps"
+                } else {
+                    "no diffuse surface lights another"
+                },
             ),
             plain("brute force", self.brute_force, "no hierarchy was asked for", "the hierarchy is used"),
             plain("smooth normals", self.smooth_normals, "a mesh has them", "no mesh has them"),

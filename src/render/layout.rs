@@ -36,6 +36,7 @@ pub(crate) mod constant {
     pub const LIGHT_NODES: u32 = 29;
     pub const LIGHT_LOOPS: u32 = 30;
     pub const REUSE: u32 = 57;
+    pub const SUBGROUP_LANES: u32 = 58;
     pub const FACET_COUNT: u32 = 31;
     /// Six floats a box: lowest and highest corner.
     pub const TREE_BOXES: u32 = 32;

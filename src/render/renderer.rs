@@ -24,7 +24,7 @@ use super::film::{Film, slot_count};
 use super::kernels;
 use super::layout::{Push, constant, queue};
 use super::plan::Pace;
-use super::settings::{Adaptive, RenderSettings, Reuse, Scheduler};
+use super::settings::{Adaptive, RenderSettings, Scheduler};
 use super::sobol;
 use super::space::RenderSpace;
 use super::statistics::{Progress, RenderStatistics};
@@ -50,6 +50,8 @@ pub struct Renderer {
     slots_per_group: u32,
     pace: Pace,
     reuse: ReuseTrial,
+    /// By how much variance must fall in the trial.
+    reuse_is_worth: f64,
     stage: &'static str,
     // Dropped before the buffers they refer to; the timeline first, which waits for the device.
     timeline: Timeline,
@@ -84,15 +86,22 @@ impl Renderer {
         let features = Features::of(scene, settings);
         let space = RenderSpace::of(scene);
         let tables = Tables::of(scene, &space, settings);
-        let reusable = settings.reuse != Reuse::Off && tables.tree.is_some() && features.can_reuse();
-        let queued = features.tree
-            && !features.brute_force
+        let subgroup = device.info.subgroup_size;
+        let needed = if settings.general || settings.unneeded.is_some() {
+            Features::of(scene, &RenderSettings { general: false, unneeded: None, ..settings.clone() })
+        } else {
+            features.clone()
+        };
+        let reuse = trial::may_reuse(&needed, settings.reuse, &facts);
+        // The lanes of a group are in one subgroup, or its paths meet in memory.
+        let groups_fit = subgroup % sobol::MEMBERS as u32 == 0;
+        let queued = !features.brute_force
             && match settings.scheduler {
-                Scheduler::Auto => facts.queue && features.tree,
+                Scheduler::Auto => facts.queue && (features.tree || (reuse && !groups_fit)),
                 Scheduler::Inline => false,
-                Scheduler::Queue => true,
+                Scheduler::Queue => features.tree || reuse,
             };
-        let reuse = queued && reusable;
+        let reuse = reuse && (queued || groups_fit);
         let sobol = sobol::table(features.sobol_levels, if reuse { sobol::MEMBERS } else { 1 });
 
         let (width, height) = (scene.film.width, scene.film.height);
@@ -110,9 +119,11 @@ impl Renderer {
         let regions = if queued { facts.queue_regions } else { 0 };
         let workgroup = match settings.workgroup_size {
             // The queue's workgroup is one subgroup.
-            _ if queued => device.info.subgroup_size,
-            Some(size) => size,
-            None => facts.workgroup_size,
+            _ if queued => subgroup,
+            size => {
+                let size = size.unwrap_or(facts.workgroup_size);
+                if reuse { size.next_multiple_of(subgroup) } else { size }
+            }
         };
         if workgroup == 0 || workgroup > device.limits.max_compute_work_group_invocations {
             return Err(RenderError::Settings(format!(
@@ -127,13 +138,13 @@ impl Renderer {
         // Lanes that must be at work for a subgroup to go on as it does.
         let enough = (workgroup * 5 / 8).max(1);
         specialization.uint(constant::REGIONS, regions).uint(constant::ENOUGH_LANES, enough);
-        specialization.bool(constant::REUSE, reuse);
+        specialization.bool(constant::REUSE, reuse).uint(constant::SUBGROUP_LANES, subgroup);
         let built_in = kernels::built_in(queued);
         let stage = built_in.name;
         let spirv = kernels::spirv(&built_in, settings)?;
         let layout = bindings::layout(device, &buffers::BINDINGS)?;
         let mut timeline = Timeline::new(device, IN_FLIGHT)?;
-        let shape = Shape { slots, slots_per_group, regions, reuse };
+        let shape = Shape { slots, slots_per_group, regions, reuse: queued && reuse };
         // The driver works on the shader while buffers are made and filled. (On the main thread the former, which
         // allocates much more: the heaps of other threads grow in small steps.)
         let (pipeline, pipeline_seconds, buffers) = std::thread::scope(|scope| {
@@ -160,6 +171,7 @@ impl Renderer {
             slots_per_group,
             pace: Pace::new(settings.samples_per_dispatch, if queued { queue::PATHS / queue::TILE } else { u32::MAX }),
             reuse: if reuse { ReuseTrial::of(settings.reuse) } else { ReuseTrial::Never },
+            reuse_is_worth: trial::worth(&needed),
             stage,
             timeline,
             pipeline,

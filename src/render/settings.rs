@@ -58,10 +58,11 @@ pub enum Scheduler {
 /// of their noise in common.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Reuse {
-    /// As [`Reuse::Always`], unless the first samples show that it does not pay.
+    /// As [`Reuse::Always`], unless the first samples show that it does not pay; but not on GPUs, where it has not been
+    /// measured, and without a hierarchy neither in scenes with emitters nor on lavapipe before Mesa 23.1.
     #[default]
     Auto,
-    /// Where paths wait in pockets ([`Scheduler::Queue`]) and the scene has indirect light on diffuse surfaces.
+    /// Where diffuse surfaces light each other. Not with subgroups of four lanes and [`Scheduler::Inline`].
     Always,
     /// Each path serves its own pixel only.
     Off,

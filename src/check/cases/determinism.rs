@@ -29,17 +29,14 @@ pub(super) const CASES: &[Case] = &[
         measure: |lab| {
             let cuts: [Change; 3] =
                 [|s| s.samples_per_dispatch = Some(1), |s| s.workgroup_size = Some(8), |s| s.workgroup_size = Some(96)];
+            let ways: [Change; 2] = [|s| s.scheduler = Scheduler::Inline, |s| s.scheduler = Scheduler::Queue];
             // Half of a budget is for reusing the paths.
             let with_reuse: [Change; 1] = [|s| s.loop_budget = Some(1400)];
-            let without: [Change; 3] = [
-                |s| s.loop_budget = Some(700),
-                |s| s.scheduler = Scheduler::Inline,
-                |s| s.scheduler = Scheduler::Queue,
-            ];
+            let without: [Change; 1] = [|s| s.loop_budget = Some(700)];
             let (scene, off): (_, Change) = (divided_room(), |s| s.reuse = Reuse::Off);
-            let reused = variants(lab, &scene, |s| s.reuse = Reuse::Always, &[&cuts[..], &with_reuse].concat())?;
-            let plain = variants(lab, &scene, off, &[&cuts[..], &without].concat())?;
-            Ok(Measured::new(reused.value + plain.value, "10 variants, 1024 pixels".to_owned()))
+            let reused = variants(lab, &scene, |s| s.reuse = Reuse::Always, &[&cuts[..], &ways, &with_reuse].concat())?;
+            let plain = variants(lab, &scene, off, &[&cuts[..], &ways, &without].concat())?;
+            Ok(Measured::new(reused.value + plain.value, "12 variants, 1024 pixels".to_owned()))
         },
     },
     Case {

@@ -1,6 +1,8 @@
 //! Whole images against the path tracer in double precision.
 
-use crate::check::scenes::{Build, diffuse, divided_room, emitter, empty, glass, icosphere, lamps, mirror, room, v};
+use crate::check::scenes::{
+    Build, diffuse, divided_room, emitter, empty, glass, icosphere, lamps, mirror, room, screened_room, v,
+};
 use crate::check::{Case, CheckError, Lab, Measured};
 use crate::oracle::{self, OracleSettings};
 use crate::render::{RenderSettings, Reuse};
@@ -51,6 +53,15 @@ pub(super) const CASES: &[Case] = &[
         threshold: 1.0,
         full_only: false,
         measure: |lab| against_oracle_with(lab, &divided_room(), Reuse::Always),
+    },
+    Case {
+        name: "oracle/reused-lanes",
+        what: "the same room without a tree: paths meet in the lanes of a subgroup",
+        oracle: "path tracer in f64",
+        quantity: "the same",
+        threshold: 1.0,
+        full_only: false,
+        measure: |lab| against_oracle_with(lab, &screened_room(), Reuse::Always),
     },
 ];
 

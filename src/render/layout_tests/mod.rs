@@ -42,6 +42,7 @@ fn expected_constants() -> BTreeMap<String, u32> {
         ("PATH_STATS", constant::PATH_STATS),
         ("REGIONS", constant::REGIONS),
         ("REUSE", constant::REUSE),
+        ("SUBGROUP_LANES", constant::SUBGROUP_LANES),
         ("ENOUGH_LANES", constant::ENOUGH_LANES),
         ("LIGHT_NODES", constant::LIGHT_NODES),
         ("LIGHT_LOOPS", constant::LIGHT_LOOPS),
@@ -157,7 +158,8 @@ fn records() {
     let sampler = include_str!("../../../shaders/lib/sampler.glsl");
     assert!(sampler.contains(&format!("const uint MEMBER_SHIFT = {}u;", sobol::MAX_SAMPLES.ilog2())));
     let reuse = include_str!("../../../shaders/lib/reuse.glsl");
-    assert!(reuse.contains(&format!("const uint SLOT_BITS = {}u;", queue::PATHS.ilog2())));
+    let notes = include_str!("../../../shaders/lib/reuse_notes.glsl");
+    assert!(notes.contains(&format!("const uint SLOT_BITS = {}u;", queue::PATHS.ilog2())));
     assert!(reuse.contains(&format!("const uint TRIAL = {}u;", queue::TRIAL)));
     assert!(reuse.contains("(reused_halves >> ((p ^ (p >> 2)) & 1u)) & 1u"));
     assert!((0..TILE).all(|p| half_of(p) == (p ^ (p >> 2)) & 1));

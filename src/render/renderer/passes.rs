@@ -9,6 +9,7 @@ use super::super::film::{Film, pixels_in};
 use super::super::layout::{Counters, FilmSlot, Push};
 use super::super::plan::{Plan, Span, Work};
 use super::super::statistics::Progress;
+use super::super::tiles::TILE;
 use super::buffers::Band;
 use super::{IN_FLIGHT, Renderer};
 use crate::gpu::{Access, Buffer, Ticket, Usage};
@@ -157,7 +158,7 @@ impl Renderer {
             target_samples: work.target_samples,
             max_new_samples: work.new_samples,
             tile_step: work.tile_step,
-            reused_halves: self.reuse.halves(),
+            reused_halves: self.reuse.halves(self.reuse_is_worth),
             ..self.push
         };
         let ticket = self.timeline.submit(|r| {
@@ -168,7 +169,8 @@ impl Renderer {
                         r.barrier(Access::Compute, Access::Compute);
                     }
                     let band = &bands[span.band];
-                    let groups = span.slots().div_ceil(slots_per_group * work.tile_step);
+                    let tiles = (span.slots() / TILE as u32).div_ceil(work.tile_step);
+                    let groups = (tiles * TILE as u32).div_ceil(slots_per_group);
                     let push = Push {
                         first_slot: span.first_slot,
                         end_slot: span.end_slot,

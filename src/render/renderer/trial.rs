@@ -1,6 +1,8 @@
 //! Whether it pays to let paths serve several pixels: decided from a trial (shaders/lib/reuse.glsl).
 
+use super::super::driver::DriverFacts;
 use super::super::error::RenderError;
+use super::super::features::Features;
 use super::super::film::pixels_in;
 use super::super::layout::{FilmSlot, queue};
 use super::super::plan::{Span, Work};
@@ -9,10 +11,29 @@ use super::super::tiles::{TILE, half_of};
 use super::Renderer;
 use super::passes::Watch;
 
-/// By how much variance must fall in the trial for reuse to pay: a sample takes 1.4 to 2.3 times the time (measured on
-/// lavapipe, scenes with meshes of 35 thousand to a million triangles). The least of these, since the noise that reuse
-/// does not lower, of edges and of lamps, falls faster with further samples.
-const WORTH: f64 = 1.4;
+/// Whether paths may serve several pixels, in a scene that needs these features. It depends on neither scheduler nor on
+/// what else is compiled, so that the image does not.
+///
+/// Without a tree rays are cheap, and lanes wait for each other instead: that pays where light is scattered more than
+/// once, hardly where lamps have an area, whose own noise is most of all (variance falls by 2.1 to 6.2 in rooms with a point
+/// light, by 1.04 with an area light), and not where a driver executes the branches that no lane takes (twice the time of
+/// one that skips them).
+pub(super) fn may_reuse(needed: &Features, reuse: Reuse, facts: &DriverFacts) -> bool {
+    needed.can_reuse()
+        && match reuse {
+            Reuse::Off => false,
+            Reuse::Always => true,
+            Reuse::Auto => facts.reuse && (needed.tree || (facts.skips_branches && !needed.emitter)),
+        }
+}
+
+/// By how much variance must fall in the trial for reuse to pay. With a tree a sample takes 1.4 to 2.3 times the time
+/// (measured on lavapipe, scenes with meshes of 35 thousand to a million triangles), without one 1.6 to 1.9 times. The
+/// least of the former, since the noise that reuse does not lower, of edges and of lamps, falls faster with further
+/// samples; lanes, though, wait even for the paths that are not reused.
+pub(super) fn worth(needed: &Features) -> f64 {
+    if needed.tree { 1.4 } else { 1.8 }
+}
 
 /// Every so many tiles take part in the trial: all places within a block of tiles do, and no column more than others.
 const TRIAL_STEP: u32 = 9;
@@ -64,13 +85,14 @@ impl ReuseTrial {
         *self = Self::Over(variance);
     }
 
-    /// A bit for each half, whether its paths serve several pixels; in the trial they all do.
-    pub fn halves(self) -> u32 {
+    /// A bit for each half, whether its paths serve several pixels: if variance falls by `worth` at least, and in the
+    /// trial.
+    pub fn halves(self, worth: f64) -> u32 {
         match self {
             Self::Never => 0,
             Self::Pending | Self::Always => 0b11,
             // Samples that were not finite leave a NaN, which is not worth anything.
-            Self::Over(halves) => (0..2).map(|h| u32::from(halves[h][0] * WORTH < halves[h][1]) << h).sum(),
+            Self::Over(halves) => (0..2).map(|h| u32::from(halves[h][0] * worth < halves[h][1]) << h).sum(),
         }
     }
 
@@ -140,7 +162,7 @@ impl Renderer {
                 slots.chunks(TILE).step_by(TRIAL_STEP as usize).for_each(|tile| trial.judge(tile));
             })?;
             self.reuse = trial;
-            log::debug!("reuse of paths: {:?}, halves {:02b}", self.reuse, self.reuse.halves());
+            log::debug!("reuse of paths: {:?}, halves {:02b}", self.reuse, self.reuse.halves(self.reuse_is_worth));
         }
         Ok(self.statistics.samples - before)
     }
@@ -161,22 +183,22 @@ mod tests {
             slots.chunks(64).for_each(|tile| trial.judge(tile));
             trial
         };
-        assert_eq!(judge(&slots(1.0, 2.0)).halves(), 0b11);
+        assert_eq!(judge(&slots(1.0, 2.0)).halves(1.4), 0b11);
         assert_eq!(judge(&slots(-1.0, 2.0)).gain(), Some(4.0));
-        assert_eq!(judge(&slots(1.0, 1.1)).halves(), 0);
-        assert_eq!(judge(&slots(0.0, 0.0)).halves(), 0);
+        assert_eq!(judge(&slots(1.0, 1.1)).halves(1.4), 0);
+        assert_eq!(judge(&slots(0.0, 0.0)).halves(1.4), 0);
         assert_eq!(judge(&slots(0.0, 0.0)).gain(), None);
-        assert_eq!(judge(&slots(f32::NAN, f32::NAN)).halves(), 0);
+        assert_eq!(judge(&slots(f32::NAN, f32::NAN)).halves(1.4), 0);
         let mut mixed = slots(1.0, 1.0);
         mixed.iter_mut().enumerate().filter(|(i, _)| half_of(*i) == 1).for_each(|(_, s)| s.trial_without = 3.0);
-        assert_eq!(judge(&mixed).halves(), 0b10);
+        assert_eq!(judge(&mixed).halves(1.4), 0b10);
     }
 
     #[test]
     fn a_trial_begins_anew_with_each_rendering() {
         for (reuse, halves) in [(Reuse::Off, 0), (Reuse::Always, 0b11), (Reuse::Auto, 0b11)] {
             let before = ReuseTrial::of(reuse);
-            assert_eq!((before.anew(), before.halves(), before.gain()), (before, halves, None));
+            assert_eq!((before.anew(), before.halves(1.4), before.gain()), (before, halves, None));
         }
         assert_eq!(ReuseTrial::Over([[1.0; 2]; 2]).anew(), ReuseTrial::Pending);
     }

@@ -1,0 +1,107 @@
+// Reuse of paths among the lanes of a subgroup: eight lanes side by side are a group and keep in registers what their
+// paths have met. Nothing goes through memory, but a group's lanes have to wait for the longest of its paths.
+
+#ifndef REUSE_LANES_GLSL
+#define REUSE_LANES_GLSL
+
+#include "reuse.glsl"
+#include "trace.glsl"
+
+// A path's first two hits. A normal of 0 stands for a hit that is not there.
+struct Meeting {
+    vec3 x;
+    int leaving;    // the id that a ray from x leaves
+    vec3 nx;        // shading normal at x
+    vec3 up;        // with SMOOTH_NORMALS: geometric normal at x
+    vec3 beta;      // throughput at x
+    vec3 y;
+    vec3 ny;        // geometric normal; 0 too if y does not give its light to others
+    vec3 own;       // light from x itself, if y gives its own
+    bool gives;
+};
+
+Meeting meeting_none() {
+    const vec3 none = vec3(0.0);
+    return Meeting(none, -1, none, none, none, none, none, none, false);
+}
+
+// The path arrives at its second hit, with the light that it has gathered so far.
+Meeting meeting_at(Path p, Arrival a, float t, vec3 radiance, vec3 first_up) {
+    const vec3 none = vec3(0.0);
+    return Meeting(p.origin, p.leaving, p.normal, first_up, p.throughput, end_of_segment(a, t), a.gives ? a.up : none,
+                   a.gives ? radiance : none, a.gives);
+}
+
+// A path that waits for the others of its group.
+struct EndedPath {
+    Meeting meeting;
+    vec3 light;     // of the path, or what leaves y if that is given away
+    bool there;
+};
+
+EndedPath ended_none() { return EndedPath(meeting_none(), vec3(0.0), false); }
+
+// Lanes of a subgroup: whole groups. A constant, so that what only several groups need is left out.
+layout(constant_id = 58) const uint SUBGROUP_LANES = 8u;
+
+// Whether the lane is in the group that begins at lane `first`.
+bool in_group(uint first) { return gl_SubgroupInvocationID / MEMBERS == first / MEMBERS; }
+
+// What a member of the lane's group holds. `member` must be the same in all lanes.
+float of_member(float value, uint member) {
+    float theirs = subgroupBroadcast(value, member);
+    for (uint first = MEMBERS; first < SUBGROUP_LANES; first += MEMBERS) {
+        float others = subgroupBroadcast(value, first + member);
+        theirs = in_group(first) ? others : theirs;
+    }
+    return theirs;
+}
+
+vec3 of_member(vec3 value, uint member) {
+    return vec3(of_member(value.x, member), of_member(value.y, member), of_member(value.z, member));
+}
+
+// Sum over the lane's group.
+float sum_of_group(float value) {
+    if (SUBGROUP_LANES == MEMBERS) return subgroupAdd(value);
+    float sum = 0.0;
+    for (uint first = 0u; first < SUBGROUP_LANES; first += MEMBERS) {
+        if (in_group(first)) sum = subgroupAdd(value);
+    }
+    return sum;
+}
+
+// All light of the lane's pixel for one sample: `light` is that of its path, or what leaves y if that is given away.
+// To be called by all lanes. `alone`: what it would be without the others.
+vec3 shared_light(Meeting m, vec3 light, inout uint shadow_rays, inout uint loops, out vec3 alone) {
+    uint me = gl_SubgroupInvocationID % MEMBERS;
+    vec3 given = m.gives ? light : vec3(0.0);
+    vec3 sum = vec3(0.0);
+    [[dont_unroll]] for (uint from = 0u; from < MEMBERS; ++from) {
+        ShadowRay ray = ShadowRay(m.x, m.nx, 0.0, m.leaving, vec3(0.0), false);
+        vec3 y = of_member(m.y, from);
+        float value = coupling(m.x, m.nx, y, of_member(m.ny, from), ray.direction, ray.distance);
+        if (SMOOTH_NORMALS) value = from == me || dot(m.up, ray.direction) > 0.0 ? value : 0.0;
+        // The path itself has shown that nothing is in between.
+        bool wanted = value > 0.0 && from != me;
+        shadow_rays += wanted ? 1u : 0u;
+        bool hidden;
+        bool walks = segment_needs_tree(ray, hidden) && wanted;
+        if (HAS_TREE) {
+            uint steps = 0u;
+            if (walks) hidden = hidden_by_tree(ray, loops, steps);
+            count_loops(steps, loops);
+        }
+        if (MUTATION == MUTATE_REUSE) hidden = false;
+        value = wanted && hidden ? 0.0 : value;
+        float all = sum_of_group(value);
+        vec3 theirs = of_member(given, from);
+        if (value > 0.0) sum += theirs * (value / all);
+    }
+    loops += MEMBERS;
+    vec3 own = m.own + (m.gives ? vec3(0.0) : light);
+    alone = own + m.beta * given;
+    return own + m.beta * sum;
+}
+
+#endif

@@ -1,0 +1,113 @@
+// Reuse of paths through memory: of each path there are noted its light, or L once the second hit is diffuse; then, when it
+// arrives at its second hit, x and y, their normals, and the light from x itself. A normal of 0 stands for a hit that is
+// not there.
+
+#ifndef REUSE_NOTES_GLSL
+#define REUSE_NOTES_GLSL
+
+#include "reuse.glsl"
+
+const uint SLOT_BITS = 11u;     // of a path's number in its workgroup
+
+const uint ROW_LIGHT = 0u;      // light; then one of the states below
+const uint ROW_FIRST = 1u;      // x; the id that a ray from it leaves
+const uint ROW_FIRST_NORMAL = 2u;   // shading normal; β.r
+const uint ROW_SECOND = 3u;     // y; β.g
+const uint ROW_SECOND_NORMAL = 4u;  // geometric normal; β.b
+const uint ROW_OWN = 5u;        // light from x itself
+const uint ROW_COUPLINGS = 6u;  // two rows: a(x, y) of its y and each member's x
+const uint ROW_FIRST_UP = 8u;   // with SMOOTH_NORMALS: geometric normal of x
+
+const float PATH_UNWANTED = -1.0;   // its pixel is to get no such sample
+const float PATH_OPEN = 0.0;    // it has not ended
+const float PATH_ENDED = 1.0;   // all its light is its own
+const float PATH_GIVES = 2.0;   // its light leaves y
+
+// A row of all paths after another: lanes write next to each other.
+int path_texel(uint path, uint row) { return int(row * (REGIONS << SLOT_BITS) + path); }
+vec4 path_load(uint path, uint row) { return imageLoad(path_texels, path_texel(path, row)); }
+void path_store(uint path, uint row, vec4 value) { path_rows[path_texel(path, row)] = value; }
+
+// Slower, but less code to compile.
+void path_store_compactly(uint path, uint row, vec4 value) {
+    imageStore(path_texels, path_texel(path, row), value);
+}
+
+// The path has not begun; `reusing`: it may serve others.
+void path_clear(uint path, bool wanted, bool reusing) {
+    path_store_compactly(path, ROW_LIGHT, vec4(0.0, 0.0, 0.0, wanted ? PATH_OPEN : PATH_UNWANTED));
+    if (reusing) {
+        path_store_compactly(path, ROW_FIRST_NORMAL, vec4(0.0));
+        path_store_compactly(path, ROW_SECOND_NORMAL, vec4(0.0));
+    }
+}
+
+// Notes a(x, y) of a path's y and of the x of a member of its group.
+void note_coupling(uint path, uint member, float value) {
+    path_numbers[4 * path_texel(path, ROW_COUPLINGS + member / 4u) + int(member % 4u)] = value;
+}
+
+// Which member of its group a path is of, and the same sample's path of another member.
+uint member_of(uint path) { return path >> PATCH_BITS & (MEMBERS - 1u); }
+uint path_of_member(uint path, uint member) { return path & ~((MEMBERS - 1u) << PATCH_BITS) | member << PATCH_BITS; }
+
+// Notes a path that arrives at its second hit.
+void note_second_hit(uint path, Path p, Arrival a, float t, vec3 radiance) {
+    vec3 y = end_of_segment(a, t);
+    [[dont_unroll]] for (uint row = ROW_FIRST; row <= ROW_OWN; ++row) {
+        vec4 value = vec4(p.origin, intBitsToFloat(p.leaving));
+        if (row == ROW_FIRST_NORMAL) value = vec4(p.normal, p.throughput.x);
+        if (row == ROW_SECOND) value = vec4(y, p.throughput.y);
+        if (row == ROW_SECOND_NORMAL) value = vec4(a.gives ? a.up : vec3(0.0), p.throughput.z);
+        if (row == ROW_OWN) value = vec4(a.gives ? radiance : vec3(0.0), 0.0);
+        path_store(path, row, value);
+    }
+    vec3 direction;
+    float distance;
+    note_coupling(path, member_of(path), coupling(p.origin, p.normal, y, a.up, direction, distance));
+}
+
+// The segment from the first hit of path `to` to the second hit y of another; `wanted` if light can take it.
+ShadowRay connect(vec3 y, vec3 normal, uint to, out float value) {
+    vec4 x = path_load(to, ROW_FIRST);
+    ShadowRay ray = ShadowRay(x.xyz, normal, 0.0, floatBitsToInt(x.w), vec3(0.0), false);
+    value = coupling(x.xyz, path_load(to, ROW_FIRST_NORMAL).xyz, y, normal, ray.direction, ray.distance);
+    if (SMOOTH_NORMALS) value = dot(path_load(to, ROW_FIRST_UP).xyz, ray.direction) > 0.0 ? value : 0.0;
+    ray.wanted = value > 0.0;
+    return ray;
+}
+
+// All light of a path's pixel for one sample, and PATH_ENDED; or PATH_OPEN if any path of the group that is wanted has
+// not ended: either all of a group have a sample or none. `alone`: what it would be without the others.
+vec4 shared_light(uint path, out vec3 alone) {
+    bool complete = true;
+    vec3 own = vec3(0.0);
+    vec3 sum = vec3(0.0);
+    vec3 given = vec3(0.0);
+    uint me = member_of(path);
+    [[dont_unroll]] for (uint member = 0u; member < MEMBERS; ++member) {
+        uint from = path_of_member(path, member);
+        vec4 light = path_load(from, ROW_LIGHT);
+        vec4 a = path_load(from, ROW_COUPLINGS);
+        vec4 b = path_load(from, ROW_COUPLINGS + 1u);
+        vec4 four = me < 4u ? a : b;
+        vec2 two = (me & 2u) == 0u ? four.xy : four.zw;
+        float mine = (me & 1u) == 0u ? two.x : two.y;
+        float all = ((((((a.x + a.y) + a.z) + a.w) + b.x) + b.y) + b.z) + b.w;
+        complete = complete && light.w != PATH_OPEN;
+        if (member == me && light.w != PATH_GIVES) own = light.xyz;
+        if (member == me && light.w == PATH_GIVES) given = light.xyz;
+        if (light.w == PATH_GIVES && mine > 0.0) sum += light.xyz * (mine / all);
+    }
+    alone = own;
+    vec4 normal = path_load(path, ROW_FIRST_NORMAL);
+    if (normal.xyz != vec3(0.0)) {
+        vec3 beta = vec3(normal.w, path_load(path, ROW_SECOND).w, path_load(path, ROW_SECOND_NORMAL).w);
+        own += path_load(path, ROW_OWN).xyz;
+        alone = own + beta * given;
+        own += beta * sum;
+    }
+    return vec4(own, complete ? PATH_ENDED : PATH_OPEN);
+}
+
+#endif
