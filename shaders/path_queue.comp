@@ -29,6 +29,7 @@
 
 #include "lib/pixel_order.glsl"
 #include "lib/path.glsl"
+#include "lib/counting.glsl"
 #include "lib/film.glsl"
 
 layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
@@ -357,12 +358,5 @@ void main() {
         }
     }
     release_region(r);
-    [[dont_unroll]] for (uint counter = 0u; counter < COUNTERS; ++counter) {
-        uint count = counter == COUNT_SAMPLES || (counter == COUNT_REUSED && reusing) ? committed : 0u;
-        if (counter == COUNT_RAYS) count = rays;
-        if (counter == COUNT_SHADOW) count = shadow_rays;
-        if (counter == COUNT_STEPS && PATH_STATS) count = steps;
-        if (counter == COUNT_BAD) count = bad;
-        if (count > 0u) atomicAdd(counters[counter], count);
-    }
+    add_counts(Counts(committed, reusing ? committed : 0u, bad, rays, shadow_rays, PATH_STATS ? steps : 0u, 0u));
 }

@@ -17,6 +17,7 @@
 layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
 
 #include "lib/pixel_order.glsl"
+#include "lib/counting.glsl"
 #include "lib/trace.glsl"
 #include "lib/reuse_lanes.glsl"
 
@@ -48,9 +49,7 @@ void main() {
     Camera camera = frame_camera();
     Path path = path_begin(camera, at, key, index_of_member(first, member_of_group(p)));
     vec3 radiance = vec3(0.0);
-    uint bad = 0u;
-    uint rays = 0u;
-    uint shadow_rays = 0u;
+    Counts counts = Counts(0u, 0u, 0u, 0u, 0u, 0u, 0u);
     uint loops = 0u;
     bool within_budget = true;
     Meeting meeting = meeting_none();       // of the path
@@ -71,9 +70,9 @@ void main() {
                 if (path.second) meeting = meeting_at(path, arrival, t, radiance, first_up);
                 radiance = arrival.gives ? vec3(0.0) : radiance;
             }
-            rays += going ? 1u : 0u;
+            counts.rays += going ? 1u : 0u;
             if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
-                shadow_rays += shadow.wanted ? 1u : 0u;
+                counts.shadow_rays += shadow.wanted ? 1u : 0u;
                 bool hidden = true;
                 bool walks = shadow.wanted && shadow_needs_tree(shadow, hidden);
                 if (HAS_TREE) {
@@ -95,7 +94,7 @@ void main() {
                     ended = EndedPath(meeting, radiance, true);
                     meeting = meeting_none();
                 } else {
-                    bad += film_add(film_pixel, radiance) ? 0u : 1u;
+                    counts.bad += film_add(film_pixel, radiance) ? 0u : 1u;
                 }
                 radiance = vec3(0.0);
             }
@@ -107,11 +106,11 @@ void main() {
             // Drivers bound the loops of the slowest lane.
             loops = subgroupMax(loops) + 1u;
             vec3 alone;
-            vec3 light = shared_light(ended.meeting, ended.light, shadow_rays, loops, alone);
+            vec3 light = shared_light(ended.meeting, ended.light, counts.shadow_rays, loops, alone);
             within_budget = LOOP_BUDGET == 0u || subgroupMax(loops + doubtful_loops) < LOOP_BUDGET;
             if (ended.there && within_budget) {
                 if (film_pixel.count < TRIAL) trial_note(film_pixel, light, alone);
-                bad += film_add(film_pixel, light) ? 0u : 1u;
+                counts.bad += film_add(film_pixel, light) ? 0u : 1u;
             }
             ended = ended_none();
             if (waits) {
@@ -123,13 +122,10 @@ void main() {
             going = within_budget && left > 0u;
         }
     } while (REUSE && within_budget && subgroupAny(going || ended.there));
-    uint committed = film_pixel.count - first;
     if (real) film_store(slot, film_pixel);
-    atomicAdd(counters[COUNT_SAMPLES], committed);
-    if (reusing) atomicAdd(counters[COUNT_REUSED], committed);
-    atomicAdd(counters[COUNT_RAYS], rays);
-    atomicAdd(counters[COUNT_SHADOW], shadow_rays);
-    if (PATH_STATS) atomicAdd(counters[COUNT_STEPS], walked_steps);
-    if (bad > 0u) atomicAdd(counters[COUNT_BAD], bad);
-    if (film_pixel.count < end && within_budget) atomicAdd(counters[COUNT_TRUNCATED], 1u);
+    counts.samples = film_pixel.count - first;
+    counts.reused = reusing ? counts.samples : 0u;
+    if (PATH_STATS) counts.steps = walked_steps;
+    counts.truncated = film_pixel.count < end && within_budget ? 1u : 0u;
+    add_counts(counts);
 }

@@ -8,6 +8,7 @@ use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 
 use super::device::Device;
 use super::error::{GpuError, check};
+use super::select::DeviceKind;
 
 /// What a buffer is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,7 +17,7 @@ pub(crate) enum Usage {
     Storage,
     /// Read by shaders through a typed view; on the device.
     Texel(vk::Format),
-    /// Read and written by shaders through a typed view; on the device.
+    /// Read and written by shaders through a typed view; on the device, and mapped where that is a CPU.
     StorageTexel(vk::Format),
     /// The same, and an array of numbers too.
     StorageTexelAndArray(vk::Format),
@@ -87,7 +88,10 @@ impl Buffer {
                     | vk::BufferUsageFlags::TRANSFER_SRC
                     | vk::BufferUsageFlags::TRANSFER_DST;
                 let array = if array { vk::BufferUsageFlags::STORAGE_BUFFER } else { vk::BufferUsageFlags::empty() };
-                (texels | array, MemoryLocation::GpuOnly)
+                // There the host reads what shaders wrote where it is.
+                let on_host = device.info.kind == DeviceKind::Cpu;
+                let location = if on_host { MemoryLocation::GpuToCpu } else { MemoryLocation::GpuOnly };
+                (texels | array, location)
             }
             Usage::Upload => (vk::BufferUsageFlags::TRANSFER_SRC, MemoryLocation::CpuToGpu),
             Usage::Readback => (vk::BufferUsageFlags::TRANSFER_DST, MemoryLocation::GpuToCpu),

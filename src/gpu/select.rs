@@ -90,12 +90,14 @@ fn describe(instance: &Instance, device: vk::PhysicalDevice, index: usize) -> De
         if f12.timeline_semaphore == vk::FALSE {
             missing.push("timeline semaphores".to_owned());
         }
-        let wanted =
-            vk::SubgroupFeatureFlags::BASIC | vk::SubgroupFeatureFlags::VOTE | vk::SubgroupFeatureFlags::BALLOT;
+        let wanted = vk::SubgroupFeatureFlags::BASIC
+            | vk::SubgroupFeatureFlags::VOTE
+            | vk::SubgroupFeatureFlags::ARITHMETIC
+            | vk::SubgroupFeatureFlags::BALLOT;
         if !v11.subgroup_supported_operations.contains(wanted)
             || !v11.subgroup_supported_stages.contains(vk::ShaderStageFlags::COMPUTE)
         {
-            missing.push("subgroup vote and ballot in compute shaders".to_owned());
+            missing.push("subgroup vote, arithmetic and ballot in compute shaders".to_owned());
         }
     } else {
         missing.push("Vulkan 1.2".to_owned());
