@@ -1,12 +1,20 @@
 //! Cuts a pass over the film into dispatches of bounded time.
 //!
 //! A pass brings the pixels of some spans from one number of samples to a higher one. It covers them in rounds: every
-//! pixel gets the same number of new samples before any gets more, so that a rendering that is stopped is even. The
-//! cut changes no bit of the image.
+//! pixel gets the same number of new samples before any gets more, so that a rendering that is stopped is even. A pixel's
+//! samples cost less if there are more of them in a dispatch (1.4 times less for 16 than for one, measured on lavapipe with
+//! a mesh), so that rounds are larger than dispatches: a second, or as many samples as there are already. The cut changes
+//! no bit of the image.
+
+use std::time::Duration;
 
 /// Device time that a dispatch should take: short enough for progress, interruption and watchdogs, long enough that
 /// the idle lanes at its end do not matter.
-const DISPATCH_SECONDS: f64 = 0.1;
+const DISPATCH_SECONDS: f64 = 0.25;
+/// Device time that a round may take; an eighth of the time limit if that is less.
+const ROUND_SECONDS: f64 = 1.0;
+/// Samples per pixel up to which a round may be as large as all before it.
+const MOST_DOUBLED: u32 = 32;
 /// Samples of the first dispatch, before anything is measured.
 const FIRST_SAMPLES: f64 = 262_144.0;
 /// Spans of a dispatch: bounds the commands of a submission.
@@ -60,14 +68,27 @@ pub(crate) struct Pace {
     fixed_samples: Option<u32>,
     /// Samples per pixel that a dispatch can do at most.
     most_samples: u32,
+    round_seconds: f64,
+    /// Samples, over all pixels, of the first round, if nothing has been measured before.
+    first_round: f64,
+    /// Samples per pixel up to which rounds double.
+    most_doubled: u32,
     /// Samples per second, measured.
     rate: Option<f64>,
 }
 
 impl Pace {
     /// At most `most_samples` per pixel in a dispatch; all dispatches of `fixed_samples` per pixel if that is given.
-    pub fn new(fixed_samples: Option<u32>, most_samples: u32) -> Self {
-        Self { fixed_samples: fixed_samples.map(|n| n.max(1)), most_samples, rate: None }
+    pub fn new(fixed_samples: Option<u32>, most_samples: u32, limit: Option<Duration>) -> Self {
+        Self {
+            fixed_samples: fixed_samples.map(|n| n.max(1)),
+            most_samples,
+            round_seconds: limit.map_or(ROUND_SECONDS, |limit| ROUND_SECONDS.min(limit.as_secs_f64() / 8.0)),
+            first_round: if limit.is_some() { FIRST_SAMPLES } else { 4.0 * FIRST_SAMPLES },
+            // What ends at a time will end within a round.
+            most_doubled: if limit.is_some() { 0 } else { MOST_DOUBLED },
+            rate: None,
+        }
     }
 
     /// Samples per pixel that a dispatch may do.
@@ -75,14 +96,33 @@ impl Pace {
         self.fixed_samples.unwrap_or(u32::MAX).min(self.most_samples)
     }
 
+    /// Whether anything has been learnt.
+    pub fn is_known(&self) -> bool {
+        self.rate.is_some() || self.fixed_samples.is_some()
+    }
+
     /// Learns from a finished dispatch.
     pub fn measured(&mut self, work: &Work, seconds: f64) {
         if seconds > 0.0 {
-            let slots: f64 = work.spans.iter().map(|s| f64::from(s.slots())).sum();
+            let slots = work.spans.iter().map(|s| f64::from(s.slots())).sum::<f64>() / f64::from(work.tile_step);
             // The latest dispatch counts half: rates differ between parts of an image.
             let rate = slots * f64::from(work.new_samples) / seconds;
             self.rate = Some(self.rate.map_or(rate, |r| 0.5 * (r + rate)));
         }
+    }
+
+    /// Samples per pixel of a round in a pass over `slots` that have `done` samples each.
+    fn round(&self, slots: u64, done: u32) -> u32 {
+        let fit = match (self.fixed_samples, self.rate) {
+            (Some(n), _) => n,
+            (None, Some(rate)) => {
+                // Saturates.
+                let timely = (rate * self.round_seconds / slots as f64) as u32;
+                timely.max(done.min(self.most_doubled))
+            }
+            (None, None) => (self.first_round / slots as f64) as u32,
+        };
+        fit.clamp(1, self.most_samples)
     }
 
     /// Samples, over all pixels, of a dispatch in a pass over `slots`.
@@ -137,6 +177,9 @@ impl Plan {
         if self.is_over() {
             return None;
         }
+        if self.round_is_over() {
+            self.begin_round(pace);
+        }
         // Whole tiles, at least one.
         let tiles = (pace.samples(self.slots) / f64::from(self.round_samples) / 64.0).ceil().max(1.0);
         // Saturates: no image has more slots than 32 bits can count.
@@ -157,14 +200,15 @@ impl Plan {
                 self.go_to(self.span + 1);
             }
         }
-        if self.is_over() {
-            self.begin_round(pace);
-        }
         Some(work)
     }
 
     /// Whether the last dispatch has been handed out.
     pub fn is_over(&self) -> bool {
+        self.round_is_over() && self.round_target == self.samples
+    }
+
+    fn round_is_over(&self) -> bool {
         self.span == self.spans.len()
     }
 
@@ -183,7 +227,7 @@ impl Plan {
 
     /// Whether the next piece of work is of the first round.
     pub fn in_first_round(&self) -> bool {
-        !self.repeating && self.round_target == self.first_target && !self.is_over()
+        !self.repeating && self.round_target == self.first_target && !self.round_is_over()
     }
 
     fn go_to(&mut self, span: usize) {
@@ -193,12 +237,11 @@ impl Plan {
 
     fn begin_round(&mut self, pace: &Pace) {
         let left = self.samples - self.round_target;
-        if left == 0 || self.repeating {
+        if left == 0 {
             self.go_to(self.spans.len());
             return;
         }
-        let fit = pace.samples(self.slots) / self.slots as f64;
-        self.round_samples = (fit.floor().max(1.0) as u32).min(left).min(pace.most_samples);
+        self.round_samples = pace.round(self.slots, self.round_target).min(left);
         self.round_target += self.round_samples;
         self.go_to(0);
     }
@@ -209,7 +252,7 @@ mod tests {
     use super::*;
 
     fn cover(spans: &[Span], done: u32, samples: u32, fixed: Option<u32>, rate: f64) -> Vec<Work> {
-        let mut pace = Pace::new(fixed, 16);
+        let mut pace = Pace::new(fixed, 16, None);
         let mut plan = Plan::new(spans.to_vec(), done, samples, &pace);
         let mut all = Vec::new();
         while let Some(work) = plan.next(&pace) {
@@ -230,7 +273,7 @@ mod tests {
 
     #[test]
     fn the_first_round_ends_when_every_slot_has_its_first_samples() {
-        let pace = Pace::new(Some(1), 16);
+        let pace = Pace::new(Some(1), 16, None);
         let mut plan = Plan::new(vec![Span { band: 0, first_slot: 0, end_slot: 640 }], 0, 2, &pace);
         let mut slots = 0;
         while plan.in_first_round() {
@@ -242,6 +285,31 @@ mod tests {
         let mut plan = Plan::new(vec![Span { band: 0, first_slot: 0, end_slot: 64 }], 0, 1, &pace);
         assert!(plan.in_first_round() && plan.next(&pace).is_some());
         assert!(!plan.in_first_round() && plan.is_over());
+    }
+
+    #[test]
+    fn rounds_last_a_second_or_double() {
+        let spans = [Span { band: 0, first_slot: 0, end_slot: 64_000 }];
+        let rounds = |rate: f64, samples| {
+            let mut rounds: Vec<u32> = cover(&spans, 0, samples, None, rate).iter().map(|w| w.target_samples).collect();
+            rounds.dedup();
+            rounds
+        };
+        // The rate is not known at first.
+        assert_eq!(rounds(640_000.0, 64), [16, 32, 48, 64]);
+        assert_eq!(rounds(64_000.0, 64), [16, 32, 48, 64]);
+        // A dispatch of a slow rendering covers a part of the image.
+        let works = cover(&spans, 0, 32, None, 64_000.0);
+        assert!(works.iter().skip(1).all(|w| w.spans[0].slots() * w.new_samples < 2 * 16_000), "{works:?}");
+    }
+
+    #[test]
+    fn rounds_are_short_for_a_short_limit() {
+        let mut pace = Pace::new(None, 1000, Some(Duration::from_secs(2)));
+        let spans = vec![Span { band: 0, first_slot: 0, end_slot: 640 }];
+        pace.measured(&Work { spans: spans.clone(), tile_step: 1, target_samples: 1, new_samples: 1 }, 0.1);
+        // 6400 samples a second, a quarter of a second, 640 pixels.
+        assert_eq!(pace.round(640, 100), 2);
     }
 
     #[test]

@@ -169,7 +169,11 @@ impl Renderer {
             height,
             loop_budget,
             slots_per_group,
-            pace: Pace::new(settings.samples_per_dispatch, if queued { queue::PATHS / queue::TILE } else { u32::MAX }),
+            pace: Pace::new(
+                settings.samples_per_dispatch,
+                if queued { queue::PATHS / queue::TILE } else { u32::MAX },
+                settings.time_limit,
+            ),
             reuse: if reuse { ReuseTrial::of(settings.reuse) } else { ReuseTrial::Never },
             reuse_is_worth: trial::worth(&needed),
             stage,

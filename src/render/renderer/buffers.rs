@@ -85,7 +85,8 @@ impl Buffers {
         let mut first = 0u64;
         while first < shape.slots {
             let count = (shape.slots - first).min(band_slots);
-            let mut film = Buffer::new(device, "film", count * size_of::<FilmSlot>() as u64, Usage::StorageTexel(UINT4))?;
+            let mut film =
+                Buffer::new(device, "film", count * size_of::<FilmSlot>() as u64, Usage::StorageTexel(UINT4))?;
             // The system hands memory out when it is first touched; better here, beside the driver's work.
             if let Some(bytes) = film.mapped_mut() {
                 bytes.fill(0);

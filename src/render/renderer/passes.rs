@@ -90,7 +90,9 @@ impl Renderer {
         let mut done_before_repeat = None;
         let from_nothing = done == 0;
         loop {
-            while !watch.stop && in_flight.len() < IN_FLIGHT {
+            // What fits into a dispatch is not known before the first has ended.
+            let most = if self.pace.is_known() { IN_FLIGHT } else { 1 };
+            while !watch.stop && in_flight.len() < most {
                 let Some(work) = plan.next(&self.pace) else { break };
                 let (ticket, readback) = self.submit(&work)?;
                 in_flight.push_back((ticket, work, Instant::now(), readback));

@@ -1,5 +1,7 @@
 //! Whether it pays to let paths serve several pixels: decided from a trial (shaders/lib/reuse.glsl).
 
+use std::time::Instant;
+
 use super::super::driver::DriverFacts;
 use super::super::error::RenderError;
 use super::super::features::Features;
@@ -148,8 +150,10 @@ impl Renderer {
             // Again, if the budget of loops did not suffice.
             while self.statistics.samples < end && !watch.stop {
                 let so_far = self.statistics.samples;
+                let submitted = Instant::now();
                 let (ticket, readback) = self.submit(&work)?;
                 self.finish(&ticket, readback)?;
+                self.pace.measured(&work, submitted.elapsed().as_secs_f64());
                 if self.statistics.samples == so_far {
                     return Err(RenderError::Stuck { budget: self.loop_budget });
                 }
