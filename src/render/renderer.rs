@@ -94,7 +94,7 @@ impl Renderer {
         };
         let reuse = trial::may_reuse(&needed, settings.reuse, &facts);
         // The lanes of a group are in one subgroup, or its paths meet in memory.
-        let groups_fit = subgroup % sobol::MEMBERS as u32 == 0;
+        let groups_fit = subgroup.is_multiple_of(sobol::MEMBERS as u32);
         let queued = !features.brute_force
             && match settings.scheduler {
                 Scheduler::Auto => facts.queue && (features.tree || (reuse && !groups_fit)),
