@@ -334,6 +334,7 @@ void main() {
 
     // ---- the film, in the order of the samples, up to the first sample that did not end
     uint committed = 0u;
+    uint reused = 0u;
     uint bad = 0u;
     for (uint p = gl_SubgroupInvocationID; p < TILE; p += gl_SubgroupSize) {
         uvec2 at;
@@ -355,8 +356,9 @@ void main() {
             }
             film_store(tile + p, film_pixel);
             committed += film_pixel.count - first;
+            reused += reusing && reuses(p) ? film_pixel.count - first : 0u;
         }
     }
     release_region(r);
-    add_counts(Counts(committed, reusing ? committed : 0u, bad, rays, shadow_rays, PATH_STATS ? steps : 0u, 0u));
+    add_counts(Counts(committed, reused, bad, rays, shadow_rays, PATH_STATS ? steps : 0u, 0u));
 }

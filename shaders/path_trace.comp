@@ -21,11 +21,17 @@ layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
 #include "lib/trace.glsl"
 #include "lib/reuse_lanes.glsl"
 
+// Whether to go on before paths are shared: some lane that shares them has none that has ended, or no lane shares any.
+bool group_lacks_path(bool reusing, bool has_ended) {
+    if (SUBGROUP_LANES == MEMBERS) return subgroupAny(!has_ended);
+    return subgroupAny(reusing && !has_ended) || !subgroupAny(reusing);
+}
+
 void main() {
     uint number = group_of_work() * gl_WorkGroupSize.x;
     number += REUSE ? gl_SubgroupID * SUBGROUP_LANES + gl_SubgroupInvocationID : gl_LocalInvocationID.x;
     uint slot = slot_of_invocation(number);
-    uvec2 at;
+    uvec2 at = uvec2(0u);
     bool real = slot < end_slot && pixel_of_slot(slot, at);
     // Groups stay together.
     if (!REUSE && !real) return;
@@ -101,10 +107,11 @@ void main() {
             path_depart(path, arrival, alive, camera, at, alive ? group_key : key, path.index + (alive ? 0u : 1u));
             if (REUSE) path.second = path.second && reusing;
             going = within_budget && left > 0u && !waits;
-        } while (going && (!REUSE || subgroupAny(!ended.there)));
+        } while (going && (!REUSE || group_lacks_path(reusing, ended.there)));
         if (REUSE) {
             // Drivers bound the loops of the slowest lane.
             loops = subgroupMax(loops) + 1u;
+            doubtful_loops = subgroupMax(doubtful_loops);
             vec3 alone;
             vec3 light = shared_light(ended.meeting, ended.light, counts.shadow_rays, loops, alone);
             within_budget = LOOP_BUDGET == 0u || subgroupMax(loops + doubtful_loops) < LOOP_BUDGET;

@@ -7,7 +7,7 @@
 #ifndef LAYOUT_GLSL
 #define LAYOUT_GLSL
 
-// ---- specialization constants: features (ids 2 to 31, 56). Code depends on them, data layout never does.
+// ---- specialization constants: features (ids 2 to 31, 57). Code depends on them, data layout never does.
 layout(constant_id = 2) const uint FILTER = 0u;            // 0 box, 1 Gaussian
 layout(constant_id = 3) const uint SAMPLER = 0u;           // 0 Owen-scrambled Sobol, 1 independent, 2 PCG
 layout(constant_id = 4) const uint MAX_DEPTH = 8u;         // surface hits of a path
@@ -75,7 +75,7 @@ layout(rgba32ui, binding = 4) uniform uimageBuffer film_texels;   // FILM_ROWS t
 const uint FILM_ROWS = 3u;
 layout(std430, binding = 5) buffer Counters { uint counters[]; };
 // What path_queue.comp notes of its paths.
-layout(std430, binding = 6) coherent buffer Paths { vec4 path_rows[]; };    // PATH_ROWS a path, see reuse.glsl
+layout(std430, binding = 6) coherent buffer Paths { vec4 path_rows[]; };    // PATH_ROWS a path, see reuse_notes.glsl
 // The same, to write single numbers; and to read, or to write where time does not matter: on lavapipe a vec4 of a storage
 // buffer is 4 scalar accesses for each lane, all of them unrolled, a texel one call (slow where it writes).
 layout(std430, binding = 6) coherent buffer PathNumbers { float path_numbers[]; };
@@ -106,7 +106,7 @@ layout(push_constant, std430) uniform Push {
     uint target_samples;    // per pixel, in all
     uint max_new_samples;   // per pixel, in this dispatch
     uint band_first;        // first slot of the film buffer
-    uint tile_step;         // path_queue.comp works on every n-th tile of 64 slots
+    uint tile_step;         // every n-th tile of 64 slots is worked on
     uint group_stride;      // workgroup i of n takes the work of number i·stride mod n, see pixel_order.glsl
     uint reused_halves;     // halves of the image whose paths serve several pixels, a bit each, see reuse.glsl
 };

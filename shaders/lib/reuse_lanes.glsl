@@ -50,7 +50,7 @@ bool in_group(uint first) { return gl_SubgroupInvocationID / MEMBERS == first / 
 // What a member of the lane's group holds. `member` must be the same in all lanes.
 float of_member(float value, uint member) {
     float theirs = subgroupBroadcast(value, member);
-    for (uint first = MEMBERS; first < SUBGROUP_LANES; first += MEMBERS) {
+    [[unroll]] for (uint first = MEMBERS; first < SUBGROUP_LANES; first += MEMBERS) {
         float others = subgroupBroadcast(value, first + member);
         theirs = in_group(first) ? others : theirs;
     }
@@ -61,13 +61,10 @@ vec3 of_member(vec3 value, uint member) {
     return vec3(of_member(value.x, member), of_member(value.y, member), of_member(value.z, member));
 }
 
-// Sum over the lane's group.
+// Sum over the lane's group, in the order of reuse_notes.glsl.
 float sum_of_group(float value) {
-    if (SUBGROUP_LANES == MEMBERS) return subgroupAdd(value);
-    float sum = 0.0;
-    for (uint first = 0u; first < SUBGROUP_LANES; first += MEMBERS) {
-        if (in_group(first)) sum = subgroupAdd(value);
-    }
+    float sum = of_member(value, 0u);
+    [[unroll]] for (uint member = 1u; member < MEMBERS; ++member) sum += of_member(value, member);
     return sum;
 }
 

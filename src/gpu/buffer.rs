@@ -87,10 +87,10 @@ impl Buffer {
                 let texels = vk::BufferUsageFlags::STORAGE_TEXEL_BUFFER
                     | vk::BufferUsageFlags::TRANSFER_SRC
                     | vk::BufferUsageFlags::TRANSFER_DST;
-                let array = if array { vk::BufferUsageFlags::STORAGE_BUFFER } else { vk::BufferUsageFlags::empty() };
                 // There the host reads what shaders wrote where it is.
-                let on_host = device.info.kind == DeviceKind::Cpu;
+                let on_host = !array && device.info.kind == DeviceKind::Cpu;
                 let location = if on_host { MemoryLocation::GpuToCpu } else { MemoryLocation::GpuOnly };
+                let array = if array { vk::BufferUsageFlags::STORAGE_BUFFER } else { vk::BufferUsageFlags::empty() };
                 (texels | array, location)
             }
             Usage::Upload => (vk::BufferUsageFlags::TRANSFER_SRC, MemoryLocation::CpuToGpu),

@@ -1,4 +1,4 @@
-//! What is known of drivers that changes how work is cut up, never what is computed.
+//! What is known of drivers that changes how work is cut up, and whether to reuse paths.
 
 use crate::gpu::{DeviceInfo, DeviceKind};
 

@@ -220,9 +220,9 @@ impl Features {
             plain(
                 "path reuse",
                 self.can_reuse() && (self.tree || !self.emitter),
-                "on CPU drivers, if a trial shows that it pays: diffuse surfaces light each other",
+                "unless switched off, on CPU drivers, if a trial shows that it pays: diffuse surfaces light each other",
                 if self.can_reuse() {
-                    "rays are cheap without a tree, and most noise is that of lamps"
+                    "unless asked for: rays are cheap without a tree, and most noise is that of lamps"
                 } else {
                     "no diffuse surface lights another"
                 },

@@ -13,7 +13,7 @@ use std::time::Instant;
 use bytemuck::Zeroable;
 
 use crate::accel::{MAX_RECORDS, TreeStatistics};
-use crate::gpu::{Context, Device, Pipeline, Timeline};
+use crate::gpu::{Context, Device, DeviceKind, Pipeline, Timeline};
 use crate::scene::Scene;
 
 use super::bindings;
@@ -23,7 +23,7 @@ use super::features::Features;
 use super::film::{Film, slot_count};
 use super::kernels;
 use super::layout::{Push, constant, queue};
-use super::plan::Pace;
+use super::plan::{Pace, Rounds};
 use super::settings::{Adaptive, RenderSettings, Scheduler};
 use super::sobol;
 use super::space::RenderSpace;
@@ -98,10 +98,9 @@ impl Renderer {
         let queued = !features.brute_force
             && match settings.scheduler {
                 Scheduler::Auto => facts.queue && (features.tree || (reuse && !groups_fit)),
-                Scheduler::Inline => false,
+                Scheduler::Inline => reuse && !groups_fit,
                 Scheduler::Queue => features.tree || reuse,
             };
-        let reuse = reuse && (queued || groups_fit);
         let sobol = sobol::table(features.sobol_levels, if reuse { sobol::MEMBERS } else { 1 });
 
         let (width, height) = (scene.film.width, scene.film.height);
@@ -172,7 +171,10 @@ impl Renderer {
             pace: Pace::new(
                 settings.samples_per_dispatch,
                 if queued { queue::PATHS / queue::TILE } else { u32::MAX },
-                settings.time_limit,
+                match device.info.kind {
+                    DeviceKind::Cpu => Rounds::on_cpu(threads(), settings.time_limit),
+                    _ => Rounds::on_gpu(),
+                },
             ),
             reuse: if reuse { ReuseTrial::of(settings.reuse) } else { ReuseTrial::Never },
             reuse_is_worth: trial::worth(&needed),
@@ -279,6 +281,11 @@ impl Renderer {
         self.statistics.stopped = self.statistics.samples < watch.total;
         self.read_film()
     }
+}
+
+/// Threads that a driver on the CPU has.
+fn threads() -> u32 {
+    std::thread::available_parallelism().map_or(1, |n| u32::try_from(n.get()).unwrap_or(u32::MAX / 4))
 }
 
 pub(crate) fn push_constants(scene: &Scene, settings: &RenderSettings) -> Push {

@@ -40,10 +40,11 @@ pub enum Accel {
     None,
 }
 
-/// How rays that need the tree are scheduled. Without [`Reuse`] both give the same bits.
+/// How rays that need the tree are scheduled. Both give the same bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Scheduler {
-    /// [`Scheduler::Queue`] for scenes with a tree on CPU drivers, else [`Scheduler::Inline`].
+    /// [`Scheduler::Queue`] for scenes with a tree on CPU drivers, else [`Scheduler::Inline`]. Where paths are reused and
+    /// groups of eight do not fit into a subgroup, always the former.
     #[default]
     Auto,
     /// Each lane walks the tree at once.
@@ -62,7 +63,7 @@ pub enum Reuse {
     /// measured, and without a hierarchy neither in scenes with emitters nor on lavapipe before Mesa 23.1.
     #[default]
     Auto,
-    /// Where diffuse surfaces light each other. Not with subgroups of four lanes and [`Scheduler::Inline`].
+    /// Where diffuse surfaces light each other. Not with [`Accel::None`].
     Always,
     /// Each path serves its own pixel only.
     Off,

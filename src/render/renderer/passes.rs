@@ -12,7 +12,7 @@ use super::super::statistics::Progress;
 use super::super::tiles::TILE;
 use super::buffers::Band;
 use super::{IN_FLIGHT, Renderer};
-use crate::gpu::{Access, Buffer, Ticket, Usage};
+use crate::gpu::{Access, Buffer, DeviceKind, Ticket, Usage};
 
 /// When a rendering has to end, and who wants to know how far it is.
 pub(super) struct Watch<'a> {
@@ -86,7 +86,7 @@ impl Renderer {
     ) -> Result<(), RenderError> {
         let end = self.statistics.samples + self.pixels(spans) * u64::from(samples - done) - already;
         let mut plan = Plan::new(spans.to_vec(), done, samples, &self.pace);
-        let mut in_flight: VecDeque<(Ticket, Work, Instant, usize)> = VecDeque::new();
+        let mut in_flight: VecDeque<(Ticket, Instant, usize)> = VecDeque::new();
         let mut done_before_repeat = None;
         let from_nothing = done == 0;
         loop {
@@ -95,14 +95,15 @@ impl Renderer {
             while !watch.stop && in_flight.len() < most {
                 let Some(work) = plan.next(&self.pace) else { break };
                 let (ticket, readback) = self.submit(&work)?;
-                in_flight.push_back((ticket, work, Instant::now(), readback));
+                in_flight.push_back((ticket, Instant::now(), readback));
             }
-            let Some((ticket, work, submitted, readback)) = in_flight.pop_front() else { return Ok(()) };
+            let Some((ticket, submitted, readback)) = in_flight.pop_front() else { return Ok(()) };
+            let before = self.statistics.samples;
             self.finish(&ticket, readback)?;
             let seconds = watch.finished_since(submitted);
             let done = self.statistics.samples;
             if !plan.is_repeating() {
-                self.pace.measured(&work, seconds);
+                self.pace.measured(done - before, seconds);
             }
             if in_flight.is_empty() && plan.is_over() && done < end && !watch.stop {
                 // Samples that ran out of loop budget are done again, as long as that gets any further.
@@ -217,7 +218,7 @@ impl Renderer {
         let bytes = |slots: u32| u64::from(slots) * size_of::<FilmSlot>() as u64;
         for spans in spans.chunk_by(|a, b| a.band == b.band) {
             let band = &self.buffers.bands[spans[0].band];
-            if let Some(film) = band.film.mapped() {
+            if let Some(film) = band.film.mapped().filter(|_| self.device.info.kind == DeviceKind::Cpu) {
                 let ticket = self.timeline.submit(|r| r.barrier(Access::Compute, Access::Host))?;
                 self.timeline.wait(&ticket)?;
                 for span in spans {
