@@ -9,6 +9,7 @@ use crate::check::rng::Rng;
 use crate::check::scenes::{Build, diffuse, emitter, empty, glass, icosphere, mirror, v};
 use crate::check::statistics::{mean_and_error, relative, welch, worst, z_score};
 use crate::check::{Case, CheckError, Lab, Measured};
+use crate::render::{RenderSettings, Reuse};
 use crate::scene::Scene;
 
 pub(super) const CASES: &[Case] = &[
@@ -126,11 +127,16 @@ fn thousand_bounces(lab: &Lab) -> Result<Measured, CheckError> {
     Ok(Measured::new(worst(image.channel(1).iter().map(|x| relative(*x, exact))), "256 pixels"))
 }
 
+/// Pixels that reuse each other's paths have noise in common, and the error of their mean is not that of their spread.
+fn independent_pixels(lab: &Lab, scene: &Scene) -> RenderSettings {
+    RenderSettings { reuse: Reuse::Off, ..lab.settings(scene) }
+}
+
 fn sphere_off_centre(lab: &Lab) -> Result<Measured, CheckError> {
     let (rho, depth, light): (f64, u32, _) = (0.75, 8, v(-0.5, 0.75, -0.25));
     let mut scene = shell(rho, depth, light);
     scene.size(32, lab.size(64, 4096) as u32);
-    let image = lab.render(&scene)?.channel(0);
+    let image = lab.render_with(&scene, &independent_pixels(lab, &scene))?.channel(0);
     // A sphere lights itself evenly: each bounce adds the mean irradiance Φ/(4πR²) times ρ.
     let mean_irradiance = 100.0 / (4.0 * PI * 4.0);
     let indirect = mean_irradiance * rho * (1.0 - rho.powi(depth as i32 - 1)) / (1.0 - rho);
@@ -305,10 +311,9 @@ fn corridor(lab: &Lab) -> Result<Measured, CheckError> {
 fn roulette(lab: &Lab) -> Result<Measured, CheckError> {
     let mut scene = crate::check::scenes::room();
     scene.size(32, lab.size(128, 4096) as u32);
-    let without = lab.render(&scene)?.channel(0);
+    let without = lab.render_with(&scene, &independent_pixels(lab, &scene))?.channel(0);
     scene.integrator.russian_roulette = Some(2);
-    let mut settings = lab.settings(&scene);
-    settings.seed = 1;
+    let settings = RenderSettings { seed: 1, ..independent_pixels(lab, &scene) };
     let with = lab.render_with(&scene, &settings)?.channel(0);
     let difference: Vec<f64> = with.iter().zip(&without).map(|(a, b)| a - b).collect();
     let (bias, error) = mean_and_error(&difference);
