@@ -183,7 +183,9 @@ fn the_cut_is_what_was_asked_for() {
     let context = context();
     let scene = shipped("spheres", (48, 40), 64);
     let dispatches = |n| {
-        let settings = RenderSettings { samples_per_dispatch: Some(n), ..RenderSettings::of(&scene) };
+        // Without the dispatch of a trial.
+        let reuse = Reuse::Off;
+        let settings = RenderSettings { samples_per_dispatch: Some(n), reuse, ..RenderSettings::of(&scene) };
         render_counted(&context, &scene, &settings).1.dispatches
     };
     assert_eq!([1, 3, 7, 64].map(dispatches), [64, 22, 10, 1]);
