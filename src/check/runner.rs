@@ -197,10 +197,13 @@ fn with_timeout(case: &'static Case, lab: &Lab, timeout: Duration) -> Result<Mea
         // Nobody listens any more after a timeout.
         let _ = sender.send(result.unwrap_or_else(|panic| Err(CheckError::Panic(panic_text(panic.as_ref())))));
     };
-    std::thread::Builder::new().name(case.name.to_owned()).spawn(body).map_err(CheckError::Thread)?;
-    receiver
-        .recv_timeout(timeout)
-        .unwrap_or_else(|_| Err(GpuError::Timeout { what: "a case", seconds: timeout.as_secs() }.into()))
+    let thread = std::thread::Builder::new().name(case.name.to_owned()).spawn(body).map_err(CheckError::Thread)?;
+    let Ok(result) = receiver.recv_timeout(timeout) else {
+        return Err(GpuError::Timeout { what: "a case", seconds: timeout.as_secs() }.into());
+    };
+    // It still has a device to close: not while the process ends and unloads the driver.
+    let _ = thread.join();
+    result
 }
 
 fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
