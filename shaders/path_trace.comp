@@ -81,12 +81,7 @@ void main() {
                 counts.shadow_rays += shadow.wanted ? 1u : 0u;
                 bool hidden = true;
                 bool walks = shadow.wanted && shadow_needs_tree(shadow, hidden);
-                if (HAS_TREE) {
-                    uint steps = 0u;
-                    if (walks) hidden = hidden_by_tree(shadow, loops, steps);
-                    count_loops(steps, loops);
-                }
-                radiance += hidden ? vec3(0.0) : shadow.radiance;
+                radiance += hidden_in_scene(shadow, walks, hidden, loops) ? vec3(0.0) : shadow.radiance;
             }
             loops += 1u + LIGHT_LOOPS;
             // Out of budget: a walk may have ended too early, so that the sample in hand does not count. What the film
@@ -96,12 +91,8 @@ void main() {
             left -= over ? 1u : 0u;
             waits = over && ended.there;
             if (over && !waits) {
-                if (reusing) {
-                    ended = EndedPath(meeting, radiance, true);
-                    meeting = meeting_none();
-                } else {
-                    counts.bad += film_add(film_pixel, radiance) ? 0u : 1u;
-                }
+                if (reusing) ended = path_ends(meeting, radiance);
+                else counts.bad += film_add(film_pixel, radiance) ? 0u : 1u;
                 radiance = vec3(0.0);
             }
             path_depart(path, arrival, alive, camera, at, alive ? group_key : key, path.index + (alive ? 0u : 1u));
@@ -121,8 +112,7 @@ void main() {
             }
             ended = ended_none();
             if (waits) {
-                ended = EndedPath(meeting, radiance, true);
-                meeting = meeting_none();
+                ended = path_ends(meeting, radiance);
                 radiance = vec3(0.0);
                 waits = false;
             }

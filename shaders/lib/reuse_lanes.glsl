@@ -41,6 +41,13 @@ struct EndedPath {
 
 EndedPath ended_none() { return EndedPath(meeting_none(), vec3(0.0), false); }
 
+// A path ends with the light that it has gathered, and the lane may begin another.
+EndedPath path_ends(inout Meeting meeting, vec3 light) {
+    EndedPath ended = EndedPath(meeting, light, true);
+    meeting = meeting_none();
+    return ended;
+}
+
 // Lanes of a subgroup: whole groups. A constant, so that what only several groups need is left out.
 layout(constant_id = 58) const uint SUBGROUP_LANES = 8u;
 
@@ -84,11 +91,7 @@ vec3 shared_light(Meeting m, vec3 light, inout uint shadow_rays, inout uint loop
         shadow_rays += wanted ? 1u : 0u;
         bool hidden;
         bool walks = segment_needs_tree(ray, hidden) && wanted;
-        if (HAS_TREE) {
-            uint steps = 0u;
-            if (walks) hidden = hidden_by_tree(ray, loops, steps);
-            count_loops(steps, loops);
-        }
+        hidden = hidden_in_scene(ray, walks, hidden, loops);
         if (MUTATION == MUTATE_REUSE) hidden = false;
         value = wanted && hidden ? 0.0 : value;
         float all = sum_of_group(value);

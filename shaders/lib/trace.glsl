@@ -77,4 +77,16 @@ bool hidden_by_tree(ShadowRay ray, uint loops, out uint steps) {
     return walk.id >= 0;
 }
 
+// Whether what a ray aims at is hidden: what is known, or, if the lane must walk, what the tree says. For all lanes to
+// call, since what the slowest walks counts for the subgroup.
+bool hidden_in_scene(ShadowRay ray, bool walks, bool known, inout uint loops) {
+    bool hidden = known;
+    if (HAS_TREE) {
+        uint steps = 0u;
+        if (walks) hidden = hidden_by_tree(ray, loops, steps);
+        count_loops(steps, loops);
+    }
+    return hidden;
+}
+
 #endif

@@ -47,6 +47,8 @@ pub(crate) struct Buffer {
     pub raw: vk::Buffer,
     pub view: vk::BufferView,
     pub bytes: u64,
+    /// Whether the host reads it where it is. Memory of the device may be mapped too, but slow to read.
+    host_reads: bool,
     allocation: Option<Allocation>,
     device: Arc<Device>,
 }
@@ -100,8 +102,10 @@ impl Buffer {
         let no_memory = |reason: String| GpuError::OutOfMemory { what: name.to_owned(), bytes, reason };
         // SAFETY: a live device; the size is not 0.
         let raw = unsafe { device.raw.create_buffer(&info, None) }.map_err(|e| no_memory(e.to_string()))?;
+        let host_reads = location == MemoryLocation::GpuToCpu;
+        let device_of = Arc::clone(device);
         let mut buffer =
-            Self { raw, view: vk::BufferView::null(), bytes, allocation: None, device: Arc::clone(device) };
+            Self { raw, view: vk::BufferView::null(), bytes, host_reads, allocation: None, device: device_of };
         device.name(raw, name);
         // SAFETY: `raw` was just made with this device.
         let requirements = unsafe { device.raw.get_buffer_memory_requirements(raw) };
@@ -135,15 +139,25 @@ impl Buffer {
         Ok(buffer)
     }
 
-    /// The mapped bytes, where the memory is visible to the host.
+    /// The mapped bytes, if the host is to read them.
     pub fn mapped(&self) -> Option<&[u8]> {
-        self.allocation.as_ref()?.mapped_slice().map(|s| &s[..self.bytes as usize])
+        let allocation = self.allocation.as_ref().filter(|_| self.host_reads)?;
+        allocation.mapped_slice().map(|s| &s[..self.bytes as usize])
     }
 
     /// The mapped bytes for writing, where the memory is visible to the host.
     pub fn mapped_mut(&mut self) -> Option<&mut [u8]> {
         let bytes = self.bytes as usize;
         self.allocation.as_mut()?.mapped_slice_mut().map(|s| &mut s[..bytes])
+    }
+
+    /// Makes the system hand out memory that the host reads where it is, which it does when it is first touched.
+    pub fn touch(&mut self) {
+        if self.host_reads
+            && let Some(bytes) = self.mapped_mut()
+        {
+            bytes.fill(0);
+        }
     }
 }
 

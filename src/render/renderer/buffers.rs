@@ -8,7 +8,7 @@ use super::super::layout::{Counters, FilmSlot, binding, queue};
 use super::super::sobol::DIMENSIONS;
 use super::super::tables::Tables;
 use super::IN_FLIGHT;
-use crate::gpu::{BindingKind, BindingLayout, BindingSet, Buffer, Device, DeviceKind, Timeline, Usage};
+use crate::gpu::{BindingKind, BindingLayout, BindingSet, Buffer, Device, Timeline, Usage};
 
 /// What the path tracer's kernels see, besides what all do.
 pub(super) const BINDINGS: [(u32, BindingKind); 3] = [
@@ -87,10 +87,8 @@ impl Buffers {
             let count = (shape.slots - first).min(band_slots);
             let mut film =
                 Buffer::new(device, "film", count * size_of::<FilmSlot>() as u64, Usage::StorageTexel(UINT4))?;
-            // On a CPU the system hands memory out when it is first touched; better here, beside the driver's work.
-            if let Some(bytes) = film.mapped_mut().filter(|_| device.info.kind == DeviceKind::Cpu) {
-                bytes.fill(0);
-            }
+            // Here, beside the driver's work.
+            film.touch();
             let bound = tables.and(&[
                 (binding::FILM, &film),
                 (binding::COUNTERS, &counters),

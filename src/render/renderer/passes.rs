@@ -12,7 +12,7 @@ use super::super::statistics::Progress;
 use super::super::tiles::TILE;
 use super::buffers::Band;
 use super::{IN_FLIGHT, Renderer};
-use crate::gpu::{Access, Buffer, DeviceKind, Ticket, Usage};
+use crate::gpu::{Access, Buffer, Ticket, Usage};
 
 /// When a rendering has to end, and who wants to know how far it is.
 pub(super) struct Watch<'a> {
@@ -218,7 +218,7 @@ impl Renderer {
         let bytes = |slots: u32| u64::from(slots) * size_of::<FilmSlot>() as u64;
         for spans in spans.chunk_by(|a, b| a.band == b.band) {
             let band = &self.buffers.bands[spans[0].band];
-            if let Some(film) = band.film.mapped().filter(|_| self.device.info.kind == DeviceKind::Cpu) {
+            if let Some(film) = band.film.mapped() {
                 let ticket = self.timeline.submit(|r| r.barrier(Access::Compute, Access::Host))?;
                 self.timeline.wait(&ticket)?;
                 for span in spans {
