@@ -251,7 +251,8 @@ void walk_pockets(inout Pocket pocket, inout PocketWalk w, Run run, Held h, bool
     uint until_check = CHECK_WALKS;
     do {
         pocket_fetch(pocket, w);
-        // Two steps from one fetch to the next.
+        // Three steps from one fetch to the next.
+        walk_on(w.walk, w.ray, w.leaving, w.shadow, steps);
         walk_on(w.walk, w.ray, w.leaving, w.shadow, steps);
         walk_on(w.walk, w.ray, w.leaving, w.shadow, steps);
         loops += 1u;

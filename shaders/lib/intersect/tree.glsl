@@ -98,37 +98,41 @@ void brute_force_step(inout Walk w, TreeRay r, int leaving, bool any_hit) {
 #undef FOUR_RECORDS
 }
 
-// One step. With `any_hit`, the first hit ends the walk.
+// One step, none if the walk is over. With `any_hit`, the first hit ends the walk.
+//
+// A walk that is over goes through the same motions: were they under a condition, a CPU driver would blend every level
+// of the stack once more.
 void walk_step(inout Walk w, TreeRay r, int leaving, bool any_hit) {
     if (BRUTE_FORCE) {
         brute_force_step(w, r, leaving, any_hit);
         return;
     }
-    TreeRecord q = tree_record(w.current);
-    bool leaf = is_leaf(q);
-    bool stop = false;
+    bool walks = w.current != FINISHED;
+    int record = walks ? w.current : 0;
+    TreeRecord q = tree_record(record);
+    bool leaf = is_leaf(q) && walks;
+    bool stop = !walks;
     if (leaf) {
         float t;
-        bool hit = leaf_test(r, w.current, q, w.t, leaving, t) && nearer(w, w.current, t);
+        bool hit = leaf_test(r, record, q, w.t, leaving, t) && nearer(w, record, t);
         w.t = hit ? t : w.t;
-        w.id = hit ? TREE_ID + w.current : w.id;
+        w.id = hit ? TREE_ID + record : w.id;
         stop = hit && any_hit;
     }
     uint met = children_met(r, q, w.t);
-    bool descend = !leaf && is_left(met);
+    bool descend = walks && !leaf && is_left(met);
     bool others = is_left(w.group);
-    stack_shift(w.stack, w.group, descend && others, !descend && !others);
+    stack_shift(w.stack, w.group, descend && others, walks && !descend && !others);
     w.group = descend ? met : w.group;
     bool over = stop || !is_left(w.group);
     int next = take_member(w.group);
     w.current = over ? FINISHED : next;
 }
 
-// One step of a walk that is not over; with PATH_STATS it is counted.
+// The same; with PATH_STATS steps are counted.
 void walk_on(inout Walk w, TreeRay r, int leaving, bool any_hit, inout uint steps) {
-    if (w.current == FINISHED) return;
+    if (PATH_STATS) steps += w.current != FINISHED ? 1u : 0u;
     walk_step(w, r, leaving, any_hit);
-    if (PATH_STATS) steps += 1u;
 }
 
 #endif
