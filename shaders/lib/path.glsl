@@ -11,7 +11,7 @@
 #include "bsdf/diffuse.glsl"
 #include "bsdf/mirror.glsl"
 #include "bsdf/dielectric.glsl"
-#include "light/tree.glsl"
+#include "light/choice.glsl"
 
 // A path's next ray and what it has gathered.
 struct Path {
@@ -80,7 +80,7 @@ ShadowRay direct_light(Arrival a, uint index, uint key) {
     if (SINGLE_POINT) {
         light = point_sample(vec3(POINT_X, POINT_Y, POINT_Z), vec3(POINT_R, POINT_G, POINT_B), a.outside, a.normal);
     } else {
-        float u = sample_pair(key, index, pair_choice(a.hits), a.hits).x;
+        vec2 u = sample_pair(key, index, pair_choice(a.hits), a.hits);
         vec2 uv = vec2(0.0);
         if (EMITTER_COUNT > 0u) uv = sample_pair(key, index, pair_light(a.hits), a.hits);
         light = light_sample(a.outside, a.normal, u, uv);
@@ -113,7 +113,7 @@ bool path_arrive(Path path, int id, float t, uint key, inout vec3 radiance, out 
         float weight = 1.0;
         if (EMITTER_COUNT > 0u && path.pdf > 0.0 && a.surface.light >= 0) {
             float cos_light = -dot(path.direction, a.surface.normal);
-            weight = mis_weight(path.pdf, light_pdf(path.origin, path.normal, a.surface.light, t, cos_light));
+            weight = mis_weight(path.pdf, light_pdf(path.origin, a.surface.light, t, cos_light));
         }
         // A grazing hit has no cosine, and an infinite density on the light's side: it adds nothing.
         if (weight > 0.0) radiance += path.throughput * a.surface.color * weight;

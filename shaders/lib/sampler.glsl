@@ -20,7 +20,7 @@ const uint MEMBER_SHIFT = 29u;
 const uint PAIR_PIXEL = 0u;
 uint pair_direction(uint hit) { return hit; }                      // also the choice between reflection and refraction
 uint pair_light(uint hit) { return SOBOL_HITS - 1u + 2u * hit; }   // a point on an emitter
-uint pair_choice(uint hit) { return SOBOL_HITS + 2u * hit; }       // x: which light
+uint pair_choice(uint hit) { return SOBOL_HITS + 2u * hit; }       // which light
 
 // Integer hash with low bias (Wellons' "lowbias32").
 uint hash(uint x) {

@@ -25,7 +25,7 @@ struct Surface {
     float kind;
     float offset;       // bound on the error of `position` along the normal
     float curvature;    // of a sphere, negative if its normal points inward; 0 for a triangle
-    int light;          // of an emitter: its number in light/tree.glsl
+    int light;          // of an emitter: its number in light/choice.glsl
 };
 
 // A unit vector but for rounding: one Newton step of 1/sqrt restores its length to 1 ulp.

@@ -4,10 +4,11 @@
 // names them.
 
 #include "io.glsl"
-#include "../lib/light/tree.glsl"
+#include "../lib/light/choice.glsl"
 
 const uint PROBE_LIGHT_SAMPLE = 0u;
 const uint PROBE_LIGHT_PDF = 1u;
+const uint PROBE_LIGHT_RESAMPLED = 2u;
 
 void main() {
     uint i = gl_GlobalInvocationID.x;
@@ -18,16 +19,23 @@ void main() {
     if (PROBE == PROBE_LIGHT_SAMPLE) {
         // from | u of the choice;  n;  u of the point
         float probability;
-        int light = light_choose(from.xyz, n.xyz, from.w, probability);
-        LightSample s = light_sample(from.xyz, n.xyz, from.w, w.xy);
+        int cell = light_cell(from.xyz);
+        int light = light_choose(cell, from.w, probability);
+        LightSample s = light_candidate(cell, from.xyz, n.xyz, from.w, w.xy);
         probe_out[2u * i] = uvec4(floatBitsToUint(s.point), uint(light));
+        output_floats(2u * i + 1u, vec4(s.radiance, s.pdf));
+    }
+    if (PROBE == PROBE_LIGHT_RESAMPLED) {
+        // from | u of the choice;  n | u of the choice among candidates;  u of the point
+        LightSample s = light_sample(from.xyz, n.xyz, vec2(from.w, n.w), w.xy);
+        probe_out[2u * i] = uvec4(floatBitsToUint(s.point), 0u);
         output_floats(2u * i + 1u, vec4(s.radiance, s.pdf));
     }
     if (PROBE == PROBE_LIGHT_PDF) {
         // from | light;  n | distance;  cosine at the light
         int light = floatBitsToInt(from.w);
-        float pdf = light_pdf(from.xyz, n.xyz, light, n.w, w.x);
-        output_floats(2u * i, vec4(pdf, light_probability(from.xyz, n.xyz, light), 0.0, 0.0));
+        float pdf = light_pdf(from.xyz, light, n.w, w.x);
+        output_floats(2u * i, vec4(pdf, light_probability(light_cell(from.xyz), light), 0.0, 0.0));
         output_floats(2u * i + 1u, vec4(0.0));
     }
 }

@@ -15,7 +15,7 @@ pub use statistics::TreeStatistics;
 
 /// Numbers in [0, 1) for tests, the same each time (Numerical Recipes, 7.1).
 #[cfg(test)]
-fn random_numbers(seed: u32) -> impl FnMut() -> f32 {
+pub(crate) fn random_numbers(seed: u32) -> impl FnMut() -> f32 {
     let mut state = seed;
     move || {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);

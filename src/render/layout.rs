@@ -1,5 +1,5 @@
 //! What host and shader share: the numbers of shaders/lib/layout.glsl, and of sphere.glsl, facet.glsl,
-//! intersect/tree.glsl, light/tree.glsl and point.glsl.
+//! intersect/tree.glsl, light/choice.glsl and point.glsl.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -35,6 +35,9 @@ pub(crate) mod constant {
     pub const ENOUGH_LANES: u32 = 28;
     pub const LIGHT_NODES: u32 = 29;
     pub const LIGHT_LOOPS: u32 = 30;
+    pub const LIGHT_ENTRIES: u32 = 59;
+    pub const LIGHT_CELLS: u32 = 60;
+    pub const LIGHT_DEPTH: u32 = 61;
     pub const REUSE: u32 = 57;
     pub const SUBGROUP_LANES: u32 = 58;
     pub const FACET_COUNT: u32 = 31;
@@ -54,6 +57,8 @@ pub(crate) mod constant {
     pub const EXACT_FACETS: u32 = 207;
     pub const FACETS_ACROSS_X: u32 = 208;
     pub const FACETS_ACROSS_Y: u32 = 209;
+    /// Centre of the lights' grid, and one over its size.
+    pub const LIGHT_GRID: u32 = 210;
 }
 
 /// Binding numbers.

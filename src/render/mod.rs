@@ -13,7 +13,9 @@ pub(crate) mod kernels;
 pub(crate) mod layout;
 #[cfg(test)]
 mod layout_tests;
+mod light_grid;
 mod light_list;
+mod light_tree;
 mod lights;
 mod mutation;
 mod plan;

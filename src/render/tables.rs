@@ -219,13 +219,21 @@ impl Tables {
             .uint(constant::LIGHT_COUNT, self.light_count)
             .uint(constant::EMITTER_COUNT, self.emitter_count)
             .uint(constant::LIGHT_NODES, self.lights.nodes)
-            .uint(constant::LIGHT_LOOPS, if self.single_point.is_some() { 0 } else { 2 * self.lights.depth })
+            .uint(constant::LIGHT_ENTRIES, self.lights.grid.entries)
+            .uint(constant::LIGHT_CELLS, self.lights.grid.cells)
+            .uint(constant::LIGHT_DEPTH, self.lights.grid.depth)
+            // Two candidates, and the entry of a light that was hit by chance.
+            .uint(constant::LIGHT_LOOPS, 2 * self.lights.grid.depth + self.lights.grid.entries.ilog2())
             .uint(constant::SOBOL_LEVELS, features.sobol_levels)
             .uint(constant::TREE_BOX_COUNT, self.tree_boxes.len() as u32)
             .uint(constant::RECORD_COUNT, self.records.len() as u32)
             .uint(constant::TREE_LEVELS, if features.deep_tree { accel::MAX_DEPTH } else { self.tree_depth() })
             .uint(constant::MUTATION, settings.mutation.map_or(0, |m| m as u32))
             .bool(constant::PATH_STATS, settings.count_steps);
+        let grid = self.lights.grid.center.to_array().into_iter().chain([1.0 / self.lights.grid.size]);
+        for (i, x) in grid.enumerate() {
+            s.float(constant::LIGHT_GRID + i as u32, x as f32);
+        }
         for (i, b) in self.tree_boxes.iter().enumerate() {
             for (j, x) in b.lo.to_array().into_iter().chain(b.hi.to_array()).enumerate() {
                 s.float(constant::TREE_BOXES + (6 * i + j) as u32, x);

@@ -33,6 +33,15 @@ pub(super) const CASES: &[Case] = &[
         measure: chi_squared,
     },
     Case {
+        name: "lights/resampled",
+        what: "one of two candidates among 3 and 300 point lights, at surfaces between and far from them",
+        oracle: "the sum over all lights in f64",
+        quantity: "distance of the mean from it, in standard errors",
+        threshold: 4.0,
+        full_only: false,
+        measure: resampled,
+    },
+    Case {
         name: "lights/zero-area",
         what: "a point light among lamps without area: points, lines, triangles and spheres too small for single precision",
         oracle: "the point light alone; densities are finite",
@@ -128,7 +137,7 @@ fn sampled(lab: &Lab, scene: &Scene, queries: &[LightQuery]) -> Result<Vec<Light
 
 fn query(from: DVec3, normal: DVec3, choice: f32, point: [f32; 2]) -> LightQuery {
     let [from, normal] = [from, normal].map(|x| x.as_vec3().to_array());
-    LightQuery { from, choice, normal, unused: 0.0, point, unused2: [0.0; 2] }
+    LightQuery { from, choice, normal, candidate: 0.5, point, unused2: [0.0; 2] }
 }
 
 fn position(p: [f32; 3]) -> DVec3 {
@@ -264,6 +273,52 @@ fn chi_squared(lab: &Lab) -> Result<Measured, CheckError> {
     let least = p_values.iter().copied().fold(1.0, f64::min);
     let needed = 1.0 - 0.99f64.powf(1.0 / p_values.len() as f64);
     Ok(Measured::new(needed / least, format!("{} tests of {n} samples, least p {least:.2e}", p_values.len())))
+}
+
+fn resampled(lab: &Lab) -> Result<Measured, CheckError> {
+    let mut rng = Rng::new(75);
+    let n = lab.size(1 << 15, 1 << 20);
+    let mut distances = Vec::new();
+    for count in [3, 300] {
+        let mut scene = empty();
+        for i in 0..count {
+            let at = v(rng.between(-4.0, 4.0), rng.between(-2.0, 4.0), rng.between(-9.0, 0.0));
+            scene.light(at, 10f64.powi(i % 3));
+        }
+        let space = RenderSpace::of(&scene);
+        let mut kernel = lab.kernel(&scene, Kernel::LIGHT_RESAMPLED, 1)?;
+        for _ in 0..lab.size(8, 64) {
+            let (from, normal) = (v(0.0, 0.5, -4.0) + rng.between(1.0, 20.0) * rng.in_ball(), rng.direction());
+            let expected: f64 = scene
+                .lights
+                .iter()
+                .map(|light| {
+                    let crate::scene::Light::Point { position, power } = *light;
+                    let to = position - from;
+                    let cosine = to.normalize().dot(normal).max(0.0);
+                    power[0] * cosine / (4.0 * PI * PI * to.length_squared())
+                })
+                .sum();
+            let queries: Vec<_> = (0..n)
+                .map(|_| {
+                    let [choice, candidate] = [(); 2].map(|()| rng.uniform() as f32);
+                    let q = query(space.point(from), normal, choice, [0.5; 2]);
+                    LightQuery { candidate, ..q }
+                })
+                .collect();
+            let points: Vec<LightPoint> = kernel.run(&queries)?;
+            let values: Vec<_> = points.iter().map(|s| f64::from(s.radiance[0])).collect();
+            let mean = values.iter().sum::<f64>() / n as f64;
+            if expected == 0.0 {
+                distances.push(if mean == 0.0 { 0.0 } else { f64::INFINITY });
+                continue;
+            }
+            let variance = values.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (n as f64 - 1.0);
+            distances.push((mean - expected).abs() / (variance / n as f64).sqrt().max(1e-6 * expected));
+        }
+    }
+    let tests = distances.len();
+    Ok(Measured::new(worst(distances), format!("{tests} places, {n} samples each")))
 }
 
 /// Points, spheres and triangles that shine.

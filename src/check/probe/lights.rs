@@ -7,8 +7,10 @@ use super::Kernel;
 const LIGHT: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/light.spv"));
 
 impl Kernel {
-    /// [`LightQuery`] → [`LightPoint`].
+    /// [`LightQuery`] → [`LightPoint`], a candidate.
     pub const LIGHT_SAMPLE: Self = Self::function("probe light", LIGHT, 0);
+    /// [`LightQuery`] → [`LightPoint`], one of two candidates; it has no number.
+    pub const LIGHT_RESAMPLED: Self = Self::function("probe light", LIGHT, 2);
     /// [`DensityQuery`] → [`Density`].
     pub const LIGHT_PDF: Self = Self::function("probe light", LIGHT, 1);
 }
@@ -21,7 +23,8 @@ pub(crate) struct LightQuery {
     /// Chooses the light.
     pub choice: f32,
     pub normal: [f32; 3],
-    pub unused: f32,
+    /// Chooses among candidates.
+    pub candidate: f32,
     /// Choose the point on it.
     pub point: [f32; 2],
     pub unused2: [f32; 2],

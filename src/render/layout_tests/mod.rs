@@ -46,6 +46,9 @@ fn expected_constants() -> BTreeMap<String, u32> {
         ("ENOUGH_LANES", constant::ENOUGH_LANES),
         ("LIGHT_NODES", constant::LIGHT_NODES),
         ("LIGHT_LOOPS", constant::LIGHT_LOOPS),
+        ("LIGHT_ENTRIES", constant::LIGHT_ENTRIES),
+        ("LIGHT_CELLS", constant::LIGHT_CELLS),
+        ("LIGHT_DEPTH", constant::LIGHT_DEPTH),
         ("FACET_COUNT", constant::FACET_COUNT),
         ("FACET_OCCLUDERS", constant::FACET_OCCLUDERS),
         ("EXACT_FACETS", constant::EXACT_FACETS),
@@ -68,6 +71,7 @@ fn expected_constants() -> BTreeMap<String, u32> {
         let names: Vec<_> = names.iter().flatten().map(String::as_str).chain(["ND"]).collect();
         add(&format!("FACET_{i}"), constant::FACETS + 16 * i as u32, &names);
     }
+    add("LIGHT_GRID", constant::LIGHT_GRID, &["X", "Y", "Z", "SCALE"]);
     add("POINT", constant::POINT, &["X", "Y", "Z", "R", "G", "B"]);
     all
 }

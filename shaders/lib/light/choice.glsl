@@ -1,0 +1,166 @@
+// Choosing one light of many. Space is divided into cells, finest around the lights and without end outside; for each
+// cell a table has the probabilities of lights, in proportion to what they may contribute there, or of groups of lights
+// if there are many. It takes two accesses, however many lights there are. That knows nothing of the surface, so that
+// two lights are drawn, and one of them is kept in proportion to what it contributes if nothing is in between
+// (resampling: Talbot, Cline and Egbert 2005).
+//
+// light_texels: nodes of a texel, lights of four, and entries of a texel (src/render/lights.rs, light_grid.rs).
+//   node   share of the first child, second child, strength, light; or, if it is no leaf, ~(end of what is below)
+//   light  a | kind,  b | area or radius,  c | leaf,  radiance | -
+//   entry  threshold, alias, probability, light; or node if LIGHT_DEPTH > 0
+//   kind 0: point at a, b = Φ/(4π²);  1: triangle a, b, c;  2: sphere around a;  3: the same, emitting inward;
+//   4: parallelogram, corner a between b and c
+// Nodes are in depth-first order, the entries of a cell in ascending order of what they stand for.
+
+#ifndef LIGHT_CHOICE_GLSL
+#define LIGHT_CHOICE_GLSL
+
+#include "point.glsl"
+#include "triangle.glsl"
+#include "sphere.glsl"
+
+layout(constant_id = 29) const uint LIGHT_NODES = 0u;
+layout(constant_id = 59) const uint LIGHT_ENTRIES = 1u;     // of a cell: a power of two
+layout(constant_id = 60) const uint LIGHT_CELLS = 1u;       // along an axis
+layout(constant_id = 61) const uint LIGHT_DEPTH = 0u;       // levels of the tree below what an entry stands for
+layout(constant_id = 210) const float LIGHT_GRID_X = 0.0;   // centre
+layout(constant_id = 211) const float LIGHT_GRID_Y = 0.0;
+layout(constant_id = 212) const float LIGHT_GRID_Z = 0.0;
+layout(constant_id = 213) const float LIGHT_GRID_SCALE = 1.0;
+
+const float LIGHT_POINT = 0.0;
+const float LIGHT_TRIANGLE = 1.0;
+const float LIGHT_SPHERE = 2.0;
+const float LIGHT_INWARD = 3.0;
+const float LIGHT_PARALLELOGRAM = 4.0;
+
+const float BELOW_ONE = 0.99999994;
+
+// First entry of the cell around p.
+int light_cell(vec3 p) {
+    vec3 x = (p - vec3(LIGHT_GRID_X, LIGHT_GRID_Y, LIGHT_GRID_Z)) * LIGHT_GRID_SCALE;
+    // From (−∞, ∞) to (0, cells).
+    ivec3 at = ivec3((x / (1.0 + abs(x)) + 1.0) * (0.5 * float(LIGHT_CELLS)));
+    at = clamp(at, 0, int(LIGHT_CELLS) - 1);
+    int cell = (at.z * int(LIGHT_CELLS) + at.y) * int(LIGHT_CELLS) + at.x;
+    return int(LIGHT_NODES + 4u * LIGHT_COUNT) + cell * int(LIGHT_ENTRIES);
+}
+
+// Takes one of two ways, the first with probability `share`; what is left of u is as random as before.
+bool light_turn(float share, inout float u) {
+    bool first = u < share;
+    u = lower((first ? u : u - share) / (first ? share : 1.0 - share), BELOW_ONE);
+    return first;
+}
+
+// The light of a number u in [0, 1) for a surface in a cell, and the probability of choosing it; −1 if no light can
+// shine there.
+int light_choose(int cell, float u, out float probability) {
+    probability = 1.0;
+    if (LIGHT_COUNT == 1u) return 0;
+    float place = u * float(LIGHT_ENTRIES);
+    int column = int(lower(place, float(LIGHT_ENTRIES) - 0.5));
+    u = place - float(column);
+    vec4 entry = texelFetch(light_texels, cell + column);
+    if (!light_turn(entry.x, u)) entry = texelFetch(light_texels, cell + floatBitsToInt(entry.y));
+    probability = entry.z;
+    int chosen = probability > 0.0 ? floatBitsToInt(entry.w) : -1;
+    if (LIGHT_DEPTH > 0u && chosen >= 0) {
+        vec4 node = texelFetch(light_texels, chosen);
+        float strength = node.z;
+        while (floatBitsToInt(node.w) < 0) {
+            chosen = light_turn(node.x, u) ? chosen + 1 : floatBitsToInt(node.y);
+            node = texelFetch(light_texels, chosen);
+        }
+        probability *= node.z / strength;
+        chosen = probability > 0.0 ? floatBitsToInt(node.w) : -1;
+    }
+    return chosen;
+}
+
+// Probability with which light_choose picks `light`.
+float light_probability(int cell, int light) {
+    if (LIGHT_COUNT == 1u) return 1.0;
+    int key = light;
+    if (LIGHT_DEPTH > 0u) key = floatBitsToInt(texelFetch(light_texels, int(LIGHT_NODES) + 4 * light + 2).w);
+    // The last entry that is not beyond it.
+    int last = 0;
+    for (int step = int(LIGHT_ENTRIES) / 2; step > 0; step /= 2) {
+        bool beyond = floatBitsToInt(texelFetch(light_texels, cell + last + step).w) > key;
+        last += beyond ? 0 : step;
+    }
+    vec4 entry = texelFetch(light_texels, cell + last);
+    int found = floatBitsToInt(entry.w);
+    if (entry.z == 0.0) return 0.0;
+    if (found == key || LIGHT_DEPTH == 0u) return found == key ? entry.z : 0.0;
+    vec4 node = texelFetch(light_texels, found);
+    int end = ~floatBitsToInt(node.w);
+    return found < key && key < end ? entry.z * (texelFetch(light_texels, key).z / node.z) : 0.0;
+}
+
+// Samples a light at the point that `uv` chooses. Density: of the point alone.
+LightSample light_point(int light, vec3 from, vec3 n, vec2 uv) {
+    int row = int(LIGHT_NODES) + 4 * light;
+    vec4 a = texelFetch(light_texels, row);
+    vec4 b = texelFetch(light_texels, row + 1);
+    if (EMITTER_COUNT == 0u || a.w == LIGHT_POINT) return point_sample(a.xyz, b.xyz, from, n);
+    vec4 c = texelFetch(light_texels, row + 2);
+    vec4 d = texelFetch(light_texels, row + 3);
+    if (a.w == LIGHT_TRIANGLE || a.w == LIGHT_PARALLELOGRAM) {
+        return triangle_sample(a.xyz, b.xyz, c.xyz, a.w == LIGHT_PARALLELOGRAM, b.w, d.xyz, from, n, uv);
+    }
+    return sphere_sample(a.xyz, b.w, a.w == LIGHT_INWARD, d.xyz, from, n, uv);
+}
+
+// Samples the light that u chooses. `pdf` of the result includes the choice.
+LightSample light_candidate(int cell, vec3 from, vec3 n, float u, vec2 uv) {
+    float probability;
+    int light = light_choose(cell, u, probability);
+    if (light < 0) return LightSample(from, vec3(0.0), 1.0);
+    LightSample s = light_point(light, from, n, uv);
+    s.radiance /= probability;
+    s.pdf *= probability;
+    return s;
+}
+
+// Light from one of all lights. `pdf` is that of a candidate: for weights against rays that hit lights by chance, which
+// need no more than that both use the same.
+LightSample light_sample(vec3 from, vec3 n, vec2 u, vec2 uv) {
+    int cell = light_cell(from);
+    LightSample s = light_candidate(cell, from, n, u.x, uv);
+    if (LIGHT_COUNT > 1u) {
+        LightSample other = light_candidate(cell, from, n, u.x < 0.5 ? u.x + 0.5 : u.x - 0.5, uv);
+        float mine = s.radiance.x + s.radiance.y + s.radiance.z;
+        float theirs = other.radiance.x + other.radiance.y + other.radiance.z;
+        bool takes = u.y * (mine + theirs) < theirs;
+        float kept = takes ? theirs : mine;
+        s.point = takes ? other.point : s.point;
+        s.pdf = takes ? other.pdf : s.pdf;
+        s.radiance = takes ? other.radiance : s.radiance;
+        s.radiance *= kept > 0.0 ? 0.5 * (mine + theirs) / kept : 0.0;
+    }
+    return s;
+}
+
+// Density per solid angle with which a candidate of light_sample is the point of an emitter that a ray has hit at
+// distance t, under the cosine `cos_light` at the emitter.
+float light_pdf(vec3 from, int light, float t, float cos_light) {
+    int row = int(LIGHT_NODES) + 4 * light;
+    vec4 a = texelFetch(light_texels, row);
+    vec4 b = texelFetch(light_texels, row + 1);
+    bool flat_ = a.w == LIGHT_TRIANGLE || a.w == LIGHT_PARALLELOGRAM;
+    float pdf = flat_ ? triangle_pdf(b.w, t * t, cos_light)
+                      : sphere_pdf(a.xyz, b.w, a.w == LIGHT_INWARD, from, t * t, cos_light);
+    return light_probability(light_cell(from), light) * pdf;
+}
+
+// Power heuristic (Veach 1997) for the technique of density `mine` against `other`.
+float mis_weight(float mine, float other) {
+    // Scaled by the larger, so that squares do not overflow.
+    float m = upper(mine, other);
+    float x = mine / m;
+    float y = other / m;
+    return x * x / (x * x + y * y);
+}
+
+#endif
