@@ -219,10 +219,10 @@ impl Features {
             plain("tree spheres", self.tree_spheres, "more spheres than constants hold", "all spheres are constants"),
             plain(
                 "path reuse",
-                self.can_reuse() && (self.tree || !self.emitter),
+                self.can_reuse() && !self.emitter,
                 "unless switched off, on CPU drivers, if a trial shows that it pays: diffuse surfaces light each other",
                 if self.can_reuse() {
-                    "unless asked for: rays are cheap without a tree, and most noise is that of lamps"
+                    "unless asked for: most noise is that of lamps"
                 } else {
                     "no diffuse surface lights another"
                 },

@@ -3,7 +3,7 @@
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::PI;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -15,7 +15,7 @@ const MOST_ENTRIES: usize = 64;
 /// Entries of all cells: 4 MiB.
 const ENTRIES: usize = 1 << 18;
 /// Along an axis.
-const MOST_CELLS: u32 = 32;
+const MOST_CELLS: u32 = 16;
 /// Bits of the number of an entry that is not there.
 const NO_KEY: u32 = i32::MAX as u32;
 
@@ -197,12 +197,21 @@ impl Cell {
         // Of a way from a light to the surface, around the way from centre to centre. Cells are a little larger than
         // they are, since the shader rounds.
         let apart = 1.001 * self.radius + node.half_size().length();
-        if !self.bounded || d <= apart {
+        if !self.bounded || d <= apart || node.cone.angle >= PI {
             return 1.0;
         }
-        let off = node.cone.axis.angle_between(to_cell) - node.cone.angle - (apart / d).asin();
-        if off > FRAC_PI_2 + 1e-4 { 0.0 } else { off.max(0.0).cos().max(1e-3) }
+        let (sin, cos) = node.cone.angle.sin_cos();
+        let at_axis = node.cone.axis.dot(to_cell) / d;
+        let at_cone = cos_difference(at_axis, cos, sin);
+        let sin = apart / d;
+        let cosine = cos_difference(at_cone, (1.0 - sin * sin).sqrt(), sin);
+        if cosine < -1e-4 { 0.0 } else { cosine.max(1e-3) }
     }
+}
+
+/// cos(max(0, a − b)) of angles in [0, π].
+fn cos_difference(cos_a: f64, cos_b: f64, sin_b: f64) -> f64 {
+    if cos_a > cos_b { 1.0 } else { cos_a * cos_b + (1.0 - cos_a * cos_a).max(0.0).sqrt() * sin_b }
 }
 
 /// Of each of several shares, which sum to 1 (or are all 0): the part of its column that is its own, and whose the rest

@@ -43,8 +43,8 @@ pub enum Accel {
 /// How rays that need the tree are scheduled. Both give the same bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Scheduler {
-    /// [`Scheduler::Queue`] for scenes with a tree on CPU drivers, else [`Scheduler::Inline`]. Where paths are reused and
-    /// groups of eight do not fit into a subgroup, always the former.
+    /// On CPU drivers [`Scheduler::Queue`] for scenes with a tree, unless it is small and no paths are reused; else
+    /// [`Scheduler::Inline`]. Where paths are reused and groups of eight do not fit into a subgroup, always the former.
     #[default]
     Auto,
     /// Each lane walks the tree at once.
@@ -59,8 +59,8 @@ pub enum Scheduler {
 /// of their noise in common.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Reuse {
-    /// As [`Reuse::Always`], unless the first samples show that it does not pay; but not on GPUs, where it has not been
-    /// measured, and without a hierarchy neither in scenes with emitters nor on lavapipe before Mesa 23.1.
+    /// As [`Reuse::Always`], unless the first samples show that it does not pay; but neither on GPUs, where it has not been
+    /// measured, nor in scenes with emitters, nor without a hierarchy on lavapipe before Mesa 23.1.
     #[default]
     Auto,
     /// Where diffuse surfaces light each other. Not with [`Accel::None`].
