@@ -39,9 +39,6 @@ struct ShadowRay {
 // Whether a path is followed one hit further than MAX_DEPTH, for light that it meets there.
 const bool LIGHT_AFTER_LAST_HIT = HAS_BACKGROUND || HAS_EMITTER;
 
-// Whether somebody asks for a path's normal later.
-const bool KEEPS_NORMAL = EMITTER_COUNT > 0u || REUSE;
-
 Path path_begin(Camera camera, uvec2 at, uint key, uint index) {
     vec2 u = sample_pair(key, index, PAIR_PIXEL, 0u);
     return Path(vec3(0.0), camera_direction(camera, at, u), -1, vec3(1.0), 0u, index, vec3(0.0), 0.0, false);
@@ -171,7 +168,7 @@ void path_depart(inout Path path, Arrival a, bool alive, Camera camera, uvec2 at
     path.hits = alive ? (a.last ? MAX_DEPTH : a.hits) : 0u;
     path.index = index;
     path.second = REUSE && alive && a.hits == 1u && kind == KIND_DIFFUSE;
-    if (KEEPS_NORMAL) path.normal = a.normal;
+    if (REUSE) path.normal = a.normal;
     if (EMITTER_COUNT > 0u) path.pdf = alive && kind == KIND_DIFFUSE ? diffuse_pdf(dot(a.normal, next)) : 0.0;
 }
 

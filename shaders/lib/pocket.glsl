@@ -41,7 +41,7 @@ struct Pocket {
     vec4 radiance[PLACES];      // slot, flags and number of hits
     vec4 toward[PLACES];        // direction of the shadow ray, distance
     vec4 light[PLACES];         // its radiance, index of the sample
-    vec4 normal[PLACES];        // for emitters and for reuse: normal, density
+    vec4 normal[PLACES];        // for reuse: normal; for emitters: density
 };
 
 // The ray in a lane's hands.
@@ -93,7 +93,6 @@ void pocket_put(inout Pocket p, Held h, ShadowRay shadow, bool waits, bool later
     vec4 radiance = vec4(h.radiance, uintBitsToFloat(bits));
     vec4 toward = vec4(shadow.direction, shadow.distance);
     vec4 light = vec4(shadow.radiance, uintBitsToFloat(h.path.index));
-    vec4 normal = vec4(h.path.normal, h.path.pdf);
 #define PUT(n)                                      \
     [[dont_flatten]] if (place == (1u << n)) {      \
         p.origin[n] = origin;                       \
@@ -102,7 +101,8 @@ void pocket_put(inout Pocket p, Held h, ShadowRay shadow, bool waits, bool later
         p.radiance[n] = radiance;                   \
         p.toward[n] = toward;                       \
         p.light[n] = light;                         \
-        if (KEEPS_NORMAL) p.normal[n] = normal;     \
+        if (REUSE) p.normal[n].xyz = h.path.normal; \
+        if (EMITTER_COUNT > 0u) p.normal[n].w = h.path.pdf; \
     }
     FOR_EACH_PLACE(PUT)
 #undef PUT
@@ -126,7 +126,8 @@ void pocket_take(inout Pocket p, inout Held h) {
         throughput = mix(throughput, p.throughput[n], here);           \
         radiance = mix(radiance, p.radiance[n], here);                 \
         light = mix(light, p.light[n], here);                          \
-        if (KEEPS_NORMAL) normal = mix(normal, p.normal[n], here); \
+        if (REUSE) normal.xyz = mix(normal.xyz, p.normal[n].xyz, here.xyz); \
+        if (EMITTER_COUNT > 0u) normal.w = here.w ? p.normal[n].w : normal.w; \
     }
         FOR_EACH_PLACE(TAKE)
 #undef TAKE
