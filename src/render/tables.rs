@@ -177,8 +177,9 @@ impl Tables {
         self.records.len()
     }
 
-    fn tree_depth(&self) -> u32 {
-        self.tree.as_ref().map_or(1, |t| t.depth)
+    /// Groups of children that a walk may have to keep: one for each level but the last, from which it goes nowhere.
+    fn stack_levels(&self) -> u32 {
+        self.tree.as_ref().map_or(1, |t| t.depth.saturating_sub(1).max(1))
     }
 
     /// Where the primitive with this id in the shader comes from; `None` for facets, which may join triangles.
@@ -227,7 +228,7 @@ impl Tables {
             .uint(constant::SOBOL_LEVELS, features.sobol_levels)
             .uint(constant::TREE_BOX_COUNT, self.tree_boxes.len() as u32)
             .uint(constant::RECORD_COUNT, self.records.len() as u32)
-            .uint(constant::TREE_LEVELS, if features.deep_tree { accel::MAX_DEPTH } else { self.tree_depth() })
+            .uint(constant::TREE_LEVELS, if features.deep_tree { accel::MAX_DEPTH } else { self.stack_levels() })
             .uint(constant::MUTATION, settings.mutation.map_or(0, |m| m as u32))
             .bool(constant::PATH_STATS, settings.count_steps);
         let grid = self.lights.grid.center.to_array().into_iter().chain([1.0 / self.lights.grid.size]);
