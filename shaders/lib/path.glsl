@@ -21,7 +21,7 @@ struct Path {
     vec3 throughput;
     uint hits;          // surface hits so far
     uint index;         // of the sample in its pixel
-    vec3 normal;        // at the start of the ray, and
+    vec3 normal;        // with REUSE: at the start of the ray, and
     float pdf;          // the ray's density per solid angle there; 0: no light sampling competes with it
     bool second;        // the ray goes from a diffuse first hit to the second one
 };

@@ -21,10 +21,10 @@ uint walk_tree(inout Walk walk, vec3 o, vec3 d, int leaving, bool any_hit, uint 
     return steps;
 }
 
-// Adds the iterations that the subgroup spent: drivers bound those of the slowest lane, and a lane that did not enter
-// the loop waited as long.
+// Adds the iterations that the subgroup spent, and the one in which the loop ends: drivers bound those of the slowest
+// lane, and a lane that did not enter the loop waited as long.
 void count_loops(uint steps, inout uint loops) {
-    if (LOOP_BUDGET > 0u) loops += subgroupMax(steps);
+    if (LOOP_BUDGET > 0u) loops += subgroupMax(steps) + 1u;
 }
 
 // Nearest of what is held in constants.

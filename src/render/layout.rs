@@ -57,7 +57,7 @@ pub(crate) mod constant {
     pub const EXACT_FACETS: u32 = 207;
     pub const FACETS_ACROSS_X: u32 = 208;
     pub const FACETS_ACROSS_Y: u32 = 209;
-    /// Centre of the lights' grid, and one over its size.
+    /// Centre of the lights' grid, and its size.
     pub const LIGHT_GRID: u32 = 210;
 }
 

@@ -16,6 +16,10 @@ const MOST_ENTRIES: usize = 64;
 const ENTRIES: usize = 1 << 18;
 /// Along an axis.
 const MOST_CELLS: u32 = 16;
+/// The least probability of what can be chosen: numbers have 24 bits.
+const LEAST_SHARE: f64 = 1.0 / 65_536.0;
+/// What has a smaller share (lamps that hardly have an area) stays at that.
+const NEGLIGIBLE_SHARE: f64 = LEAST_SHARE * LEAST_SHARE * LEAST_SHARE;
 /// Bits of the number of an entry that is not there.
 const NO_KEY: u32 = i32::MAX as u32;
 
@@ -61,16 +65,10 @@ impl LightGrid {
     pub fn of(tree: &LightTree) -> (Self, Vec<[f32; 4]>) {
         let lights = tree.nodes.len().div_ceil(2);
         let entries = lights.next_power_of_two().min(MOST_ENTRIES);
-        let root = &tree.nodes[0];
         let cells = if lights == 1 { 1 } else { ((ENTRIES / entries) as f64).cbrt().min(f64::from(MOST_CELLS)) as u32 };
-        let center = root.center();
-        let grid = Self {
-            cells,
-            entries: entries as u32,
-            depth: if lights > entries { tree.depth } else { 0 },
-            center,
-            size: root.half_size().max_element().max(1e-6 * center.abs().max_element()).max(1e-30),
-        };
+        let (center, size) = middle(tree);
+        let depth = if lights > entries { tree.depth } else { 0 };
+        let grid = Self { cells, entries: entries as u32, depth, center, size };
         let texels = (0..cells.pow(3))
             .into_par_iter()
             .flat_map_iter(|i| {
@@ -79,6 +77,14 @@ impl LightGrid {
             })
             .collect();
         (grid, texels)
+    }
+
+    /// Loop iterations of a shader that makes two choices and finds the entry of a light that was hit by chance, those
+    /// in which loops end included.
+    pub fn loops(&self) -> u32 {
+        let descents = if self.depth > 0 { 2 * (self.depth + 1) } else { 0 };
+        let search = if self.entries > 1 { self.entries.ilog2() + 1 } else { 0 };
+        descents + search
     }
 
     /// Where the lower face of a row of cells is, from the centre.
@@ -114,13 +120,33 @@ impl LightGrid {
         };
         weights.retain(|w| w.1 > 0.0);
         weights.sort_unstable_by_key(|w| w.0);
-        let sum: f64 = weights.iter().map(|w| w.1).sum();
+        let sum = |weights: &[(u32, f64)]| weights.iter().map(|w| w.1).sum::<f64>();
+        let whole = sum(&weights);
+        for w in weights.iter_mut().filter(|w| w.1 > NEGLIGIBLE_SHARE * whole) {
+            w.1 = w.1.max(LEAST_SHARE * whole);
+        }
+        let sum = sum(&weights);
         let shares: Vec<_> = weights.iter().map(|w| w.1 / sum).chain(std::iter::repeat(0.0)).take(entries).collect();
         let keys = weights.iter().map(|w| w.0).chain(std::iter::repeat(NO_KEY));
         let columns = alias_table(&shares);
         let entry = |((threshold, alias), (share, key))| Entry { threshold, alias, probability: share as f32, key };
         columns.into_iter().zip(shares.iter().copied().zip(keys)).map(entry).collect()
     }
+}
+
+/// Where most lights are, and how far from there: a few that are far away shall not make cells coarse for the others.
+fn middle(tree: &LightTree) -> (DVec3, f64) {
+    let lights = || tree.nodes.iter().filter(|n| n.light().is_some());
+    let center = DVec3::from([0, 1, 2].map(|axis| {
+        let mut places: Vec<_> = lights().map(|n| n.center()[axis]).collect();
+        places.sort_unstable_by(f64::total_cmp);
+        (places[(places.len() - 1) / 2] + places[places.len() / 2]) / 2.0
+    }));
+    let mut distances: Vec<_> = lights().map(|n| ((n.center() - center).abs() + n.half_size()).max_element()).collect();
+    distances.sort_unstable_by(f64::total_cmp);
+    let distance = distances[3 * distances.len() / 4];
+    // Cells must be larger than the shader's rounding of coordinates. Render space has a size of about 1.
+    (center, distance.max(1e-4 * center.abs().max_element()).max(1e-6))
 }
 
 impl LightNode {
@@ -194,9 +220,9 @@ impl Cell {
     /// Bound on the cosine at the lights; a little more than that.
     fn emission(&self, node: &LightNode, to_cell: DVec3) -> f64 {
         let d = to_cell.length();
-        // Of a way from a light to the surface, around the way from centre to centre. Cells are a little larger than
-        // they are, since the shader rounds.
-        let apart = 1.001 * self.radius + node.half_size().length();
+        // Of a way from a light to the surface, around the way from centre to centre. Cells are taken for a little larger
+        // than they are, since the shader rounds.
+        let apart = 1.01 * self.radius + node.half_size().length();
         if !self.bounded || d <= apart || node.cone.angle >= PI {
             return 1.0;
         }
@@ -320,6 +346,28 @@ mod tests {
                     assert!(n == 1 || (n == 0 && !shines), "{light:?} has {n} entries at {p}");
                 }
             }
+        }
+    }
+
+    fn point(p: DVec3, radiance: f64) -> Light {
+        Light { shape: LightShape::Point(p), radiance: [radiance; 3] }
+    }
+
+    #[test]
+    fn one_light_far_away_does_not_make_cells_coarse() {
+        let mut lights = lamps(60);
+        lights.push(point(DVec3::splat(1e4), 1e9));
+        let (grid, _) = LightGrid::of(&LightTree::of(&lights));
+        assert!(grid.center.length() < 3.0 && grid.size < 20.0, "{grid:?}");
+    }
+
+    #[test]
+    fn weak_lights_have_shares_that_random_numbers_can_tell() {
+        for weak in [1e-3, 1e-9, 1e-12] {
+            let lights = [point(DVec3::ZERO, 1.0), point(DVec3::X, weak)];
+            let (_, texels) = LightGrid::of(&LightTree::of(&lights));
+            let least = texels.iter().map(|entry| entry[2]).fold(1.0, f32::min);
+            assert!(f64::from(least) > 0.99 * LEAST_SHARE, "{least} for {weak}");
         }
     }
 }

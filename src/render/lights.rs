@@ -86,8 +86,10 @@ impl LightTable {
         let (grid, entries) = LightGrid::of(&tree);
         let mut texels = Vec::with_capacity(tree.nodes.len() + 4 * lights.len() + entries.len());
         let mut leaves = vec![0; lights.len()];
+        let whole = tree.nodes[0].strength;
         for (i, node) in tree.nodes.iter().enumerate() {
-            let strength = node.strength as f32;
+            // Only ratios count, which must not leave the range of single precision.
+            let strength = if whole > 0.0 { (node.strength / whole) as f32 } else { 0.0 };
             texels.push(match node.link {
                 Link::Light(light) => {
                     leaves[light as usize] = i as u32;

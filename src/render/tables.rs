@@ -223,15 +223,14 @@ impl Tables {
             .uint(constant::LIGHT_ENTRIES, self.lights.grid.entries)
             .uint(constant::LIGHT_CELLS, self.lights.grid.cells)
             .uint(constant::LIGHT_DEPTH, self.lights.grid.depth)
-            // Two candidates, and the entry of a light that was hit by chance.
-            .uint(constant::LIGHT_LOOPS, 2 * self.lights.grid.depth + self.lights.grid.entries.ilog2())
+            .uint(constant::LIGHT_LOOPS, self.lights.grid.loops())
             .uint(constant::SOBOL_LEVELS, features.sobol_levels)
             .uint(constant::TREE_BOX_COUNT, self.tree_boxes.len() as u32)
             .uint(constant::RECORD_COUNT, self.records.len() as u32)
             .uint(constant::TREE_LEVELS, if features.deep_tree { accel::MAX_DEPTH } else { self.stack_levels() })
             .uint(constant::MUTATION, settings.mutation.map_or(0, |m| m as u32))
             .bool(constant::PATH_STATS, settings.count_steps);
-        let grid = self.lights.grid.center.to_array().into_iter().chain([1.0 / self.lights.grid.size]);
+        let grid = self.lights.grid.center.to_array().into_iter().chain([self.lights.grid.size]);
         for (i, x) in grid.enumerate() {
             s.float(constant::LIGHT_GRID + i as u32, x as f32);
         }

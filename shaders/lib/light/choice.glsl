@@ -1,11 +1,11 @@
 // Choosing one light of many. Space is divided into cells, finest around the lights and without end outside; for each
 // cell a table has the probabilities of lights, in proportion to what they may contribute there, or of groups of lights
-// if there are many. It takes two accesses, however many lights there are. That knows nothing of the surface, so that
-// two lights are drawn, and one of them is kept in proportion to what it contributes if nothing is in between
+// if there are many. A choice takes two accesses, and for groups a descent by the strengths of the lights alone. That
+// knows nothing of the surface, so that two lights are drawn, and one of them is kept in proportion to what it contributes if nothing is in between
 // (resampling: Talbot, Cline and Egbert 2005).
 //
 // light_texels: nodes of a texel, lights of four, and entries of a texel (src/render/lights.rs, light_grid.rs).
-//   node   share of the first child, second child, strength, light; or, if it is no leaf, ~(end of what is below)
+//   node   share of the first child, second child, strength (of the root's), light; or, if it is no leaf, ~(end of what is below)
 //   light  a | kind,  b | area or radius,  c | leaf,  radiance | -
 //   entry  threshold, alias, probability, light; or node if LIGHT_DEPTH > 0
 //   kind 0: point at a, b = Φ/(4π²);  1: triangle a, b, c;  2: sphere around a;  3: the same, emitting inward;
@@ -26,7 +26,7 @@ layout(constant_id = 61) const uint LIGHT_DEPTH = 0u;       // levels of the tre
 layout(constant_id = 210) const float LIGHT_GRID_X = 0.0;   // centre
 layout(constant_id = 211) const float LIGHT_GRID_Y = 0.0;
 layout(constant_id = 212) const float LIGHT_GRID_Z = 0.0;
-layout(constant_id = 213) const float LIGHT_GRID_SCALE = 1.0;
+layout(constant_id = 213) const float LIGHT_GRID_SIZE = 1.0;
 
 const float LIGHT_POINT = 0.0;
 const float LIGHT_TRIANGLE = 1.0;
@@ -38,9 +38,9 @@ const float BELOW_ONE = 0.99999994;
 
 // First entry of the cell around p.
 int light_cell(vec3 p) {
-    vec3 x = (p - vec3(LIGHT_GRID_X, LIGHT_GRID_Y, LIGHT_GRID_Z)) * LIGHT_GRID_SCALE;
+    vec3 x = p - vec3(LIGHT_GRID_X, LIGHT_GRID_Y, LIGHT_GRID_Z);
     // From (−∞, ∞) to (0, cells).
-    ivec3 at = ivec3((x / (1.0 + abs(x)) + 1.0) * (0.5 * float(LIGHT_CELLS)));
+    ivec3 at = ivec3((x / (LIGHT_GRID_SIZE + abs(x)) + 1.0) * (0.5 * float(LIGHT_CELLS)));
     at = clamp(at, 0, int(LIGHT_CELLS) - 1);
     int cell = (at.z * int(LIGHT_CELLS) + at.y) * int(LIGHT_CELLS) + at.x;
     return int(LIGHT_NODES + 4u * LIGHT_COUNT) + cell * int(LIGHT_ENTRIES);
@@ -66,13 +66,14 @@ int light_choose(int cell, float u, out float probability) {
     probability = entry.z;
     int chosen = probability > 0.0 ? floatBitsToInt(entry.w) : -1;
     if (LIGHT_DEPTH > 0u && chosen >= 0) {
+        int entered = chosen;
         vec4 node = texelFetch(light_texels, chosen);
         float strength = node.z;
         while (floatBitsToInt(node.w) < 0) {
             chosen = light_turn(node.x, u) ? chosen + 1 : floatBitsToInt(node.y);
             node = texelFetch(light_texels, chosen);
         }
-        probability *= node.z / strength;
+        if (chosen != entered) probability *= strength > 0.0 ? node.z / strength : 0.0;
         chosen = probability > 0.0 ? floatBitsToInt(node.w) : -1;
     }
     return chosen;
@@ -95,7 +96,7 @@ float light_probability(int cell, int light) {
     if (found == key || LIGHT_DEPTH == 0u) return found == key ? entry.z : 0.0;
     vec4 node = texelFetch(light_texels, found);
     int end = ~floatBitsToInt(node.w);
-    return found < key && key < end ? entry.z * (texelFetch(light_texels, key).z / node.z) : 0.0;
+    return found < key && key < end && node.z > 0.0 ? entry.z * (texelFetch(light_texels, key).z / node.z) : 0.0;
 }
 
 // Samples a light at the point that `uv` chooses. Density: of the point alone.

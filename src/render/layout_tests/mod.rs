@@ -71,7 +71,7 @@ fn expected_constants() -> BTreeMap<String, u32> {
         let names: Vec<_> = names.iter().flatten().map(String::as_str).chain(["ND"]).collect();
         add(&format!("FACET_{i}"), constant::FACETS + 16 * i as u32, &names);
     }
-    add("LIGHT_GRID", constant::LIGHT_GRID, &["X", "Y", "Z", "SCALE"]);
+    add("LIGHT_GRID", constant::LIGHT_GRID, &["X", "Y", "Z", "SIZE"]);
     add("POINT", constant::POINT, &["X", "Y", "Z", "R", "G", "B"]);
     all
 }
