@@ -32,9 +32,9 @@ void main() {
         output_floats(2u * i + 1u, vec4(s.radiance, s.pdf));
     }
     if (PROBE == PROBE_LIGHT_PDF) {
-        // from | light;  n | distance;  cosine at the light
+        // from | light;  distance, cosine at the light
         int light = floatBitsToInt(from.w);
-        float pdf = light_pdf(from.xyz, light, n.w, w.x);
+        float pdf = light_pdf(from.xyz, light, n.x, n.y);
         output_floats(2u * i, vec4(pdf, light_probability(light_cell(from.xyz), light), 0.0, 0.0));
         output_floats(2u * i + 1u, vec4(0.0));
     }

@@ -128,14 +128,7 @@ impl LightTree {
 fn arrange(leaves: &mut [LightNode], depth: u32) -> usize {
     let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let (lo, hi) = leaves.iter().fold(none, |(lo, hi), n| (lo.min(n.center()), hi.max(n.center())));
-    let size = hi - lo;
-    let axis = if size.x >= size.y && size.x >= size.z {
-        0
-    } else if size.y >= size.z {
-        1
-    } else {
-        2
-    };
+    let axis = (hi - lo).max_position();
     leaves.sort_by(|a, b| a.center()[axis].total_cmp(&b.center()[axis]));
     if depth >= HALVE_BELOW {
         return leaves.len() / 2;

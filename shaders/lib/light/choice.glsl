@@ -1,11 +1,12 @@
 // Choosing one light of many. Space is divided into cells, finest around the lights and without end outside; for each
 // cell a table has the probabilities of lights, in proportion to what they may contribute there, or of groups of lights
 // if there are many. A choice takes two accesses, and for groups a descent by the strengths of the lights alone. That
-// knows nothing of the surface, so that two lights are drawn, and one of them is kept in proportion to what it contributes if nothing is in between
-// (resampling: Talbot, Cline and Egbert 2005).
+// knows nothing of the surface, so that two lights are drawn, and one of them is kept in proportion to what it
+// contributes if nothing is in between (resampling: Talbot, Cline and Egbert 2005).
 //
 // light_texels: nodes of a texel, lights of four, and entries of a texel (src/render/lights.rs, light_grid.rs).
-//   node   share of the first child, second child, strength (of the root's), light; or, if it is no leaf, ~(end of what is below)
+//   node   share of the first child, second child, strength (of the root's), light; or ~(end of what is below) if it
+//          is no leaf
 //   light  a | kind,  b | area or radius,  c | leaf,  radiance | -
 //   entry  threshold, alias, probability, light; or node if LIGHT_DEPTH > 0
 //   kind 0: point at a, b = Φ/(4π²);  1: triangle a, b, c;  2: sphere around a;  3: the same, emitting inward;
@@ -36,6 +37,9 @@ const float LIGHT_PARALLELOGRAM = 4.0;
 
 const float BELOW_ONE = 0.99999994;
 
+// First texel of a light.
+int light_row(int light) { return int(LIGHT_NODES) + 4 * light; }
+
 // First entry of the cell around p.
 int light_cell(vec3 p) {
     vec3 x = p - vec3(LIGHT_GRID_X, LIGHT_GRID_Y, LIGHT_GRID_Z);
@@ -43,7 +47,7 @@ int light_cell(vec3 p) {
     ivec3 at = ivec3((x / (LIGHT_GRID_SIZE + abs(x)) + 1.0) * (0.5 * float(LIGHT_CELLS)));
     at = clamp(at, 0, int(LIGHT_CELLS) - 1);
     int cell = (at.z * int(LIGHT_CELLS) + at.y) * int(LIGHT_CELLS) + at.x;
-    return int(LIGHT_NODES + 4u * LIGHT_COUNT) + cell * int(LIGHT_ENTRIES);
+    return light_row(int(LIGHT_COUNT)) + cell * int(LIGHT_ENTRIES);
 }
 
 // Takes one of two ways, the first with probability `share`; what is left of u is as random as before.
@@ -83,7 +87,7 @@ int light_choose(int cell, float u, out float probability) {
 float light_probability(int cell, int light) {
     if (LIGHT_COUNT == 1u) return 1.0;
     int key = light;
-    if (LIGHT_DEPTH > 0u) key = floatBitsToInt(texelFetch(light_texels, int(LIGHT_NODES) + 4 * light + 2).w);
+    if (LIGHT_DEPTH > 0u) key = floatBitsToInt(texelFetch(light_texels, light_row(light) + 2).w);
     // The last entry that is not beyond it.
     int last = 0;
     for (int step = int(LIGHT_ENTRIES) / 2; step > 0; step /= 2) {
@@ -92,8 +96,8 @@ float light_probability(int cell, int light) {
     }
     vec4 entry = texelFetch(light_texels, cell + last);
     int found = floatBitsToInt(entry.w);
-    if (entry.z == 0.0) return 0.0;
-    if (found == key || LIGHT_DEPTH == 0u) return found == key ? entry.z : 0.0;
+    if (found == key) return entry.z;
+    if (LIGHT_DEPTH == 0u || entry.z == 0.0) return 0.0;
     vec4 node = texelFetch(light_texels, found);
     int end = ~floatBitsToInt(node.w);
     return found < key && key < end && node.z > 0.0 ? entry.z * (texelFetch(light_texels, key).z / node.z) : 0.0;
@@ -101,7 +105,7 @@ float light_probability(int cell, int light) {
 
 // Samples a light at the point that `uv` chooses. Density: of the point alone.
 LightSample light_point(int light, vec3 from, vec3 n, vec2 uv) {
-    int row = int(LIGHT_NODES) + 4 * light;
+    int row = light_row(light);
     vec4 a = texelFetch(light_texels, row);
     vec4 b = texelFetch(light_texels, row + 1);
     if (EMITTER_COUNT == 0u || a.w == LIGHT_POINT) return point_sample(a.xyz, b.xyz, from, n);
@@ -146,7 +150,7 @@ LightSample light_sample(vec3 from, vec3 n, vec2 u, vec2 uv) {
 // Density per solid angle with which a candidate of light_sample is the point of an emitter that a ray has hit at
 // distance t, under the cosine `cos_light` at the emitter.
 float light_pdf(vec3 from, int light, float t, float cos_light) {
-    int row = int(LIGHT_NODES) + 4 * light;
+    int row = light_row(light);
     vec4 a = texelFetch(light_texels, row);
     vec4 b = texelFetch(light_texels, row + 1);
     bool flat_ = a.w == LIGHT_TRIANGLE || a.w == LIGHT_PARALLELOGRAM;

@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::check::probe::{Density, DensityQuery, Kernel, LightPoint, LightQuery};
 use crate::check::rng::Rng;
 use crate::check::scenes::{Build, diffuse, emitter, empty, icosphere, v};
-use crate::check::statistics::{chi_squared_p, relative, worst};
+use crate::check::statistics::{chi_squared_p, relative, worst, z_score};
 use crate::check::{Case, CheckError, Lab, Measured};
 use crate::render::space::RenderSpace;
 use crate::render::{RenderSettings, Reuse};
@@ -173,10 +173,9 @@ fn density(lab: &Lab) -> Result<Measured, CheckError> {
             hits.push(DensityQuery {
                 from: q.from,
                 light: s.light,
-                normal: q.normal,
                 distance: p.distance(from) as f32,
                 cosine: cosine as f32,
-                unused: [0.0; 3],
+                unused: [0.0; 6],
             });
         }
         let densities: Vec<Density> = lab.kernel(&scene, Kernel::LIGHT_PDF, 1)?.run(&hits)?;
@@ -250,10 +249,9 @@ fn chi_squared(lab: &Lab) -> Result<Measured, CheckError> {
             .map(|light| DensityQuery {
                 from: (scale * from).as_vec3().to_array(),
                 light: light as i32,
-                normal: normal.as_vec3().to_array(),
                 distance: 1.0,
                 cosine: 1.0,
-                unused: [0.0; 3],
+                unused: [0.0; 6],
             })
             .collect();
         let densities: Vec<Density> = lab.kernel(&scene, Kernel::LIGHT_PDF, 1)?.run(&all)?;
@@ -308,13 +306,8 @@ fn resampled(lab: &Lab) -> Result<Measured, CheckError> {
                 .collect();
             let points: Vec<LightPoint> = kernel.run(&queries)?;
             let values: Vec<_> = points.iter().map(|s| f64::from(s.radiance[0])).collect();
-            let mean = values.iter().sum::<f64>() / n as f64;
-            if expected == 0.0 {
-                distances.push(if mean == 0.0 { 0.0 } else { f64::INFINITY });
-                continue;
-            }
-            let variance = values.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (n as f64 - 1.0);
-            distances.push((mean - expected).abs() / (variance / n as f64).sqrt().max(1e-6 * expected));
+            let false_light = expected == 0.0 && values.iter().any(|x| *x != 0.0);
+            distances.push(if false_light { f64::INFINITY } else { z_score(&values, expected) });
         }
     }
     let tests = distances.len();

@@ -49,10 +49,9 @@ pub(crate) struct LightPoint {
 pub(crate) struct DensityQuery {
     pub from: [f32; 3],
     pub light: i32,
-    pub normal: [f32; 3],
     pub distance: f32,
     pub cosine: f32,
-    pub unused: [f32; 3],
+    pub unused: [f32; 6],
 }
 
 /// With which density the light would have been sampled there.
