@@ -61,6 +61,7 @@ struct Run {
     uint slot;
     uint key;
     uint index;
+    uint glances;   // how each begins, see glance.glsl
 };
 
 // Runs for the lanes that have none, as long as there are any.
@@ -82,6 +83,7 @@ void draw_runs(uvec2 corner, uint tile, uint samples, inout Run run) {
             run.slot = p + first * TILE;
             run.key = pixel_key(pixel_number(at));
             run.index = index_of_member(done + first, member_of_group(p));
+            run.glances = film_glances(tile + p);
             // A pixel that is ahead of the others just ends sooner.
             uint end = min(target_samples, done + samples);
             bool real = at.x < width && at.y < height && tile + p < end_slot;
@@ -171,18 +173,21 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
             later = shadow_needs_tree(shadow, hidden) && wanted;
             if (wanted && !hidden && !later) h.radiance += shadow.radiance;
         }
-        if (held && !alive && !later) {
+        bool ended = held && !alive && !later;
+        bool glances = ended && glance_follows(h.path.glances);
+        if (ended && !glances) {
             path_store(region + h.slot, ROW_LIGHT, vec4(h.radiance, h.gives ? PATH_GIVES : PATH_ENDED));
         }
 
         // Next rays of living paths and first rays of new ones.
-        bool begins = !alive && !later && run.left > 0u && pocket_room(pocket);
-        h.slot = begins ? run.slot : (alive || later ? h.slot : NOTHING);
+        bool begins = !alive && !later && !glances && run.left > 0u && pocket_room(pocket);
+        h.slot = begins ? run.slot : (alive || later || glances ? h.slot : NOTHING);
         h.radiance = begins ? vec3(0.0) : h.radiance;
         h.gives = h.gives && !begins;
         h.dying = !alive && later;
-        path_depart(h.path, arrival, alive, camera, corner + place_in_tile(run.slot % TILE),
-                    begins ? run.key : key, begins ? run.index : h.path.index);
+        uint state = begins ? run.glances : (glances ? next_glance(h.path.glances) : h.path.glances);
+        path_depart(h.path, arrival, alive, camera, corner + place_in_tile(glances ? p : run.slot % TILE),
+                    begins ? run.key : key, begins ? run.index : h.path.index, state);
         run.left -= begins ? 1u : 0u;
         run.slot += begins ? TILE : 0u;
         run.index += begins ? 1u : 0u;
@@ -192,7 +197,7 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         h.t = t;
         h.id = id;
         if (REUSE) h.path.second = h.path.second && reuses(p);
-        bool waits = (alive || begins) && meets_tree(h.path.origin, h.path.direction, t);
+        bool waits = (alive || begins || glances) && meets_tree(h.path.origin, h.path.direction, t);
         // The same for a living path, which leaves a diffuse surface as its shadow ray does.
         h.path.origin = later ? shadow.origin : h.path.origin;
         h.path.leaving = later ? shadow.leaving : h.path.leaving;
@@ -306,7 +311,7 @@ void main() {
     Held h = held_nothing();
     Pocket pocket = pocket_empty();
     PocketWalk w = pocket_walk_idle();
-    Run run = Run(0u, 0u, 0u, 0u);
+    Run run = Run(0u, 0u, 0u, 0u, 0u);
     do {
         advance(camera, corner, tile, samples, h, pocket, run, w);
         if (HAS_TREE) walk_pockets(pocket, w, run, h, false);

@@ -53,7 +53,7 @@ void main() {
     uint key = pixel_key(pixel_number(at));
     uint group_key = REUSE ? pixel_key(pixel_number(tile_corner(slot / TILE) + place_in_tile(first_of_group(p)))) : key;
     Camera camera = frame_camera();
-    Path path = path_begin(camera, at, key, index_of_member(first, member_of_group(p)));
+    Path path = path_begin(camera, at, key, index_of_member(first, member_of_group(p)), film_pixel.glances);
     vec3 radiance = vec3(0.0);
     Counts counts = Counts(0u, 0u, 0u, 0u, 0u, 0u, 0u);
     uint loops = 0u;
@@ -87,7 +87,8 @@ void main() {
             // Out of budget: a walk may have ended too early, so that the sample in hand does not count. What the film
             // holds is complete; the next dispatch begins with that sample again.
             within_budget = LOOP_BUDGET == 0u || loops + doubtful_loops < LOOP_BUDGET;
-            bool over = going && !alive && within_budget;
+            bool glances = glance_follows(path.glances);
+            bool over = going && !alive && within_budget && !glances;
             left -= over ? 1u : 0u;
             waits = over && ended.there;
             if (over && !waits) {
@@ -95,7 +96,9 @@ void main() {
                 else counts.bad += film_add(film_pixel, radiance) ? 0u : 1u;
                 radiance = vec3(0.0);
             }
-            path_depart(path, arrival, alive, camera, at, alive ? group_key : key, path.index + (alive ? 0u : 1u));
+            uint state = alive ? path.glances : (glances ? next_glance(path.glances) : film_pixel.glances);
+            path_depart(path, arrival, alive, camera, at, alive ? group_key : key,
+                        path.index + (alive || glances ? 0u : 1u), state);
             if (REUSE) path.second = path.second && reusing;
             going = within_budget && left > 0u && !waits;
         } while (going && (!REUSE || group_lacks_path(reusing, ended.there)));

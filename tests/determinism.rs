@@ -157,7 +157,8 @@ fn mesh_whose_paths_are_not_worth_reusing() {
 fn emitters_and_roulette() {
     let context = context();
     let scene = shipped("cornell", (48, 40), SAMPLES);
-    let expected = render(&context, &scene, &RenderSettings::of(&scene));
+    let (expected, statistics) = render_counted(&context, &scene, &RenderSettings::of(&scene));
+    assert!((20..500).contains(&statistics.glancing_pixels), "{statistics:?}");
     let schedulers = |(what, _): &(String, RenderSettings)| what.contains("Inline") || what.contains("Queue");
     for (what, settings) in variants("cornell", &scene, Reuse::Auto).into_iter().filter(schedulers) {
         assert_same_bits(&render(&context, &scene, &settings), &expected, &what);

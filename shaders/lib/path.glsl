@@ -7,6 +7,7 @@
 #include "math.glsl"
 #include "sampler.glsl"
 #include "camera.glsl"
+#include "glance.glsl"
 #include "surface.glsl"
 #include "bsdf/diffuse.glsl"
 #include "bsdf/mirror.glsl"
@@ -24,6 +25,7 @@ struct Path {
     vec3 normal;        // with REUSE: at the start of the ray, and
     float pdf;          // the ray's density per solid angle there; 0: no light sampling competes with it
     bool second;        // the ray goes from a diffuse first hit to the second one
+    uint glances;       // its state, see glance.glsl
 };
 
 // A shadow ray and the light that arrives if nothing is in its way.
@@ -39,9 +41,10 @@ struct ShadowRay {
 // Whether a path is followed one hit further than MAX_DEPTH, for light that it meets there.
 const bool LIGHT_AFTER_LAST_HIT = HAS_BACKGROUND || HAS_EMITTER;
 
-Path path_begin(Camera camera, uvec2 at, uint key, uint index) {
-    vec2 u = sample_pair(key, index, PAIR_PIXEL, 0u);
-    return Path(vec3(0.0), camera_direction(camera, at, u), -1, vec3(1.0), 0u, index, vec3(0.0), 0.0, false);
+Path path_begin(Camera camera, uvec2 at, uint key, uint index, uint glances) {
+    uvec2 sequence = glance_sequence(glances, key, index);
+    vec2 u = sample_pair(sequence.x, sequence.y, PAIR_PIXEL, 0u);
+    return Path(vec3(0.0), camera_direction(camera, at, u), -1, vec3(1.0), 0u, index, vec3(0.0), 0.0, false, glances);
 }
 
 // The only light is a point light, held in constants.
@@ -100,24 +103,25 @@ ShadowRay direct_light(Arrival a, uint index, uint key) {
 // gives a shadow ray. Returns false when the path ends here.
 bool path_arrive(Path path, int id, float t, uint key, inout vec3 radiance, out Arrival a, out ShadowRay shadow) {
     bool met = id >= 0;
-    if (HAS_BACKGROUND && !met) radiance += path.throughput * background.rgb;
+    if (HAS_BACKGROUND && !met && !is_glance(path.glances)) radiance += path.throughput * background.rgb;
     a.id = met ? id : (SPHERE_COUNT + FACET_COUNT > 0u ? 0 : TREE_ID);
     a.surface = surface_at(a.id, path.origin, path.direction, met ? t : 0.0);
     a.front = dot(path.direction, a.surface.normal) <= 0.0;
     a.hits = path.hits + 1u;
     float kind = a.surface.kind;
     if (HAS_EMITTER && met && kind == KIND_EMITTER && a.front) {
-        float weight = 1.0;
+        float weight = glance_weight(path.glances);
         if (EMITTER_COUNT > 0u && path.pdf > 0.0 && a.surface.light >= 0) {
             float cos_light = -dot(path.direction, a.surface.normal);
-            weight = mis_weight(path.pdf, light_pdf(path.origin, a.surface.light, t, cos_light));
+            weight *= mis_weight(path.pdf, light_pdf(path.origin, a.surface.light, t, cos_light));
         }
         // A grazing hit has no cosine, and an infinite density on the light's side: it adds nothing.
         if (weight > 0.0) radiance += path.throughput * a.surface.color * weight;
     }
 
     bool diffuse = HAS_DIFFUSE && kind == KIND_DIFFUSE;
-    bool alive = met && a.hits <= MAX_DEPTH && kind != KIND_EMITTER;
+    bool is_mirror = HAS_MIRROR && kind == KIND_MIRROR;
+    bool alive = met && a.hits <= MAX_DEPTH && kind != KIND_EMITTER && !(is_glance(path.glances) && !is_mirror);
     vec3 weight = HAS_DIELECTRIC && kind > 0.0 ? vec3(1.0) : a.surface.color;
     if (MUTATION == MUTATE_ALBEDO) weight *= 1.01;
     a.gives = REUSE && path.second && diffuse && alive && path.throughput != vec3(0.0);
@@ -139,18 +143,22 @@ bool path_arrive(Path path, int id, float t, uint key, inout vec3 radiance, out 
     if (ROULETTE_DEPTH > 0u && a.hits >= ROULETTE_DEPTH) {
         // A path is safe while its throughput is above ¼: ending strong paths costs more in noise than it saves.
         float survive = lower(4.0 * strongest, 0.95);
-        alive = alive && sample_independent(key, path.index, a.hits) < survive;
+        uvec2 sequence = glance_sequence(path.glances, key, path.index);
+        alive = alive && sample_independent(sequence.x, sequence.y, a.hits) < survive;
         a.throughput *= 1.0 / survive;
     }
     if (MAX_DEPTH == 1u && !LIGHT_AFTER_LAST_HIT) alive = false;
     return alive;
 }
 
-// Turns the path into its next ray; or, if it is not alive, into the first ray of sample `index` of the pixel at `at`.
+// Turns the path into its next ray; or, if it is not alive, into the first ray of sample `index` of the pixel at `at`, in
+// the state `glances`.
 // One evaluation of the sampler serves both, so that lanes of either kind share the work.
-void path_depart(inout Path path, Arrival a, bool alive, Camera camera, uvec2 at, uint key, uint index) {
+void path_depart(inout Path path, Arrival a, bool alive, Camera camera, uvec2 at, uint key, uint index,
+                 uint glances) {
     uint hit = alive ? a.hits : 0u;
-    vec2 u = sample_pair(key, index, hit, hit);
+    uvec2 sequence = glance_sequence(glances, key, index);
+    vec2 u = sample_pair(sequence.x, sequence.y, hit, hit);
     vec3 first = camera_direction(camera, at, u);
     vec3 next = vec3(0.0);
     bool crossed = false;
@@ -167,6 +175,7 @@ void path_depart(inout Path path, Arrival a, bool alive, Camera camera, uvec2 at
     path.throughput = alive ? a.throughput : vec3(1.0);
     path.hits = alive ? (a.last ? MAX_DEPTH : a.hits) : 0u;
     path.index = index;
+    if (GLANCES > 0u) path.glances = glances | (alive && kind != KIND_MIRROR && glances != 0u ? SCATTERED : 0u);
     path.second = REUSE && alive && a.hits == 1u && kind == KIND_DIFFUSE;
     if (REUSE) path.normal = a.normal;
     if (EMITTER_COUNT > 0u) path.pdf = alive && kind == KIND_DIFFUSE ? diffuse_pdf(dot(a.normal, next)) : 0.0;

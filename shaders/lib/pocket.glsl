@@ -41,7 +41,7 @@ struct Pocket {
     vec4 radiance[PLACES];      // slot, flags and number of hits
     vec4 toward[PLACES];        // direction of the shadow ray, distance
     vec4 light[PLACES];         // its radiance, index of the sample
-    vec4 normal[PLACES];        // for reuse: normal; for emitters: density
+    vec4 normal[PLACES];        // for reuse: normal, or state of glances; for emitters: density
 };
 
 // The ray in a lane's hands.
@@ -54,7 +54,7 @@ struct PocketWalk {
 };
 
 Held held_nothing() {
-    Path path = Path(vec3(0.0), vec3(0.0, 0.0, 1.0), -1, vec3(0.0), 0u, 0u, vec3(0.0), 0.0, false);
+    Path path = Path(vec3(0.0), vec3(0.0, 0.0, 1.0), -1, vec3(0.0), 0u, 0u, vec3(0.0), 0.0, false, 0u);
     return Held(path, vec3(0.0), NOTHING, 0.0, -1, false, false);
 }
 
@@ -102,6 +102,7 @@ void pocket_put(inout Pocket p, Held h, ShadowRay shadow, bool waits, bool later
         p.toward[n] = toward;                       \
         p.light[n] = light;                         \
         if (REUSE) p.normal[n].xyz = h.path.normal; \
+        if (GLANCES > 0u) p.normal[n].x = uintBitsToFloat(h.path.glances); \
         if (EMITTER_COUNT > 0u) p.normal[n].w = h.path.pdf; \
     }
     FOR_EACH_PLACE(PUT)
@@ -127,6 +128,7 @@ void pocket_take(inout Pocket p, inout Held h) {
         radiance = mix(radiance, p.radiance[n], here);                 \
         light = mix(light, p.light[n], here);                          \
         if (REUSE) normal.xyz = mix(normal.xyz, p.normal[n].xyz, here.xyz); \
+        if (GLANCES > 0u) normal.x = here.x ? p.normal[n].x : normal.x; \
         if (EMITTER_COUNT > 0u) normal.w = here.w ? p.normal[n].w : normal.w; \
     }
         FOR_EACH_PLACE(TAKE)
@@ -134,7 +136,7 @@ void pocket_take(inout Pocket p, inout Held h) {
         uint bits = floatBitsToUint(radiance.w);
         h.slot = bits & ((1u << SLOT_BITS) - 1u);
         h.path = Path(origin.xyz, direction.xyz, floatBitsToInt(throughput.w), throughput.xyz, bits >> HITS_SHIFT,
-                      floatBitsToUint(light.w), normal.xyz, normal.w, (bits & SECOND_BIT) != 0u);
+                      floatBitsToUint(light.w), normal.xyz, normal.w, (bits & SECOND_BIT) != 0u, GLANCES > 0u ? floatBitsToUint(normal.x) : 0u);
         h.t = origin.w;
         h.id = floatBitsToInt(direction.w);
         h.radiance = radiance.xyz;

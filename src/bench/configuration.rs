@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use crate::render::{Accel, Adaptive, Feature, RenderSettings, Reuse, Sampler, Scheduler, TriangleTest};
+use crate::render::{Accel, Adaptive, Feature, Glances, RenderSettings, Reuse, Sampler, Scheduler, TriangleTest};
 
 use super::error::BenchError;
 
@@ -30,7 +30,7 @@ impl Configuration {
 ///
 /// Keys: `sampler` (sobol, independent, pcg), `accel` (bvh, none), `intersection` (watertight, moller-trumbore),
 /// `sampling` (uniform, adaptive: with the same mean number of samples), `scheduler` (auto, inline, queue),
-/// `reuse` (auto, always, off), `features` (specialised, general, or `+` and one of [`Feature::ALL`] that is compiled although
+/// `reuse` (auto, always, off), `glances` (auto, off), `features` (specialised, general, or `+` and one of [`Feature::ALL`] that is compiled although
 /// not needed), `roulette` (off, or the first hit), `device` (index, name or UUID).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Vary {
@@ -45,18 +45,20 @@ enum Key {
     Intersection,
     Scheduler,
     Reuse,
+    Glances,
     Sampling,
     Features,
     Roulette,
     Device,
 }
 
-const KEYS: [(&str, Key, &str); 9] = [
+const KEYS: [(&str, Key, &str); 10] = [
     ("sampler", Key::Sampler, "sobol, independent or pcg"),
     ("accel", Key::Accel, "bvh or none"),
     ("intersection", Key::Intersection, "watertight or moller-trumbore"),
     ("scheduler", Key::Scheduler, "auto, inline or queue"),
     ("reuse", Key::Reuse, "auto, always or off"),
+    ("glances", Key::Glances, "auto or off"),
     ("sampling", Key::Sampling, "uniform or adaptive"),
     (
         "features",
@@ -90,6 +92,8 @@ impl Key {
             (Self::Reuse, "auto") => s.reuse = Reuse::Auto,
             (Self::Reuse, "always") => s.reuse = Reuse::Always,
             (Self::Reuse, "off") => s.reuse = Reuse::Off,
+            (Self::Glances, "auto") => s.glances = Glances::Auto,
+            (Self::Glances, "off") => s.glances = Glances::Off,
             (Self::Sampling, "uniform") => s.adaptive = None,
             // How many in the mean is the benchmark's, like the number of samples.
             (Self::Sampling, "adaptive") => s.adaptive = Some(Adaptive { noise: 0.0, mean_samples: None }),

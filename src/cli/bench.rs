@@ -22,7 +22,7 @@ use photolith::{Context, RenderSettings};
 
 use super::exit;
 use super::options::{
-    AccelArg, DeviceOptions, IntersectionArg, ReuseArg, SamplerArg, SceneOptions, SchedulerArg, Size,
+    AccelArg, DeviceOptions, GlancesArg, IntersectionArg, ReuseArg, SamplerArg, SceneOptions, SchedulerArg, Size,
 };
 use samples::SampleCounts;
 
@@ -55,7 +55,7 @@ pub struct BenchArgs {
     max_depth: Option<u32>,
 
     /// Set a setting, or several values of it side by side; may be repeated. Keys: sampler, accel, intersection,
-    /// scheduler, reuse (auto, always, off), sampling (uniform, adaptive), features (specialised, general, +mirror and the like), roulette (off,
+    /// scheduler, reuse (auto, always, off), glances (auto, off), sampling (uniform, adaptive), features (specialised, general, +mirror and the like), roulette (off,
     /// N), device
     #[arg(long, value_name = "KEY=VALUE,...")]
     vary: Vec<Vary>,
@@ -259,6 +259,7 @@ fn load(args: &BenchArgs, path: &Path) -> anyhow::Result<(Scene, RenderSettings)
         accel: AccelArg::Bvh,
         scheduler: SchedulerArg::Auto,
         reuse: ReuseArg::Auto,
+        glances: GlancesArg::Auto,
         general: false,
     };
     let (scene, settings) = options.load(path)?;

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use anyhow::Context as _;
 use clap::{Args, ValueEnum};
-use photolith::render::{Accel, MAX_SAMPLES, Reuse, Sampler, Scheduler, TriangleTest};
+use photolith::render::{Accel, Glances, MAX_SAMPLES, Reuse, Sampler, Scheduler, TriangleTest};
 use photolith::scene::Scene;
 use photolith::{Context, ContextOptions, RenderSettings, Validation};
 
@@ -81,6 +81,10 @@ pub struct SceneOptions {
     #[arg(long, value_enum, default_value_t = ReuseArg::Auto)]
     pub reuse: ReuseArg,
 
+    /// Whether samples look several times at lamps whose edges are seen
+    #[arg(long, value_enum, default_value_t = GlancesArg::Auto)]
+    pub glances: GlancesArg,
+
     /// Compile every feature, needed or not (changes no bit of the image)
     #[arg(long)]
     pub general: bool,
@@ -137,6 +141,15 @@ pub enum ReuseArg {
     Off,
 }
 
+/// Glances at lamps.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum GlancesArg {
+    /// From 8 samples per pixel on, in the pixels that need it
+    Auto,
+    /// Never
+    Off,
+}
+
 impl SceneOptions {
     /// Loads the scene, prints its warnings, and applies the options to it.
     pub fn load(&self, path: &Path) -> anyhow::Result<(Scene, RenderSettings)> {
@@ -180,6 +193,10 @@ impl SceneOptions {
                 ReuseArg::Auto => Reuse::Auto,
                 ReuseArg::Always => Reuse::Always,
                 ReuseArg::Off => Reuse::Off,
+            },
+            glances: match self.glances {
+                GlancesArg::Auto => Glances::Auto,
+                GlancesArg::Off => Glances::Off,
             },
             general: self.general,
             ..RenderSettings::of(&scene)

@@ -247,6 +247,7 @@ fn report(
         "rays": s.rays,
         "shadow_rays": s.shadow_rays,
         "reused_samples": s.reused_samples,
+        "glancing_pixels": s.glancing_pixels,
         "reuse_gain": s.reuse_gain,
         "tree_steps": s.tree_steps,
         "bad_samples": s.bad_samples,

@@ -227,6 +227,12 @@ impl Features {
                     "no diffuse surface lights another"
                 },
             ),
+            plain(
+                "glances",
+                self.emitter,
+                "from 8 samples on, unless switched off, in pixels where the edge of a lamp is seen, directly or in mirrors",
+                "no surface emits",
+            ),
             plain("brute force", self.brute_force, "no hierarchy was asked for", "the hierarchy is used"),
             plain("smooth normals", self.smooth_normals, "a mesh has them", "no mesh has them"),
             plain("moller-trumbore", self.moller_trumbore, "was asked for", "the watertight test is used"),

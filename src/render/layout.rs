@@ -38,6 +38,7 @@ pub(crate) mod constant {
     pub const LIGHT_ENTRIES: u32 = 59;
     pub const LIGHT_CELLS: u32 = 60;
     pub const LIGHT_DEPTH: u32 = 61;
+    pub const GLANCES: u32 = 62;
     pub const REUSE: u32 = 57;
     pub const SUBGROUP_LANES: u32 = 58;
     pub const FACET_COUNT: u32 = 31;
@@ -128,7 +129,16 @@ pub(crate) struct FilmSlot {
     pub compensation: [f32; 3],
     pub trial_with: f32,
     pub residue: [f32; 3],
+    /// Or the state in which the pixel's samples begin, if there are glances.
     pub trial_without: f32,
+}
+
+/// States of a path (shaders/lib/glance.glsl).
+pub(crate) mod glance {
+    /// Glances of a sample, where there are any.
+    pub const GLANCES: u32 = 8;
+    /// A glance, with the number of those that follow.
+    pub const GLANCING: u32 = 1 << 31;
 }
 
 /// What shaders/path_queue.comp is written for.

@@ -31,13 +31,14 @@ mod statistics;
 pub(crate) mod tables;
 mod tiles;
 mod upload;
+mod view;
 
 pub use error::RenderError;
 pub use features::{Feature, Features};
 pub use film::Film;
 pub use mutation::Mutation;
 pub use renderer::Renderer;
-pub use settings::{Accel, Adaptive, RenderSettings, Reuse, Sampler, Scheduler, TriangleTest};
+pub use settings::{Accel, Adaptive, Glances, RenderSettings, Reuse, Sampler, Scheduler, TriangleTest};
 pub use sobol::MAX_SAMPLES;
 pub use statistics::{AdaptiveStatistics, Progress, RenderStatistics};
 

@@ -52,11 +52,13 @@ pub enum Mutation {
     NoDoubt = 23,
     /// Boxes are not widened at all.
     NoMargins = 24,
+    /// Light of lamps that glances gather counts for their paths too.
+    DoubleGlances = 25,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 24] = [
+    pub const ALL: [Self; 25] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -81,6 +83,7 @@ impl Mutation {
         Self::BlindReuse,
         Self::NoDoubt,
         Self::NoMargins,
+        Self::DoubleGlances,
     ];
 
     /// What is broken, in words.
@@ -110,6 +113,7 @@ impl Mutation {
             Self::BlindReuse => "light reused without regard to visibility",
             Self::NoDoubt => "facets not tested exactly where rounding may decide",
             Self::NoMargins => "boxes not widened at all",
+            Self::DoubleGlances => "light of lamps that glances gather counted for their paths too",
         }
     }
 }

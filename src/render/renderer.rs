@@ -2,6 +2,7 @@
 
 mod adaptive;
 mod buffers;
+mod glances;
 mod passes;
 mod trial;
 
@@ -29,6 +30,7 @@ use super::sobol;
 use super::space::RenderSpace;
 use super::statistics::{Progress, RenderStatistics};
 use super::tables::Tables;
+use super::view::View;
 use buffers::{Buffers, Shape};
 use passes::Watch;
 use trial::ReuseTrial;
@@ -54,6 +56,8 @@ pub struct Renderer {
     /// Slots of the film that a workgroup serves.
     slots_per_group: u32,
     pace: Pace,
+    /// Glances of a sample where a lamp's edge is seen; 0: none anywhere.
+    glances: u32,
     reuse: ReuseTrial,
     /// By how much variance must fall in the trial.
     reuse_is_worth: f64,
@@ -143,6 +147,8 @@ impl Renderer {
         // Lanes that must be at work for a subgroup to go on as it does.
         let enough = (workgroup * 5 / 8).max(1);
         specialization.uint(constant::REGIONS, regions).uint(constant::ENOUGH_LANES, enough);
+        let glances = glances::of_sample(&needed, &tables, settings, reuse);
+        specialization.uint(constant::GLANCES, glances);
         specialization.bool(constant::REUSE, reuse).uint(constant::SUBGROUP_LANES, subgroup);
         let built_in = kernels::built_in(queued);
         let stage = built_in.name;
@@ -182,6 +188,7 @@ impl Renderer {
                     _ => Rounds::on_gpu(),
                 },
             ),
+            glances,
             reuse: if reuse { ReuseTrial::of(settings.reuse) } else { ReuseTrial::Never },
             reuse_is_worth: trial::worth(&needed),
             stage,
@@ -270,6 +277,7 @@ impl Renderer {
         let mut watch = Watch::new(self.settings.time_limit, &mut on_progress);
         self.clear_film()?;
         self.reuse = self.reuse.anew();
+        self.look_for_lamps(&mut watch)?;
         let film = match self.settings.adaptive {
             None => self.render_uniform(&mut watch)?,
             Some(adaptive) => self.render_adaptive(&adaptive, &mut watch)?,
@@ -295,20 +303,15 @@ fn threads() -> u32 {
 }
 
 pub(crate) fn push_constants(scene: &Scene, settings: &RenderSettings) -> Push {
-    let camera = &scene.camera;
-    let forward = (camera.target - camera.position).normalize();
-    let right = forward.cross(camera.up.normalize()).normalize();
-    let up = right.cross(forward);
-    let half_width = (camera.horizontal_fov.to_radians() / 2.0).tan();
-    let half_height = half_width * f64::from(scene.film.height) / f64::from(scene.film.width);
+    let view = View::of(scene);
     let vector = |v: glam::DVec3| {
         let v = v.as_vec3();
         [v.x, v.y, v.z, 0.0]
     };
     Push {
-        camera_right: vector(right * half_width),
-        camera_up: vector(up * half_height),
-        camera_forward: vector(forward),
+        camera_right: vector(view.right),
+        camera_up: vector(view.up),
+        camera_forward: vector(view.forward),
         background: [scene.background[0] as f32, scene.background[1] as f32, scene.background[2] as f32, 0.0],
         width: scene.film.width,
         height: scene.film.height,

@@ -69,6 +69,18 @@ pub enum Reuse {
     Off,
 }
 
+/// Whether samples look several times at lamps whose edges are seen (shaders/lib/glance.glsl). Images stay exact in the
+/// mean.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Glances {
+    /// In scenes with emitters, in the pixels that need it, from 8 samples per pixel on; but not where paths serve several
+    /// pixels.
+    #[default]
+    Auto,
+    /// Nowhere.
+    Off,
+}
+
 /// Samples where they do most for the noise of the image, until it is low enough.
 ///
 /// The noise of an image is √(mean of v/(x² + 0.01)) over pixels and channels: x is the radiance, v the variance that
@@ -126,6 +138,8 @@ pub struct RenderSettings {
     pub scheduler: Scheduler,
     /// Whether paths serve several pixels.
     pub reuse: Reuse,
+    /// Whether samples look several times at the edges of lamps.
+    pub glances: Glances,
     /// Stop after this time, or once every pixel has a sample if that takes longer.
     pub time_limit: Option<Duration>,
     /// Compile every feature, needed or not: for tests and benchmarks, the image is the same.

@@ -19,6 +19,7 @@ use super::mutation::Mutation;
 use super::settings::{RenderSettings, Sampler};
 use super::space::RenderSpace;
 use super::spheres::{self, ConstantSphere};
+use super::view::View;
 
 /// Ids of the shader from here on are records of the tree (shaders/lib/intersect/tree.glsl).
 const TREE_ID: usize = 0x0100_0000;
@@ -38,6 +39,8 @@ pub(crate) struct Tables {
     pub lights: LightTable,
     light_count: u32,
     emitter_count: u32,
+    /// Whether emitters may be seen in the image directly.
+    pub shows_emitters: bool,
     /// The only light, if that is a point.
     single_point: Option<Light>,
     /// Of the packed tree.
@@ -138,6 +141,7 @@ impl Tables {
             single_point: (points == 1 && lights.len() == 1).then(|| lights[0]),
             light_count: lights.len() as u32,
             emitter_count: (lights.len() - points) as u32,
+            shows_emitters: lights.iter().any(|l| View::of(scene).may_show(l)),
             lights: light_table,
             tree_texels: Vec::new(),
             tree: None,
@@ -189,6 +193,11 @@ impl Tables {
             None => self.constant_origins.get(id).map(|&i| Origin::Sphere(i)),
             Some(record) => self.origins.get(*self.records.get(record)? as usize).copied(),
         }
+    }
+
+    /// Whether emitters are among the lights.
+    pub fn has_emitters(&self) -> bool {
+        self.emitter_count > 0
     }
 
     /// Values of all specialization constants but the workgroup's size and the loop budget.

@@ -18,9 +18,7 @@ pub(super) fn upload(
             target[..bytes.len()].copy_from_slice(bytes);
         } else if !bytes.is_empty() {
             let mut staging = Buffer::new(device, "staging", bytes.len() as u64, Usage::Upload)?;
-            let target = staging
-                .mapped_mut()
-                .ok_or_else(|| RenderError::Settings("the driver does not map upload memory".to_owned()))?;
+            let target = staging.mapped_mut().ok_or_else(upload_not_mapped)?;
             target[..bytes.len()].copy_from_slice(bytes);
             staged.push((index, staging));
         }
@@ -36,4 +34,9 @@ pub(super) fn upload(
         timeline.wait(&ticket)?;
     }
     Ok(())
+}
+
+/// The driver does not do what Vulkan guarantees.
+pub(super) fn upload_not_mapped() -> RenderError {
+    RenderError::Settings("the driver does not map upload memory".to_owned())
 }

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::mem::offset_of;
 
 use super::kernels::built_in;
-use super::layout::{Counters, FilmSlot, Push, binding, constant, queue};
+use super::layout::{Counters, FilmSlot, Push, binding, constant, glance, queue};
 use super::sobol;
 use super::spheres::MAX_CONSTANT_SPHERES;
 use super::tiles::{TILE, half_of};
@@ -41,6 +41,7 @@ fn expected_constants() -> BTreeMap<String, u32> {
         ("EMITTER_COUNT", constant::EMITTER_COUNT),
         ("PATH_STATS", constant::PATH_STATS),
         ("REGIONS", constant::REGIONS),
+        ("GLANCES", constant::GLANCES),
         ("REUSE", constant::REUSE),
         ("SUBGROUP_LANES", constant::SUBGROUP_LANES),
         ("ENOUGH_LANES", constant::ENOUGH_LANES),
@@ -167,6 +168,10 @@ fn records() {
     assert!(reuse.contains(&format!("const uint TRIAL = {}u;", queue::TRIAL)));
     assert!(reuse.contains("(reused_halves >> ((p ^ (p >> 2)) & 1u)) & 1u"));
     assert!((0..TILE).all(|p| half_of(p) == (p ^ (p >> 2)) & 1));
+    let glances = include_str!("../../../shaders/lib/glance.glsl");
+    assert!(glances.contains(&format!("const uint GLANCING = {:#x}u;", glance::GLANCING)));
+    // A block of the sampler's table holds the glances of a whole number of samples.
+    assert!(glances.contains("1024u / max(GLANCES, 1u)") && 1024 % glance::GLANCES == 0);
     let layout = include_str!("../../../shaders/lib/layout.glsl");
     assert!(layout.contains(&format!("const uint PATH_ROWS = {}u;", queue::PATH_ROWS)));
     for (name, offset) in [

@@ -4,12 +4,15 @@ use std::collections::VecDeque;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
+use rayon::prelude::*;
+
 use super::super::error::RenderError;
 use super::super::film::{Film, pixels_in};
 use super::super::layout::{Counters, FilmSlot, Push};
 use super::super::plan::{Plan, Span, Work};
 use super::super::statistics::Progress;
 use super::super::tiles::TILE;
+use super::super::upload::upload_not_mapped;
 use super::buffers::Band;
 use super::{IN_FLIGHT, Renderer};
 use crate::gpu::{Access, Buffer, Ticket, Usage};
@@ -31,6 +34,17 @@ impl<'a> Watch<'a> {
     pub fn new(limit: Option<Duration>, on_progress: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Self {
         let start = Instant::now();
         Self { start, last_finished: start, limit, on_progress, total: 0, stop: false }
+    }
+
+    /// Watches over work that makes no samples of the image: it may be stopped, and that is all.
+    pub fn over<T>(&mut self, work: impl FnOnce(&mut Watch<'_>) -> T) -> T {
+        let Self { start, last_finished, total, .. } = *self;
+        let mut on_progress = |p: &Progress| (self.on_progress)(&Progress { done: 0, total, ..*p });
+        let mut watch =
+            Watch { start, last_finished, limit: None, on_progress: &mut on_progress, total: 0, stop: false };
+        let result = work(&mut watch);
+        (self.last_finished, self.stop) = (watch.last_finished, self.stop | watch.stop);
+        result
     }
 
     /// Time since the beginning.
@@ -148,6 +162,29 @@ impl Renderer {
             r.barrier(Access::Transfer, Access::Compute);
         })?;
         self.timeline.wait(&ticket)?;
+        Ok(())
+    }
+
+    /// Fills the film with what `slot` gives for each. The device must be idle.
+    pub(super) fn fill_film(&mut self, slot: impl Fn(u32) -> FilmSlot + Sync) -> Result<(), RenderError> {
+        for band in &mut self.buffers.bands {
+            let bytes = band.slots as usize * size_of::<FilmSlot>();
+            let fill = |target: &mut [u8]| {
+                let slots: &mut [FilmSlot] = bytemuck::cast_slice_mut(&mut target[..bytes]);
+                slots.par_iter_mut().enumerate().for_each(|(i, s)| *s = slot(band.first + i as u32));
+            };
+            if let Some(film) = band.film.mapped_mut() {
+                fill(film);
+                continue;
+            }
+            let mut staging = Buffer::new(&self.device, "film staging", bytes as u64, Usage::Upload)?;
+            fill(staging.mapped_mut().ok_or_else(upload_not_mapped)?);
+            let ticket = self.timeline.submit(|r| {
+                r.copy(&staging, 0, &band.film, 0, bytes as u64);
+                r.barrier(Access::Transfer, Access::Compute);
+            })?;
+            self.timeline.wait(&ticket)?;
+        }
         Ok(())
     }
 

@@ -1,0 +1,44 @@
+// Glances: short paths from the camera that gather only the light of lamps seen directly or in mirrors. (Not through glass:
+// there every path chooses its way at random, and further ones cost more than they gain. Nor that of the background,
+// which is hardly ever much brighter than what is before it.)
+//
+// Where the edge of a lamp crosses a pixel, the light of a path is the lamp's or that of what is beside it, hundreds of
+// times less. In a room with a lamp a thousandth of the pixels holds half of the image's squared error. There a sample is
+// a path that leaves out what glances gather, and the mean of GLANCES of those. Which pixels these are, the
+// host finds from glances with other random numbers (src/render/renderer/glances.rs): what the image is in the mean does
+// not depend on it.
+//
+// The state of a path: how many glances are still to come before its sample is complete, and what it is itself.
+
+#ifndef GLANCE_GLSL
+#define GLANCE_GLSL
+
+#include "layout.glsl"
+
+const uint GLANCING = 0x80000000u;      // a glance
+const uint SCATTERED = 0x40000000u;     // it has left another surface than a mirror: all light counts
+const uint GLANCES_LEFT = 0xffffu;
+
+bool is_glance(uint state) { return GLANCES > 0u && (state & GLANCING) != 0u; }
+
+// Whether a path that has ended is followed by a glance of the same sample.
+bool glance_follows(uint state) { return GLANCES > 0u && (state & GLANCES_LEFT) != 0u; }
+
+// The state of that glance.
+uint next_glance(uint state) { return GLANCING | ((state & GLANCES_LEFT) - 1u); }
+
+// What light of a lamp counts.
+float glance_weight(uint state) {
+    if (GLANCES == 0u || state == 0u || (state & SCATTERED) != 0u) return 1.0;
+    return is_glance(state) ? 1.0 / float(GLANCES) : (MUTATION == MUTATE_GLANCES ? 1.0 : 0.0);
+}
+
+// Key and index of a path's random numbers: glances are a sequence of their own. Its blocks of 1024 points are scrambled
+// apart, which the lowest level of the sampler's table suffices for.
+uvec2 glance_sequence(uint state, uint key, uint index) {
+    if (!is_glance(state)) return uvec2(key, index);
+    const uint samples = 1024u / max(GLANCES, 1u);
+    return uvec2((key ^ 0x3c6ef372u) + index / samples * 0x9e3779b1u, index % samples * GLANCES + (state & GLANCES_LEFT));
+}
+
+#endif
