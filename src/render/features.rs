@@ -150,6 +150,13 @@ impl Features {
         self.diffuse && self.indirect && self.max_depth > 1 && self.roulette != 1
     }
 
+    /// Whether vectors of 512 bits pay on a CPU (see [`prefer_wide_vectors`](crate::gpu::prefer_wide_vectors)): without a
+    /// hierarchy, and where lamps are to be sampled, which is much to compute, and paths serve their own pixels only. Where
+    /// they are reused in a scene with a hierarchy, lavapipe 22.3.6 takes 1.06 to 1.15 times the time with them.
+    pub fn suits_wide_vectors(&self) -> bool {
+        !self.tree || self.emitter
+    }
+
     /// Each feature: its name, whether it is compiled in, and why.
     pub fn explain(&self) -> Vec<(&'static str, bool, String)> {
         let plain = |name, on, yes: &str, no: &str| (name, on, if on { yes } else { no }.to_owned());
