@@ -4,7 +4,7 @@
 mod common;
 
 use common::{assert_same_bits, context, render, render_counted, shipped};
-use photolith::render::{Feature, Reuse, Scheduler};
+use photolith::render::{Feature, Glances, Reuse, Scheduler};
 use photolith::scene::Surface;
 use photolith::{Film, RenderSettings, Scene};
 
@@ -159,6 +159,10 @@ fn emitters_and_roulette() {
     let scene = shipped("cornell", (48, 40), SAMPLES);
     let (expected, statistics) = render_counted(&context, &scene, &RenderSettings::of(&scene));
     assert!((20..500).contains(&statistics.glancing_pixels), "{statistics:?}");
+    // Without glances other pixels are the same.
+    let off = render(&context, &scene, &RenderSettings { glances: Glances::Off, ..RenderSettings::of(&scene) });
+    let differing = expected.sums().iter().zip(off.sums()).filter(|(a, b)| a != b).count() as u64;
+    assert!((1..=statistics.glancing_pixels).contains(&differing), "{differing} of {}", statistics.glancing_pixels);
     let schedulers = |(what, _): &(String, RenderSettings)| what.contains("Inline") || what.contains("Queue");
     for (what, settings) in variants("cornell", &scene, Reuse::Auto).into_iter().filter(schedulers) {
         assert_same_bits(&render(&context, &scene, &settings), &expected, &what);

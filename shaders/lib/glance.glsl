@@ -1,12 +1,12 @@
-// Glances: short paths from the camera that gather only the light of lamps seen directly or in mirrors. (Not through glass:
-// there every path chooses its way at random, and further ones cost more than they gain. Nor that of the background,
-// which is hardly ever much brighter than what is before it.)
+// Glances: short paths from the camera that gather only the light of lamps seen directly or in mirrors.
 //
-// Where the edge of a lamp crosses a pixel, the light of a path is the lamp's or that of what is beside it, hundreds of
-// times less. In a room with a lamp a thousandth of the pixels holds half of the image's squared error. There a sample is
-// a path that leaves out what glances gather, and the mean of GLANCES of those. Which pixels these are, the
-// host finds from glances with other random numbers (src/render/renderer/glances.rs): what the image is in the mean does
-// not depend on it.
+// Where the edge of a lamp crosses a pixel, the light of a path is the lamp's or that of what is beside it, often a hundred
+// times less. In a room with a lamp a thousandth of the pixels may hold half of the image's squared error. There a sample is
+// a path that leaves out what glances gather, and the mean of GLANCES of those. Which pixels these are, the host finds from
+// glances with other random numbers (src/render/renderer/glances.rs): what the image is in the mean does not depend on it.
+//
+// Light through glass is left to the paths: there every path chooses its way at random, and further ones cost more than they
+// gain. So is that of the background, which is hardly ever much brighter than what is before it.
 //
 // The state of a path: how many glances are still to come before its sample is complete, and what it is itself.
 
@@ -16,8 +16,10 @@
 #include "layout.glsl"
 
 const uint GLANCING = 0x80000000u;      // a glance
-const uint SCATTERED = 0x40000000u;     // it has left another surface than a mirror: all light counts
+const uint SCATTERED = 0x40000000u;     // it has left what no glance leaves: all light counts
 const uint GLANCES_LEFT = 0xffffu;
+// Mirrors that a glance follows light through; lamps behind more of them are seen by the paths.
+const uint GLANCE_MIRRORS = 4u;
 
 bool is_glance(uint state) { return GLANCES > 0u && (state & GLANCING) != 0u; }
 
@@ -26,6 +28,9 @@ bool glance_follows(uint state) { return GLANCES > 0u && (state & GLANCES_LEFT) 
 
 // The state of that glance.
 uint next_glance(uint state) { return GLANCING | ((state & GLANCES_LEFT) - 1u); }
+
+// Whether glances go on from a surface, the path's hit of number `hits`.
+bool glances_leave(bool is_mirror, uint hits) { return is_mirror && hits <= GLANCE_MIRRORS; }
 
 // What light of a lamp counts.
 float glance_weight(uint state) {
@@ -38,7 +43,8 @@ float glance_weight(uint state) {
 uvec2 glance_sequence(uint state, uint key, uint index) {
     if (!is_glance(state)) return uvec2(key, index);
     const uint samples = 1024u / max(GLANCES, 1u);
-    return uvec2((key ^ 0x3c6ef372u) + index / samples * 0x9e3779b1u, index % samples * GLANCES + (state & GLANCES_LEFT));
+    uint block_key = (key ^ 0x6a09e667u) + index / samples * 0x9e3779b1u;
+    return uvec2(block_key, index % samples * GLANCES + (state & GLANCES_LEFT));
 }
 
 #endif

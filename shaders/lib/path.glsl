@@ -121,7 +121,8 @@ bool path_arrive(Path path, int id, float t, uint key, inout vec3 radiance, out 
 
     bool diffuse = HAS_DIFFUSE && kind == KIND_DIFFUSE;
     bool is_mirror = HAS_MIRROR && kind == KIND_MIRROR;
-    bool alive = met && a.hits <= MAX_DEPTH && kind != KIND_EMITTER && !(is_glance(path.glances) && !is_mirror);
+    bool alive = met && a.hits <= MAX_DEPTH && kind != KIND_EMITTER;
+    if (is_glance(path.glances)) alive = alive && glances_leave(is_mirror, a.hits);
     vec3 weight = HAS_DIELECTRIC && kind > 0.0 ? vec3(1.0) : a.surface.color;
     if (MUTATION == MUTATE_ALBEDO) weight *= 1.01;
     a.gives = REUSE && path.second && diffuse && alive && path.throughput != vec3(0.0);
@@ -175,7 +176,8 @@ void path_depart(inout Path path, Arrival a, bool alive, Camera camera, uvec2 at
     path.throughput = alive ? a.throughput : vec3(1.0);
     path.hits = alive ? (a.last ? MAX_DEPTH : a.hits) : 0u;
     path.index = index;
-    if (GLANCES > 0u) path.glances = glances | (alive && kind != KIND_MIRROR && glances != 0u ? SCATTERED : 0u);
+    bool scattered = alive && glances != 0u && !glances_leave(HAS_MIRROR && kind == KIND_MIRROR, a.hits);
+    if (GLANCES > 0u) path.glances = glances | (scattered ? SCATTERED : 0u);
     path.second = REUSE && alive && a.hits == 1u && kind == KIND_DIFFUSE;
     if (REUSE) path.normal = a.normal;
     if (EMITTER_COUNT > 0u) path.pdf = alive && kind == KIND_DIFFUSE ? diffuse_pdf(dot(a.normal, next)) : 0.0;

@@ -135,8 +135,9 @@ void pocket_take(inout Pocket p, inout Held h) {
 #undef TAKE
         uint bits = floatBitsToUint(radiance.w);
         h.slot = bits & ((1u << SLOT_BITS) - 1u);
+        uint glances = GLANCES > 0u ? floatBitsToUint(normal.x) : 0u;
         h.path = Path(origin.xyz, direction.xyz, floatBitsToInt(throughput.w), throughput.xyz, bits >> HITS_SHIFT,
-                      floatBitsToUint(light.w), normal.xyz, normal.w, (bits & SECOND_BIT) != 0u, GLANCES > 0u ? floatBitsToUint(normal.x) : 0u);
+                      floatBitsToUint(light.w), normal.xyz, normal.w, (bits & SECOND_BIT) != 0u, glances);
         h.t = origin.w;
         h.id = floatBitsToInt(direction.w);
         h.radiance = radiance.xyz;

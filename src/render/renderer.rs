@@ -277,7 +277,7 @@ impl Renderer {
         let mut watch = Watch::new(self.settings.time_limit, &mut on_progress);
         self.clear_film()?;
         self.reuse = self.reuse.anew();
-        self.look_for_lamps(&mut watch)?;
+        self.look_for_lamps()?;
         let film = match self.settings.adaptive {
             None => self.render_uniform(&mut watch)?,
             Some(adaptive) => self.render_adaptive(&adaptive, &mut watch)?,

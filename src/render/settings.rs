@@ -73,8 +73,7 @@ pub enum Reuse {
 /// mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Glances {
-    /// In scenes with emitters, in the pixels that need it, from 8 samples per pixel on; but not where paths serve several
-    /// pixels.
+    /// In scenes with emitters, in the pixels that need it, from 8 samples per pixel on; but not with [`Reuse::Always`].
     #[default]
     Auto,
     /// Nowhere.

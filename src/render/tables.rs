@@ -136,12 +136,13 @@ impl Tables {
         }
         let lights = lights.into_vec();
         let light_table = LightTable::of(&lights);
+        let view = View::of(scene);
         let mut tables = Self {
             shapes,
             single_point: (points == 1 && lights.len() == 1).then(|| lights[0]),
             light_count: lights.len() as u32,
             emitter_count: (lights.len() - points) as u32,
-            shows_emitters: lights.iter().any(|l| View::of(scene).may_show(l)),
+            shows_emitters: lights.iter().any(|l| view.may_show(l)),
             lights: light_table,
             tree_texels: Vec::new(),
             tree: None,

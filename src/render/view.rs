@@ -32,8 +32,8 @@ impl View {
         Self { right: right * half_width, up: up * half_height, forward, half_pixel: [1.0 / width, 1.0 / height] }
     }
 
-    /// Whether a light's surface may be in the picture: not beyond one of its sides (and the pixel filter's reach), and
-    /// not turned away.
+    /// Whether a light's surface may be in the picture: not more than three pixels beyond one of its sides, and not
+    /// turned away.
     pub fn may_show(&self, light: &Light) -> bool {
         let faces = match light.shape {
             LightShape::Point(_) => false,
@@ -42,7 +42,7 @@ impl View {
         };
         let (lo, hi) = light.bounds();
         let beyond = |inward: DVec3| (inward * lo).max(inward * hi).element_sum() < 0.0;
-        let margin = |half_pixel: f64| 1.0 + 4.0 * half_pixel;
+        let margin = |half_pixel: f64| 1.0 + 6.0 * half_pixel;
         let sides = [self.right, self.up].into_iter().zip(self.half_pixel).flat_map(|(half, half_pixel)| {
             let across = half / half.length_squared();
             [margin(half_pixel) * self.forward - across, margin(half_pixel) * self.forward + across]

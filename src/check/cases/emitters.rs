@@ -1,15 +1,17 @@
 //! Light of emitting spheres and meshes, where it is known in closed form.
 
 use std::f64::consts::PI;
+use std::ops::ControlFlow;
 
 use glam::DVec3;
 
+use crate::check::lab::Rendered;
 use crate::check::probe::{PathInput, RayInput};
 use crate::check::rng::Rng;
 use crate::check::scenes::{Build, diffuse, emitter, empty, glass, grid, icosphere, mirror, v};
 use crate::check::statistics::{mean_and_error, worst, z_score};
 use crate::check::{Case, CheckError, Lab, Measured};
-use crate::render::{Glances, RenderSettings};
+use crate::render::{Glances, RenderSettings, Renderer};
 use crate::scene::Scene;
 
 pub(super) const CASES: &[Case] = &[
@@ -66,6 +68,24 @@ pub(super) const CASES: &[Case] = &[
         threshold: 4.0,
         full_only: false,
         measure: enclosed_body,
+    },
+    Case {
+        name: "emitters/glances",
+        what: "small lamps, seen directly and in mirrors and glass, looked at several times a sample",
+        oracle: "the same without",
+        quantity: "deviation of the image's mean in standard errors",
+        threshold: 4.0,
+        full_only: false,
+        measure: glances,
+    },
+    Case {
+        name: "emitters/mirrored",
+        what: "a lamp in a mirror box, seen after thousands of reflections, looked at several times a sample",
+        oracle: "the same without",
+        quantity: "deviation of the image's mean in standard errors",
+        threshold: 4.0,
+        full_only: false,
+        measure: mirrored,
     },
     Case {
         name: "emitters/flux",
@@ -145,6 +165,53 @@ fn furnace(lab: &Lab) -> Result<Measured, CheckError> {
         off = worst(lab.render_with(&scene, &settings)?.channel(1).iter().map(|x| (x - 1.0).abs()).chain([off]));
     }
     Ok(Measured::new(off, "2 × 1024 pixels"))
+}
+
+/// How far the means of a scene with glances and without are apart, from images of several seeds.
+fn with_and_without(lab: &Lab, scene: &Scene) -> Result<Measured, CheckError> {
+    let mut looked = 0;
+    let mut means = |glances: Glances| -> Result<Vec<f64>, CheckError> {
+        let settings = RenderSettings { glances, ..lab.settings(scene) };
+        let mut renderer = Renderer::new(&lab.context, scene, &settings)?;
+        let mut mean = |seed: u32| {
+            renderer.set_seed(seed);
+            let film = renderer.render(|_| ControlFlow::Continue(()))?;
+            looked += renderer.statistics().glancing_pixels;
+            Ok(Rendered { film, statistics: renderer.statistics().clone() }.mean()[1])
+        };
+        (0..12).map(&mut mean).collect()
+    };
+    let (with, without) = (means(Glances::Auto)?, means(Glances::Off)?);
+    if looked == 0 {
+        return Ok(Measured::new(f64::INFINITY, "no pixel is looked at"));
+    }
+    let differences: Vec<f64> = with.iter().zip(&without).map(|(a, b)| a - b).collect();
+    Ok(Measured::new(z_score(&differences, 0.0).abs(), format!("12 seeds, {} pixels looked at", looked / 12)))
+}
+
+fn glances(lab: &Lab) -> Result<Measured, CheckError> {
+    let mut scene = empty();
+    scene.quad([v(-4.0, -2.0, 1.0), v(4.0, -2.0, 1.0), v(4.0, -2.0, -9.0), v(-4.0, -2.0, -9.0)], diffuse(0.5));
+    scene.quad([v(-4.0, -2.0, -9.0), v(4.0, -2.0, -9.0), v(4.0, 3.0, -9.0), v(-4.0, 3.0, -9.0)], mirror(0.75));
+    scene.sphere(v(-1.5, -0.5, -6.0), 1.25, mirror(0.875));
+    scene.sphere(v(1.5, -0.5, -5.0), 1.0, glass(1.5));
+    for i in 0..5 {
+        let x = -2.0 + f64::from(i);
+        scene.quad([v(x, 0.75, -5.5), v(x + 0.3, 0.75, -5.5), v(x + 0.3, 1.0, -5.5), v(x, 1.0, -5.5)], emitter(20.0));
+        scene.sphere(v(x, 1.5, -4.5), 0.05, emitter(50.0));
+    }
+    scene.integrator.russian_roulette = Some(2);
+    scene.size(32, lab.size(32, 1024) as u32);
+    with_and_without(lab, &scene)
+}
+
+fn mirrored(lab: &Lab) -> Result<Measured, CheckError> {
+    let mut scene = empty();
+    scene.cuboid(v(-2.0, -2.0, -4.0), v(2.0, 2.0, 1.0), mirror(0.9375));
+    scene.sphere(v(0.5, 0.25, -3.0), 0.125, emitter(8.0));
+    scene.integrator.max_depth = 4000;
+    scene.size(16, lab.size(16, 1024) as u32);
+    with_and_without(lab, &scene)
 }
 
 /// Radiance of `scene` along rays that start near each point and run against its normal.

@@ -1,73 +1,118 @@
 //! Where samples look several times at lamps (shaders/lib/glance.glsl): where an image of a few glances has edges.
 
+use std::mem::take;
+use std::ops::ControlFlow;
+
 use rayon::prelude::*;
 
 use super::super::error::RenderError;
 use super::super::features::Features;
 use super::super::film::pixel_of_slot;
 use super::super::layout::{FilmSlot, glance};
+use super::super::plan::Work;
 use super::super::settings::{Glances, RenderSettings};
+use super::super::statistics::RenderStatistics;
 use super::super::tables::Tables;
 use super::Renderer;
 use super::passes::Watch;
 
 /// Glances of a pixel from which edges are found.
 const FIRST_GLANCES: u32 = 4;
-/// Renderings of fewer samples per pixel do without: finding the edges takes as long as half a sample to one.
+/// Renderings of fewer samples per pixel do without: finding the edges takes about as long as half a sample.
 const FEWEST_SAMPLES: u32 = 8;
 /// What the seed is changed by (XOR) for these, so that what is found does not depend on the image's random numbers.
 const SEED: u32 = 0x9216_d5d9;
 
+/// A lamp's edge needs them if it is brighter than the rest of the image by this. Apart from each other, lamp and rest vary
+/// more than the sum of both where they are alike: with n glances, if the lamp is less than 2n/(n − 1) times as bright.
+const CONTRAST: f32 = 2.3;
+/// The rest is estimated from one sample of every so many tiles.
+const REST_STEP: u32 = 15;
+
 /// Glances of a sample in a scene that needs these features; 0 if nothing is to be gained.
 pub(super) fn of_sample(needed: &Features, tables: &Tables, settings: &RenderSettings, reuse: bool) -> u32 {
-    let wanted = settings.glances == Glances::Auto && settings.samples >= FEWEST_SAMPLES && !reuse;
     let seen = tables.shows_emitters || (needed.mirror && tables.has_emitters());
-    if wanted && seen { glance::GLANCES } else { 0 }
+    if settings.glances == Glances::Auto && seen && !reuse { glance::GLANCES } else { 0 }
 }
 
-/// A slot without samples, those of which begin in a state.
+/// A slot that is empty, but for the state in which its samples are to begin.
 fn empty_slot(state: u32) -> FilmSlot {
     FilmSlot { trial_without: f32::from_bits(state), ..FilmSlot::default() }
 }
 
 impl Renderer {
     /// Before a rendering, the film being empty: finds the pixels whose samples need glances.
-    pub(super) fn look_for_lamps(&mut self, watch: &mut Watch<'_>) -> Result<(), RenderError> {
+    pub(super) fn look_for_lamps(&mut self) -> Result<(), RenderError> {
         if self.glances == 0 || self.settings.samples < FEWEST_SAMPLES {
             return Ok(());
         }
-        let (width, height) = (self.width, self.height);
-        self.fill_film(|_| empty_slot(glance::GLANCING | (FIRST_GLANCES - 1)))?;
-        let (pace, seed) = (self.pace, self.push.seed);
+        let (pace, seed, statistics) = (self.pace, self.push.seed, self.statistics.clone());
         self.push.seed = seed ^ SEED;
-        watch.over(|watch| self.steady_pass(&self.whole_film(), 0, 1, 0, watch))?;
-        self.push.seed = seed;
-        self.pace = pace;
-        (self.statistics.samples, self.statistics.bad_samples) = (0, 0);
-        let mut seen = vec![[0.0; 3]; width as usize * height as usize];
-        self.read_slots(&self.whole_film(), |first, slots| {
-            for (i, slot) in slots.iter().enumerate() {
-                if let Some(pixel) = pixel_of_slot(first + i as u32, width, height) {
-                    seen[pixel] = slot.sum;
-                }
-            }
-        })?;
-        let near = near_edges(&seen, width as usize);
+        let found = self.edges_of_lamps();
+        (self.pace, self.push.seed) = (pace, seed);
+        // Of these samples only the time counts.
+        self.statistics = RenderStatistics { stages: take(&mut self.statistics.stages), ..statistics };
+        let near = found?;
         self.statistics.glancing_pixels = near.iter().filter(|near| **near).count() as u64;
+        let (width, height) = (self.width, self.height);
         self.fill_film(|slot| {
             let pixel = pixel_of_slot(slot, width, height);
             empty_slot(if pixel.is_some_and(|p| near[p]) { glance::GLANCES } else { 0 })
         })
     }
+
+    /// Pixels near the edges of bright lamps.
+    fn edges_of_lamps(&mut self) -> Result<Vec<bool>, RenderError> {
+        let whole = self.whole_film();
+        self.fill_film(|_| empty_slot(glance::GLANCING | (FIRST_GLANCES - 1)))?;
+        // Not to be stopped: what is stopped should have samples.
+        self.steady_pass(&whole, 0, 1, 0, &mut Watch::new(None, &mut |_| ControlFlow::Continue(())))?;
+        let mean = |sum: [f32; 3]| sum.map(|x| x * (glance::GLANCES / FIRST_GLANCES) as f32);
+        let seen: Vec<_> = self.pixels_of_film()?.into_iter().map(|(sum, _)| mean(sum)).collect();
+        if seen.iter().all(|x| *x == seen[0]) {
+            return Ok(vec![false; seen.len()]);
+        }
+        self.fill_film(|_| empty_slot(0))?;
+        for &span in &whole {
+            self.statistics.samples = 0;
+            let work = Work { spans: vec![span], tile_step: REST_STEP, target_samples: 1, new_samples: 1 };
+            let (ticket, readback) = self.submit(&work)?;
+            self.finish(&ticket, readback)?;
+        }
+        let rest = self.pixels_of_film()?;
+        let rest = rest.iter().zip(&seen).filter(|((_, count), seen)| *count > 0 && **seen == [0.0; 3]);
+        let (sum, count) = rest.fold((0.0, 0), |(sum, n), ((x, _), _)| (sum + f64::from(brightness(x)), n + 1));
+        let rest = if count > 0 { (sum / f64::from(count)) as f32 } else { 0.0 };
+        Ok(near_edges(&seen, self.width as usize, CONTRAST * rest))
+    }
+
+    /// Of each pixel, the sum of its samples and their number.
+    fn pixels_of_film(&mut self) -> Result<Vec<([f32; 3], u32)>, RenderError> {
+        let (width, height) = (self.width, self.height);
+        let mut pixels = vec![([0.0; 3], 0); width as usize * height as usize];
+        self.read_slots(&self.whole_film(), |first, slots| {
+            for (i, slot) in slots.iter().enumerate() {
+                if let Some(pixel) = pixel_of_slot(first + i as u32, width, height) {
+                    pixels[pixel] = (slot.sum, slot.count);
+                }
+            }
+        })?;
+        Ok(pixels)
+    }
 }
 
-/// Pixels that are not alike all their neighbours, those across a corner included.
-fn near_edges(seen: &[[f32; 3]], width: usize) -> Vec<bool> {
+fn brightness(color: &[f32; 3]) -> f32 {
+    color.iter().sum()
+}
+
+/// Pixels that differ from one of their neighbours by more than that, those across a corner included.
+fn near_edges(seen: &[[f32; 3]], width: usize, by: f32) -> Vec<bool> {
     let height = seen.len() / width;
     let around = |i: usize, end: usize| i.saturating_sub(1)..(i + 2).min(end);
     let differs = |p: usize| {
         let (x, y) = (p % width, p / width);
-        around(y, height).any(|y| around(x, width).any(|x| seen[y * width + x] != seen[p]))
+        let neighbours = around(y, height).flat_map(|y| around(x, width).map(move |x| y * width + x));
+        neighbours.map(|q| brightness(&seen[q]) - brightness(&seen[p])).any(|difference| difference.abs() > by)
     };
     (0..seen.len()).into_par_iter().map(differs).collect()
 }
@@ -78,15 +123,18 @@ mod tests {
 
     #[test]
     fn pixels_beside_an_edge_are_found() {
-        let mut seen = vec![[0.0; 3]; 35];
-        assert!(near_edges(&seen, 7).iter().all(|n| !n));
-        seen[2 * 7 + 3] = [1.0, 0.0, 0.0];
-        let near: Vec<usize> = near_edges(&seen, 7).iter().enumerate().filter(|(_, n)| **n).map(|n| n.0).collect();
-        assert_eq!(near, [9, 10, 11, 16, 17, 18, 23, 24, 25]);
-        // In a corner, and in an image of one pixel.
-        seen[17] = [0.0; 3];
-        seen[34] = [0.0, f32::NAN, 0.0];
-        assert_eq!(near_edges(&seen, 7).iter().filter(|n| **n).count(), 4);
-        assert_eq!(near_edges(&[[3.0; 3]], 1), [false]);
+        let found = |seen: &[[f32; 3]], by| -> Vec<usize> {
+            near_edges(seen, 7, by).iter().enumerate().filter(|(_, near)| **near).map(|n| n.0).collect()
+        };
+        let mut seen = vec![[0.5; 3]; 35];
+        assert!(found(&seen, 0.0).is_empty());
+        seen[2 * 7 + 3] = [2.5, 0.5, 0.5];
+        assert_eq!(found(&seen, 1.9), [9, 10, 11, 16, 17, 18, 23, 24, 25]);
+        assert!(found(&seen, 2.1).is_empty());
+        // In a corner.
+        seen[17] = [0.5; 3];
+        seen[34] = [0.0; 3];
+        assert_eq!(found(&seen, 1.0), [26, 27, 33, 34]);
+        assert_eq!(near_edges(&[[3.0; 3]], 1, 0.0), [false]);
     }
 }

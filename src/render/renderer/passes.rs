@@ -36,17 +36,6 @@ impl<'a> Watch<'a> {
         Self { start, last_finished: start, limit, on_progress, total: 0, stop: false }
     }
 
-    /// Watches over work that makes no samples of the image: it may be stopped, and that is all.
-    pub fn over<T>(&mut self, work: impl FnOnce(&mut Watch<'_>) -> T) -> T {
-        let Self { start, last_finished, total, .. } = *self;
-        let mut on_progress = |p: &Progress| (self.on_progress)(&Progress { done: 0, total, ..*p });
-        let mut watch =
-            Watch { start, last_finished, limit: None, on_progress: &mut on_progress, total: 0, stop: false };
-        let result = work(&mut watch);
-        (self.last_finished, self.stop) = (watch.last_finished, self.stop | watch.stop);
-        result
-    }
-
     /// Time since the beginning.
     pub fn elapsed(&self) -> Duration {
         self.start.elapsed()
