@@ -29,9 +29,6 @@ bool glance_follows(uint state) { return GLANCES > 0u && (state & GLANCES_LEFT) 
 // The state of that glance.
 uint next_glance(uint state) { return GLANCING | ((state & GLANCES_LEFT) - 1u); }
 
-// Whether glances go on from a surface, the path's hit of number `hits`.
-bool glances_leave(bool is_mirror, uint hits) { return is_mirror && hits <= GLANCE_MIRRORS; }
-
 // What light of a lamp counts.
 float glance_weight(uint state) {
     if (GLANCES == 0u || state == 0u || (state & SCATTERED) != 0u) return 1.0;

@@ -41,6 +41,9 @@ struct ShadowRay {
 // Whether a path is followed one hit further than MAX_DEPTH, for light that it meets there.
 const bool LIGHT_AFTER_LAST_HIT = HAS_BACKGROUND || HAS_EMITTER;
 
+// Whether glances go on from a surface of that kind, the path's hit of number `hits`.
+bool glances_leave(float kind, uint hits) { return HAS_MIRROR && kind == KIND_MIRROR && hits <= GLANCE_MIRRORS; }
+
 Path path_begin(Camera camera, uvec2 at, uint key, uint index, uint glances) {
     uvec2 sequence = glance_sequence(glances, key, index);
     vec2 u = sample_pair(sequence.x, sequence.y, PAIR_PIXEL, 0u);
@@ -120,9 +123,8 @@ bool path_arrive(Path path, int id, float t, uint key, inout vec3 radiance, out 
     }
 
     bool diffuse = HAS_DIFFUSE && kind == KIND_DIFFUSE;
-    bool is_mirror = HAS_MIRROR && kind == KIND_MIRROR;
     bool alive = met && a.hits <= MAX_DEPTH && kind != KIND_EMITTER;
-    if (is_glance(path.glances)) alive = alive && glances_leave(is_mirror, a.hits);
+    if (is_glance(path.glances)) alive = alive && glances_leave(kind, a.hits);
     vec3 weight = HAS_DIELECTRIC && kind > 0.0 ? vec3(1.0) : a.surface.color;
     if (MUTATION == MUTATE_ALBEDO) weight *= 1.01;
     a.gives = REUSE && path.second && diffuse && alive && path.throughput != vec3(0.0);
@@ -176,7 +178,7 @@ void path_depart(inout Path path, Arrival a, bool alive, Camera camera, uvec2 at
     path.throughput = alive ? a.throughput : vec3(1.0);
     path.hits = alive ? (a.last ? MAX_DEPTH : a.hits) : 0u;
     path.index = index;
-    bool scattered = alive && glances != 0u && !glances_leave(HAS_MIRROR && kind == KIND_MIRROR, a.hits);
+    bool scattered = alive && glances != 0u && !glances_leave(kind, a.hits);
     if (GLANCES > 0u) path.glances = glances | (scattered ? SCATTERED : 0u);
     path.second = REUSE && alive && a.hits == 1u && kind == KIND_DIFFUSE;
     if (REUSE) path.normal = a.normal;

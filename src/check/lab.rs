@@ -32,6 +32,12 @@ pub(crate) struct Rendered {
 }
 
 impl Rendered {
+    /// What a renderer renders.
+    pub fn by(renderer: &mut Renderer) -> Result<Self, CheckError> {
+        let film = renderer.render(|_| ControlFlow::Continue(()))?;
+        Ok(Self { film, statistics: renderer.statistics().clone() })
+    }
+
     /// Mean over the image, per channel.
     pub fn mean(&self) -> [f64; 3] {
         let mut sum = [0.0; 3];
@@ -82,9 +88,7 @@ impl Lab {
 
     /// Renders.
     pub(crate) fn render_with(&self, scene: &Scene, settings: &RenderSettings) -> Result<Rendered, CheckError> {
-        let mut renderer = Renderer::new(&self.context, scene, settings)?;
-        let film = renderer.render(|_| ControlFlow::Continue(()))?;
-        Ok(Rendered { film, statistics: renderer.statistics().clone() })
+        Rendered::by(&mut Renderer::new(&self.context, scene, settings)?)
     }
 
     /// Closest hits in a scene.

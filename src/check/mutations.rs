@@ -28,7 +28,7 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::InfiniteInverse => &["tree/non-finite-steps"],
         Mutation::BlindReuse => &["oracle/reused-paths", "oracle/reused-lanes"],
         Mutation::NoDoubt => &["triangles/quick-facets"],
-        Mutation::DoubleGlances => &["oracle/lamps", "emitters/glances"],
         Mutation::NoMargins => &["tree/axis-aligned", "tree/brute-force"],
+        Mutation::DoubleGlances => &["oracle/lamps", "emitters/glances"],
     }
 }

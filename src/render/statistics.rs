@@ -55,7 +55,8 @@ pub struct RenderStatistics {
     pub reused_samples: u64,
     /// By how much reuse lowered the variance in the trial that decided about it; `None`: there was none.
     pub reuse_gain: Option<f64>,
-    /// Pixels whose samples look several times at lamps; how they were found is in no other number but the times (see [`Glances`](super::Glances)).
+    /// Pixels whose samples look several times at lamps (see [`Glances`](super::Glances)). How they were found is in no
+    /// other number but the times.
     pub glancing_pixels: u64,
     /// Closest-hit rays.
     pub rays: u64,

@@ -17,9 +17,7 @@ pub(super) fn upload(
         if let Some(target) = buffer.mapped_mut() {
             target[..bytes.len()].copy_from_slice(bytes);
         } else if !bytes.is_empty() {
-            let mut staging = Buffer::new(device, "staging", bytes.len() as u64, Usage::Upload)?;
-            let target = staging.mapped_mut().ok_or_else(upload_not_mapped)?;
-            target[..bytes.len()].copy_from_slice(bytes);
+            let staging = staging(device, bytes.len() as u64, |target| target.copy_from_slice(bytes))?;
             staged.push((index, staging));
         }
     }
@@ -36,7 +34,12 @@ pub(super) fn upload(
     Ok(())
 }
 
-/// The driver does not do what Vulkan guarantees.
-pub(super) fn upload_not_mapped() -> RenderError {
-    RenderError::Settings("the driver does not map upload memory".to_owned())
+/// A buffer to copy from, of so many bytes, filled by `fill`.
+pub(super) fn staging(device: &Arc<Device>, bytes: u64, fill: impl FnOnce(&mut [u8])) -> Result<Buffer, RenderError> {
+    let mut staging = Buffer::new(device, "staging", bytes, Usage::Upload)?;
+    let target = staging
+        .mapped_mut()
+        .ok_or_else(|| RenderError::Settings("the driver does not map upload memory".to_owned()))?;
+    fill(&mut target[..bytes as usize]);
+    Ok(staging)
 }

@@ -1,7 +1,6 @@
 //! Light of emitting spheres and meshes, where it is known in closed form.
 
 use std::f64::consts::PI;
-use std::ops::ControlFlow;
 
 use glam::DVec3;
 
@@ -175,9 +174,9 @@ fn with_and_without(lab: &Lab, scene: &Scene) -> Result<Measured, CheckError> {
         let mut renderer = Renderer::new(&lab.context, scene, &settings)?;
         let mut mean = |seed: u32| {
             renderer.set_seed(seed);
-            let film = renderer.render(|_| ControlFlow::Continue(()))?;
-            looked += renderer.statistics().glancing_pixels;
-            Ok(Rendered { film, statistics: renderer.statistics().clone() }.mean()[1])
+            let rendered = Rendered::by(&mut renderer)?;
+            looked += rendered.statistics.glancing_pixels;
+            Ok(rendered.mean()[1])
         };
         (0..12).map(&mut mean).collect()
     };

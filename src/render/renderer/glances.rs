@@ -25,7 +25,7 @@ const SEED: u32 = 0x9216_d5d9;
 
 /// A lamp's edge needs them if it is brighter than the rest of the image by this. Apart from each other, lamp and rest vary
 /// more than the sum of both where they are alike: with n glances, if the lamp is less than 2n/(n − 1) times as bright.
-const CONTRAST: f32 = 2.3;
+const CONTRAST: f64 = 2.3;
 /// The rest is estimated from one sample of every so many tiles.
 const REST_STEP: u32 = 15;
 
@@ -67,46 +67,32 @@ impl Renderer {
         self.fill_film(|_| empty_slot(glance::GLANCING | (FIRST_GLANCES - 1)))?;
         // Not to be stopped: what is stopped should have samples.
         self.steady_pass(&whole, 0, 1, 0, &mut Watch::new(None, &mut |_| ControlFlow::Continue(())))?;
-        let mean = |sum: [f32; 3]| sum.map(|x| x * (glance::GLANCES / FIRST_GLANCES) as f32);
-        let seen: Vec<_> = self.pixels_of_film()?.into_iter().map(|(sum, _)| mean(sum)).collect();
+        let mean = |sum: &[f64; 3]| sum.map(|x| x * f64::from(glance::GLANCES / FIRST_GLANCES));
+        let seen: Vec<_> = self.read_film()?.sums().iter().map(mean).collect();
         if seen.iter().all(|x| *x == seen[0]) {
             return Ok(vec![false; seen.len()]);
         }
-        self.fill_film(|_| empty_slot(0))?;
-        for &span in &whole {
-            self.statistics.samples = 0;
+        self.clear_film()?;
+        for span in whole {
             let work = Work { spans: vec![span], tile_step: REST_STEP, target_samples: 1, new_samples: 1 };
             let (ticket, readback) = self.submit(&work)?;
             self.finish(&ticket, readback)?;
         }
-        let rest = self.pixels_of_film()?;
-        let rest = rest.iter().zip(&seen).filter(|((_, count), seen)| *count > 0 && **seen == [0.0; 3]);
-        let (sum, count) = rest.fold((0.0, 0), |(sum, n), ((x, _), _)| (sum + f64::from(brightness(x)), n + 1));
-        let rest = if count > 0 { (sum / f64::from(count)) as f32 } else { 0.0 };
+        let film = self.read_film()?;
+        let samples = film.sums().iter().zip(film.counts()).zip(&seen);
+        let unlit = samples.filter(|((_, count), seen)| **count > 0 && **seen == [0.0; 3]);
+        let (sum, count) = unlit.fold((0.0, 0), |(sum, n), ((x, _), _)| (sum + brightness(x), n + 1));
+        let rest = if count > 0 { sum / f64::from(count) } else { 0.0 };
         Ok(near_edges(&seen, self.width as usize, CONTRAST * rest))
-    }
-
-    /// Of each pixel, the sum of its samples and their number.
-    fn pixels_of_film(&mut self) -> Result<Vec<([f32; 3], u32)>, RenderError> {
-        let (width, height) = (self.width, self.height);
-        let mut pixels = vec![([0.0; 3], 0); width as usize * height as usize];
-        self.read_slots(&self.whole_film(), |first, slots| {
-            for (i, slot) in slots.iter().enumerate() {
-                if let Some(pixel) = pixel_of_slot(first + i as u32, width, height) {
-                    pixels[pixel] = (slot.sum, slot.count);
-                }
-            }
-        })?;
-        Ok(pixels)
     }
 }
 
-fn brightness(color: &[f32; 3]) -> f32 {
+fn brightness(color: &[f64; 3]) -> f64 {
     color.iter().sum()
 }
 
 /// Pixels that differ from one of their neighbours by more than that, those across a corner included.
-fn near_edges(seen: &[[f32; 3]], width: usize, by: f32) -> Vec<bool> {
+fn near_edges(seen: &[[f64; 3]], width: usize, by: f64) -> Vec<bool> {
     let height = seen.len() / width;
     let around = |i: usize, end: usize| i.saturating_sub(1)..(i + 2).min(end);
     let differs = |p: usize| {
@@ -123,7 +109,7 @@ mod tests {
 
     #[test]
     fn pixels_beside_an_edge_are_found() {
-        let found = |seen: &[[f32; 3]], by| -> Vec<usize> {
+        let found = |seen: &[[f64; 3]], by| -> Vec<usize> {
             near_edges(seen, 7, by).iter().enumerate().filter(|(_, near)| **near).map(|n| n.0).collect()
         };
         let mut seen = vec![[0.5; 3]; 35];

@@ -12,7 +12,7 @@ use super::super::layout::{Counters, FilmSlot, Push};
 use super::super::plan::{Plan, Span, Work};
 use super::super::statistics::Progress;
 use super::super::tiles::TILE;
-use super::super::upload::upload_not_mapped;
+use super::super::upload::staging;
 use super::buffers::Band;
 use super::{IN_FLIGHT, Renderer};
 use crate::gpu::{Access, Buffer, Ticket, Usage};
@@ -157,19 +157,18 @@ impl Renderer {
     /// Fills the film with what `slot` gives for each. The device must be idle.
     pub(super) fn fill_film(&mut self, slot: impl Fn(u32) -> FilmSlot + Sync) -> Result<(), RenderError> {
         for band in &mut self.buffers.bands {
-            let bytes = band.slots as usize * size_of::<FilmSlot>();
+            let bytes = u64::from(band.slots) * size_of::<FilmSlot>() as u64;
             let fill = |target: &mut [u8]| {
-                let slots: &mut [FilmSlot] = bytemuck::cast_slice_mut(&mut target[..bytes]);
+                let slots: &mut [FilmSlot] = bytemuck::cast_slice_mut(target);
                 slots.par_iter_mut().enumerate().for_each(|(i, s)| *s = slot(band.first + i as u32));
             };
             if let Some(film) = band.film.mapped_mut() {
-                fill(film);
+                fill(&mut film[..bytes as usize]);
                 continue;
             }
-            let mut staging = Buffer::new(&self.device, "film staging", bytes as u64, Usage::Upload)?;
-            fill(staging.mapped_mut().ok_or_else(upload_not_mapped)?);
+            let staging = staging(&self.device, bytes, fill)?;
             let ticket = self.timeline.submit(|r| {
-                r.copy(&staging, 0, &band.film, 0, bytes as u64);
+                r.copy(&staging, 0, &band.film, 0, bytes);
                 r.barrier(Access::Transfer, Access::Compute);
             })?;
             self.timeline.wait(&ticket)?;
