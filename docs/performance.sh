@@ -22,6 +22,7 @@ plot roulette $scenes/indirect.toml --size 96x96 --samples 4..64 --vary roulette
 plot scheduler $scenes/cat.toml --size 64x64 --samples 8..32 --vary scheduler=queue,inline --vary reuse=off \
     --vary intersection=watertight,moller-trumbore
 plot reuse $scenes/cat.toml --size 96x96 --samples 4..64 --vary reuse=auto,off
+plot gradients $scenes/cat.toml --size 96x96 --samples 4..64 --vary gradients=auto,off
 plot glances $scenes/cornell.toml --size 96x96 --samples 8..128 --vary glances=auto,off
 plot hierarchy $scenes/cat.toml --size 24x24 --samples 1,2,4 --seeds 3 --vary accel=bvh,none
 table rays $scenes/cat.toml --rays

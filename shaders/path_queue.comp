@@ -78,12 +78,13 @@ void draw_runs(uvec2 corner, uint tile, uint samples, inout Run run) {
         if (wanted && number < runs) {
             uint p = number % TILE;
             uint first = number / TILE * RUN;
-            uvec2 at = corner + place_in_tile(p);
-            uint done = film_count(tile + p);
+            uvec2 at = pixel_of_tile(corner, p);
+            uint slot = film_slot(tile + p);
+            uint done = film_count(slot);
             run.slot = p + first * TILE;
             run.key = pixel_key(pixel_number(at));
             run.index = index_of_member(done + first, member_of_group(p));
-            run.glances = film_glances(tile + p);
+            run.glances = film_glances(slot);
             // A pixel that is ahead of the others just ends sooner.
             uint end = min(target_samples, done + samples);
             bool real = at.x < width && at.y < height && tile + p < end_slot;
@@ -148,7 +149,7 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         bool held = h.slot != NOTHING;
         bool shades = held && !h.dying;
         uint p = held ? h.slot % TILE : 0u;
-        uint key = pixel_key(pixel_number(corner + place_in_tile(first_of_group(p))));
+        uint key = pixel_key(pixel_number(pixel_of_tile(corner, first_of_group(p))));
         Arrival arrival;
         ShadowRay shadow;
         vec3 radiance = h.radiance;
@@ -174,20 +175,22 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
             if (wanted && !hidden && !later) h.radiance += shadow.radiance;
         }
         bool ended = held && !alive && !later;
-        bool glances = ended && glance_follows(h.path.glances);
-        if (ended && !glances) {
+        bool goes_on = ended && sample_goes_on(h.path.glances);
+        if (ended && !goes_on) {
             path_store(region + h.slot, ROW_LIGHT, vec4(h.radiance, h.gives ? PATH_GIVES : PATH_ENDED));
         }
 
         // Next rays of living paths and first rays of new ones.
-        bool begins = !alive && !later && !glances && run.left > 0u && pocket_room(pocket);
-        h.slot = begins ? run.slot : (alive || later || glances ? h.slot : NOTHING);
+        bool begins = !alive && !later && !goes_on && run.left > 0u && pocket_room(pocket);
+        h.slot = begins ? run.slot : (alive || later || goes_on ? h.slot : NOTHING);
         h.radiance = begins ? vec3(0.0) : h.radiance;
         h.gives = h.gives && !begins;
         h.dying = !alive && later;
-        uint state = begins ? run.glances : (glances ? next_glance(h.path.glances) : h.path.glances);
-        path_depart(h.path, arrival, alive, camera, corner + place_in_tile(glances ? p : run.slot % TILE),
-                    begins ? run.key : key, begins ? run.index : h.path.index, state);
+        uint state = begins ? run.glances : (goes_on ? next_state(h.path.glances) : h.path.glances);
+        uvec2 at = pixel_of_tile(corner, goes_on ? p : run.slot % TILE);
+        // From the camera to the first hit the random numbers are the pixel's own.
+        if (GLANCES > 0u && REUSE) key = goes_on ? pixel_key(pixel_number(at)) : key;
+        path_depart(h.path, arrival, alive, camera, at, begins ? run.key : key, begins ? run.index : h.path.index, state);
         run.left -= begins ? 1u : 0u;
         run.slot += begins ? TILE : 0u;
         run.index += begins ? 1u : 0u;
@@ -197,7 +200,7 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         h.t = t;
         h.id = id;
         if (REUSE) h.path.second = h.path.second && reuses(p);
-        bool waits = (alive || begins || glances) && meets_tree(h.path.origin, h.path.direction, t);
+        bool waits = (alive || begins || goes_on) && meets_tree(h.path.origin, h.path.direction, t);
         // The same for a living path, which leaves a diffuse surface as its shadow ray does.
         h.path.origin = later ? shadow.origin : h.path.origin;
         h.path.leaving = later ? shadow.leaving : h.path.leaving;
@@ -228,8 +231,8 @@ void connect_paths(inout Pocket pocket, inout Run run, PocketWalk w) {
         if (traced != NOTHING) note_coupling(region + traced / MEMBERS, traced % MEMBERS, value);
         bool takes = run.left > 0u && pocket_room(pocket);
         uint segment = takes ? run.slot : 0u;
-        uint path = segment / SEGMENTS * TILE + segment % TILE;
-        uint member = member_of(path) ^ (1u + segment / TILE % (MEMBERS - 1u));
+        uint path = segment / (MEMBERS - 1u);
+        uint member = member_of(path) ^ (1u + segment % (MEMBERS - 1u));
         vec3 y = path_load(region + path, ROW_SECOND).xyz;
         vec3 normal = path_load(region + path, ROW_SECOND_NORMAL).xyz;
         ShadowRay ray = connect(y, normal, region + path_of_member(path, member), value);
@@ -281,7 +284,7 @@ void share_notes() {
 uint wanted_samples(uint slot) {
     uvec2 at;
     bool real = slot < end_slot && pixel_of_slot(slot, at);
-    return real ? target_samples - min(target_samples, film_count(slot)) : 0u;
+    return real ? target_samples - min(target_samples, film_count(film_slot(slot))) : 0u;
 }
 
 void main() {
@@ -345,24 +348,37 @@ void main() {
     for (uint p = gl_SubgroupInvocationID; p < TILE; p += gl_SubgroupSize) {
         uvec2 at;
         if (tile + p < end_slot && pixel_of_slot(tile + p, at)) {
-            FilmPixel film_pixel = film_load(tile + p);
+            uint film_place = film_slot(tile + p);
+            FilmPixel film_pixel = film_load(film_place);
             uint first = film_pixel.count;
             for (uint s = 0u; s < complete; ++s) {
                 uint path = region + s * TILE + p;
                 vec4 light;
-                vec3 alone;
+                vec3 gathered, unshared;
                 if (reusing) {
-                    light = shared_light(path, alone);
+                    light = shared_light(path, gathered, unshared);
                 } else {
                     light = path_load(path, ROW_LIGHT);
                 }
                 if (light.w == PATH_OPEN || film_pixel.count >= target_samples) break;
-                if (reusing && film_pixel.count < TRIAL) trial_note(film_pixel, light.xyz, alone);
-                bad += film_add(film_pixel, light.xyz) ? 0u : 1u;
+                if (reusing) film_pixel.trial += trial_sign(film_pixel.count) * brightness(light.xyz - gathered);
+                bool good = film_add(film_pixel, light.xyz);
+                bad += good ? 0u : 1u;
+                if (reusing) path_store(path, ROW_OWN, vec4(good ? gathered : vec3(0.0), brightness(unshared)));
             }
-            film_store(tile + p, film_pixel);
+            film_store(film_place, film_pixel);
+            if (reusing) {
+                path_store_compactly(region + p, ROW_FIRST, uintBitsToFloat(uvec4(first, film_pixel.count, 0u, 0u)));
+            }
             committed += film_pixel.count - first;
             reused += reusing && reuses(p) ? film_pixel.count - first : 0u;
+        }
+    }
+    if (reusing) {
+        share_notes();
+        for (uint p = gl_SubgroupInvocationID; p < TILE; p += gl_SubgroupSize) {
+            uvec2 at;
+            if (tile + p < end_slot && pixel_of_slot(tile + p, at)) note_gradients(region + p, film_slot(tile + p));
         }
     }
     release_region(r);

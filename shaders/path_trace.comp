@@ -36,7 +36,10 @@ void main() {
     // Groups stay together.
     if (!REUSE && !real) return;
     FilmPixel film_pixel = film_empty();
-    if (real) film_pixel = film_load(slot);
+    uint film_place = film_slot(slot);
+    if (real) film_pixel = film_load(film_place);
+    Gradients gradients = Gradients(vec4(0.0), vec4(0.0), vec4(0.0));
+    if (REUSE && real) gradients = gradients_load(film_place);
     uint first = film_pixel.count;
     uint end = real ? min(target_samples, first + max_new_samples) : 0u;
     uint left = end - min(first, end);      // samples that have not ended
@@ -51,7 +54,7 @@ void main() {
     uint p = slot % TILE;
     bool reusing = REUSE && reuses(p);
     uint key = pixel_key(pixel_number(at));
-    uint group_key = REUSE ? pixel_key(pixel_number(tile_corner(slot / TILE) + place_in_tile(first_of_group(p)))) : key;
+    uint group_key = REUSE ? pixel_key(pixel_number(pixel_of_tile(tile_corner(slot / TILE), first_of_group(p)))) : key;
     Camera camera = frame_camera();
     Path path = path_begin(camera, at, key, index_of_member(first, member_of_group(p)), film_pixel.glances);
     vec3 radiance = vec3(0.0);
@@ -87,8 +90,8 @@ void main() {
             // Out of budget: a walk may have ended too early, so that the sample in hand does not count. What the film
             // holds is complete; the next dispatch begins with that sample again.
             within_budget = LOOP_BUDGET == 0u || loops + doubtful_loops < LOOP_BUDGET;
-            bool glances = glance_follows(path.glances);
-            bool over = going && !alive && within_budget && !glances;
+            bool goes_on = sample_goes_on(path.glances);
+            bool over = going && !alive && within_budget && !goes_on;
             left -= over ? 1u : 0u;
             waits = over && ended.there;
             if (over && !waits) {
@@ -96,21 +99,27 @@ void main() {
                 else counts.bad += film_add(film_pixel, radiance) ? 0u : 1u;
                 radiance = vec3(0.0);
             }
-            uint state = alive ? path.glances : (glances ? next_glance(path.glances) : film_pixel.glances);
+            uint state = alive ? path.glances : (goes_on ? next_state(path.glances) : film_pixel.glances);
             path_depart(path, arrival, alive, camera, at, alive ? group_key : key,
-                        path.index + (alive || glances ? 0u : 1u), state);
+                        path.index + (alive || goes_on ? 0u : 1u), state);
             if (REUSE) path.second = path.second && reusing;
             going = within_budget && left > 0u && !waits;
         } while (going && (!REUSE || group_lacks_path(reusing, ended.there)));
-        if (REUSE) {
+        if (REUSE && subgroupAny(ended.there)) {
             // Drivers bound the loops of the slowest lane.
             loops = subgroupMax(loops) + 1u;
             doubtful_loops = subgroupMax(doubtful_loops);
-            vec3 alone;
-            vec3 light = shared_light(ended.meeting, ended.light, counts.shadow_rays, loops, alone);
+            vec3 gathered, unshared;
+            vec3 light = shared_light(ended.meeting, ended.light, counts.shadow_rays, loops, gathered, unshared);
             within_budget = LOOP_BUDGET == 0u || subgroupMax(loops + doubtful_loops) < LOOP_BUDGET;
+            vec3 right = vec3(0.0);
+            vec3 down = vec3(0.0);
+            // What is not finite counts as black.
+            if (!is_finite(brightness(light))) gathered = vec3(0.0);
+            differences(gathered, right, down);
             if (ended.there && within_budget) {
-                if (film_pixel.count < TRIAL) trial_note(film_pixel, light, alone);
+                film_pixel.trial += trial_sign(film_pixel.count) * brightness(light - gathered);
+                gradients_add(gradients, film_pixel.count, gathered, brightness(unshared), right, down);
                 counts.bad += film_add(film_pixel, light) ? 0u : 1u;
             }
             ended = ended_none();
@@ -122,7 +131,8 @@ void main() {
             going = within_budget && left > 0u;
         }
     } while (REUSE && within_budget && subgroupAny(going || ended.there));
-    if (real) film_store(slot, film_pixel);
+    if (real) film_store(film_place, film_pixel);
+    if (REUSE && real) gradients_store(film_place, gradients);
     counts.samples = film_pixel.count - first;
     counts.reused = reusing ? counts.samples : 0u;
     if (PATH_STATS) counts.steps = walked_steps;

@@ -1,5 +1,5 @@
 // The film: per slot, 3 texels: sum.rgb and the sample count (as bits), then compensation.rgb and residue.rgb, each with
-// a number of the pixel's trial (reuse.glsl); or the last with the pixel's state of glances (glance.glsl).
+// a number of the pixel's trial (gradient.glsl), and with the state in which its samples begin (glance.glsl).
 //
 // A sum is three floats that overlap by no more than a bit: 72 bits. Two would be 48, which is too few for samples that
 // are alike: at a sum of 1e8 a sample of 0.1 is rounded at 3.5e-7, always to the same side, a drift of 1e-7 after 1e9
@@ -16,7 +16,7 @@ struct FilmPixel {
     vec3 compensation;
     vec3 residue;
     uint count;
-    vec2 trial;
+    float trial;
     uint glances;
 };
 
@@ -30,7 +30,7 @@ uint film_count(uint slot) {
     return imageLoad(film_texels, int(FILM_ROWS * (slot - band_first))).w;
 }
 
-FilmPixel film_empty() { return FilmPixel(vec3(0.0), vec3(0.0), vec3(0.0), 0u, vec2(0.0), 0u); }
+FilmPixel film_empty() { return FilmPixel(vec3(0.0), vec3(0.0), vec3(0.0), 0u, 0.0, 0u); }
 
 FilmPixel film_load(uint slot) {
     int row = int(FILM_ROWS * (slot - band_first));
@@ -38,16 +38,14 @@ FilmPixel film_load(uint slot) {
     vec4 compensation = uintBitsToFloat(imageLoad(film_texels, row + 1));
     uvec4 c = imageLoad(film_texels, row + 2);
     vec4 residue = uintBitsToFloat(c);
-    vec2 trial = vec2(compensation.w, residue.w);
-    return FilmPixel(uintBitsToFloat(a.xyz), compensation.xyz, residue.xyz, a.w, trial, GLANCES > 0u ? c.w : 0u);
+    return FilmPixel(uintBitsToFloat(a.xyz), compensation.xyz, residue.xyz, a.w, compensation.w, c.w);
 }
 
 void film_store(uint slot, FilmPixel p) {
     int row = int(FILM_ROWS * (slot - band_first));
     imageStore(film_texels, row, uvec4(floatBitsToUint(p.sum), p.count));
-    imageStore(film_texels, row + 1, floatBitsToUint(vec4(p.compensation, p.trial.x)));
-    uint last = GLANCES > 0u ? p.glances : floatBitsToUint(p.trial.y);
-    imageStore(film_texels, row + 2, uvec4(floatBitsToUint(p.residue), last));
+    imageStore(film_texels, row + 1, floatBitsToUint(vec4(p.compensation, p.trial)));
+    imageStore(film_texels, row + 2, uvec4(floatBitsToUint(p.residue), p.glances));
 }
 
 // a + b = sum + error exactly where |a| >= |b| (Dekker 1971).

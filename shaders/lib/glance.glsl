@@ -8,7 +8,11 @@
 // Light through glass is left to the paths: there every path chooses its way at random, and further ones cost more than they
 // gain. So is that of the background, which is hardly ever much brighter than what is before it.
 //
-// The state of a path: how many glances are still to come before its sample is complete, and what it is itself.
+// The glances of a sample come first, then the path: what they gather is in its light when it meets its second surface, and
+// with REUSE stays with its pixel.
+//
+// The state of a path: how many glances of its sample are still to come after it, whether the path follows on them, and what
+// it is itself.
 
 #ifndef GLANCE_GLSL
 #define GLANCE_GLSL
@@ -17,17 +21,19 @@
 
 const uint GLANCING = 0x80000000u;      // a glance
 const uint SCATTERED = 0x40000000u;     // it has left what no glance leaves: all light counts
+const uint PATH_FOLLOWS = 0x20000000u;  // a glance of a sample that is not of glances only
+const uint GLANCED = 0x10000000u;       // the path that follows on glances
 const uint GLANCES_LEFT = 0xffffu;
 // Mirrors that a glance follows light through; lamps behind more of them are seen by the paths.
 const uint GLANCE_MIRRORS = 4u;
 
 bool is_glance(uint state) { return GLANCES > 0u && (state & GLANCING) != 0u; }
 
-// Whether a path that has ended is followed by a glance of the same sample.
-bool glance_follows(uint state) { return GLANCES > 0u && (state & GLANCES_LEFT) != 0u; }
+// Whether a path that has ended is followed by another of the same sample.
+bool sample_goes_on(uint state) { return GLANCES > 0u && (state & (GLANCES_LEFT | PATH_FOLLOWS)) != 0u; }
 
-// The state of that glance.
-uint next_glance(uint state) { return GLANCING | ((state & GLANCES_LEFT) - 1u); }
+// The state of that one.
+uint next_state(uint state) { return (state & GLANCES_LEFT) != 0u ? state - 1u : GLANCED; }
 
 // What light of a lamp counts.
 float glance_weight(uint state) {

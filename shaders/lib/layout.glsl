@@ -65,6 +65,7 @@ const uint MUTATE_REUSE = 22u;
 const uint MUTATE_DOUBT = 23u;
 const uint MUTATE_ALL_MARGINS = 24u;
 const uint MUTATE_GLANCES = 25u;
+const uint MUTATE_GRADIENTS = 26u;
 
 // ---- bindings
 layout(binding = 0) uniform usamplerBuffer tree_texels;    // 3 texels a record, then 1, see intersect/tree.glsl
@@ -84,6 +85,9 @@ layout(std430, binding = 6) coherent buffer PathNumbers { float path_numbers[]; 
 layout(rgba32f, binding = 8) coherent uniform imageBuffer path_texels;
 layout(std430, binding = 7) coherent buffer QueuePool { uint pool[]; };
 const uint PATH_ROWS = 9u;
+// With REUSE: GRADIENT_ROWS texels a slot, see gradient.glsl.
+layout(rgba32f, binding = 9) uniform imageBuffer gradient_texels;
+const uint GRADIENT_ROWS = 3u;
 
 // Indices into `counters`.
 const uint COUNT_SAMPLES = 0u;     // samples committed by this dispatch
@@ -111,6 +115,9 @@ layout(push_constant, std430) uniform Push {
     uint tile_step;         // every n-th tile of 64 slots is worked on
     uint group_stride;      // workgroup i of n takes the work of number i·stride mod n, see pixel_order.glsl
     uint reused_halves;     // halves of the image whose paths serve several pixels, a bit each, see reuse.glsl
+    uint shifted;           // 1: groups lie elsewhere, see pixel_order.glsl
+    uint band_rows;         // of pixels, in the film buffer, if groups may be shifted
+    uint surveys;           // 1: a sample is the surface at its pixel's centre, see gradient.glsl
 };
 
 #endif

@@ -125,6 +125,10 @@ bool path_arrive(Path path, int id, float t, uint key, inout vec3 radiance, out 
     bool diffuse = HAS_DIFFUSE && kind == KIND_DIFFUSE;
     bool alive = met && a.hits <= MAX_DEPTH && kind != KIND_EMITTER;
     if (is_glance(path.glances)) alive = alive && glances_leave(kind, a.hits);
+    if (REUSE && surveys != 0u) {
+        radiance = alive && diffuse ? t * (a.front ? a.surface.shading : -a.surface.shading) : vec3(0.0);
+        alive = false;
+    }
     vec3 weight = HAS_DIELECTRIC && kind > 0.0 ? vec3(1.0) : a.surface.color;
     if (MUTATION == MUTATE_ALBEDO) weight *= 1.01;
     a.gives = REUSE && path.second && diffuse && alive && path.throughput != vec3(0.0);

@@ -1,7 +1,7 @@
-// The order in which pixels are handed out. 64 consecutive slots are a tile: eight patches of 4×2 pixels, each 16
-// pixels away from the next, in a block of 32×64 pixels that 32 tiles share. Neighbouring lanes trace neighbouring rays;
-// and pixels with the same place in the patches are a group whose paths are reused for each other (reuse.glsl): far
-// enough apart that the noise which they then have in common is not seen as blotches, near enough to see alike surfaces.
+// The order in which pixels are handed out. 64 consecutive slots are a tile of 8×8 pixels: eight groups of 4×2 pixels, in
+// a block of 32×64 pixels that 32 tiles share. Paths are reused within a group (reuse.glsl): its pixels see most alike
+// surfaces. With REUSE half of the samples are taken with groups that lie half a group further to the right and
+// down, so that every two neighbours are of one group in some samples.
 
 #ifndef PIXEL_ORDER_GLSL
 #define PIXEL_ORDER_GLSL
@@ -9,8 +9,8 @@
 #include "layout.glsl"
 
 const uint TILE = 64u;          // slots of a tile
-const uint PATCH_BITS = 3u;     // log2 of the slots of a patch
-const uint PATCHES = 8u;        // of a tile
+const uint MEMBERS = 8u;        // of a group
+const uint GROUP_BITS = 3u;     // log2 of the groups of a tile
 
 // Which part of the work this workgroup takes. Drivers on CPUs give each thread an equal share of consecutive
 // workgroups; a stride that has no divisor in common with their number spreads each share over the whole image, so that
@@ -21,27 +21,50 @@ uint group_of_work() { return gl_WorkGroupID.x * group_stride % gl_NumWorkGroups
 uvec2 tile_corner(uint tile) {
     uint blocks_x = (width + 31u) / 32u;
     uint block = tile / 32u;
-    uvec2 patch_of_block = uvec2(tile & 3u, (tile >> 2) & 7u);
-    return uvec2(32u, 64u) * uvec2(block % blocks_x, block / blocks_x) + uvec2(4u, 2u) * patch_of_block;
+    uvec2 tile_of_block = uvec2(tile & 3u, (tile >> 2) & 7u);
+    return uvec2(32u, 64u) * uvec2(block % blocks_x, block / blocks_x) + 8u * tile_of_block;
 }
 
-// A pixel of a tile, relative to its corner.
-uvec2 place_in_tile(uint p) { return uvec2((p & 3u) + ((p & 8u) << 1), ((p >> 2) & 1u) + (p & 48u)); }
+// A pixel of a tile, relative to its corner: bits 0 to 2 of its number tell the group, the others the member.
+uvec2 place_in_tile(uint p) { return uvec2((p & 1u) << 2 | (p >> 3 & 3u), (p & 6u) | p >> 5); }
 
 // The slot that an invocation works on, where each has one; where paths are reused, groups lie side by side.
 uint slot_of_invocation(uint number) {
     uint p = number % TILE;
-    if (REUSE) p = p % PATCHES << PATCH_BITS | p / PATCHES;
+    if (REUSE) p = p % MEMBERS << GROUP_BITS | p / MEMBERS;
     return first_slot + number / TILE * tile_step * TILE + p;
 }
 
 // The number of the pixel at column and row `at`.
 uint pixel_number(uvec2 at) { return at.y * width + at.x; }
 
-// Column and row of a slot's pixel; false for slots that pad the blocks at the right and lower edge.
+// A pixel of the tile with such a corner. What is shifted out of the film's band comes in again on the other side.
+uvec2 pixel_of_tile(uvec2 corner, uint p) {
+    uvec2 at = corner + place_in_tile(p);
+    if (REUSE && shifted != 0u) {
+        uint columns = (width + 31u) / 32u * 32u;
+        uint top = band_first / (64u * columns) * 64u;
+        at += uvec2(2u, 1u);
+        at.x -= at.x >= columns ? columns : 0u;
+        at.y -= at.y >= top + band_rows ? band_rows : 0u;
+    }
+    return at;
+}
+
+// Column and row of the pixel that a slot stands for in the dispatch; false for what pads the blocks at the right and lower
+// edge.
 bool pixel_of_slot(uint slot, out uvec2 at) {
-    at = tile_corner(slot / TILE) + place_in_tile(slot % TILE);
+    at = pixel_of_tile(tile_corner(slot / TILE), slot % TILE);
     return at.x < width && at.y < height;
+}
+
+// Where the film holds the pixel that a slot stands for.
+uint film_slot(uint slot) {
+    if (!REUSE || shifted == 0u) return slot;
+    uvec2 at = pixel_of_tile(tile_corner(slot / TILE), slot % TILE);
+    uint block = (at.y >> 6) * ((width + 31u) / 32u) + (at.x >> 5);
+    uint tile = block << 5 | (at.y >> 3 & 7u) << 2 | (at.x >> 3 & 3u);
+    return tile << 6 | (at.y & 1u) << 5 | (at.x & 3u) << 3 | (at.y & 6u) | (at.x >> 2 & 1u);
 }
 
 #endif

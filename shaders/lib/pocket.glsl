@@ -41,7 +41,8 @@ struct Pocket {
     vec4 radiance[PLACES];      // slot, flags and number of hits
     vec4 toward[PLACES];        // direction of the shadow ray, distance
     vec4 light[PLACES];         // its radiance, index of the sample
-    vec4 normal[PLACES];        // for reuse: normal, or state of glances; for emitters: density
+    vec4 normal[PLACES];        // for reuse: normal; for emitters: density
+    uint glances[PLACES];       // state of glances
 };
 
 // The ray in a lane's hands.
@@ -63,7 +64,8 @@ Pocket pocket_empty() {
     p.used = p.rays = p.shadows = p.lit = p.dying = 0u;
 #define CLEAR(n)                                                                                         \
     p.origin[n] = p.direction[n] = p.throughput[n] = p.radiance[n] = p.toward[n] = p.light[n] = vec4(0.0); \
-    p.normal[n] = vec4(0.0);
+    p.normal[n] = vec4(0.0);                                                                              \
+    p.glances[n] = 0u;
     FOR_EACH_PLACE(CLEAR)
 #undef CLEAR
     return p;
@@ -102,7 +104,7 @@ void pocket_put(inout Pocket p, Held h, ShadowRay shadow, bool waits, bool later
         p.toward[n] = toward;                       \
         p.light[n] = light;                         \
         if (REUSE) p.normal[n].xyz = h.path.normal; \
-        if (GLANCES > 0u) p.normal[n].x = uintBitsToFloat(h.path.glances); \
+        if (GLANCES > 0u) p.glances[n] = h.path.glances; \
         if (EMITTER_COUNT > 0u) p.normal[n].w = h.path.pdf; \
     }
     FOR_EACH_PLACE(PUT)
@@ -119,6 +121,7 @@ void pocket_take(inout Pocket p, inout Held h) {
         vec4 radiance = p.radiance[0];
         vec4 light = p.light[0];
         vec4 normal = p.normal[0];
+        uint glances = p.glances[0];
 #define TAKE(n)                                                        \
     if (n > 0) {                                                       \
         bvec4 here = bvec4(place == (1u << n));                        \
@@ -128,14 +131,13 @@ void pocket_take(inout Pocket p, inout Held h) {
         radiance = mix(radiance, p.radiance[n], here);                 \
         light = mix(light, p.light[n], here);                          \
         if (REUSE) normal.xyz = mix(normal.xyz, p.normal[n].xyz, here.xyz); \
-        if (GLANCES > 0u) normal.x = here.x ? p.normal[n].x : normal.x; \
+        if (GLANCES > 0u) glances = here.x ? p.glances[n] : glances; \
         if (EMITTER_COUNT > 0u) normal.w = here.w ? p.normal[n].w : normal.w; \
     }
         FOR_EACH_PLACE(TAKE)
 #undef TAKE
         uint bits = floatBitsToUint(radiance.w);
         h.slot = bits & ((1u << SLOT_BITS) - 1u);
-        uint glances = GLANCES > 0u ? floatBitsToUint(normal.x) : 0u;
         h.path = Path(origin.xyz, direction.xyz, floatBitsToInt(throughput.w), throughput.xyz, bits >> HITS_SHIFT,
                       floatBitsToUint(light.w), normal.xyz, normal.w, (bits & SECOND_BIT) != 0u, glances);
         h.t = origin.w;

@@ -11,9 +11,9 @@
 // in both places. A path whose second hit is not diffuse keeps its light to itself, and its first hit still receives.
 //
 // That pays where indirect light makes most of the noise; elsewhere it only costs time. So the first TRIAL samples of each
-// pixel are a trial, of which the film notes how far the mean of the earlier half is from that of the later half, with
-// reuse and, from the same paths, without. The host decides from that (src/render/renderer/trial.rs), apart for the two
-// halves of the image that adaptive sampling keeps independent of each other (src/render/progression.rs).
+// pixel are a trial, of which the film notes how far they are from each other (gradient.glsl). The host decides from that
+// (src/render/renderer/trial.rs), apart for the two halves of the image that adaptive sampling keeps independent of each
+// other (src/render/progression.rs).
 //
 // Where the paths of a group meet depends on the scheduler: in memory (reuse_notes.glsl) or in the lanes of a subgroup
 // (reuse_lanes.glsl). Both reckon the same, bit for bit.
@@ -25,22 +25,12 @@
 #include "path.glsl"
 #include "pixel_order.glsl"
 
-const uint MEMBERS = PATCHES;   // of a group
-
-const uint TRIAL = 4u;          // samples
-
 // Whether the paths of a slot of a tile serve several pixels.
-bool reuses(uint p) { return ((reused_halves >> ((p ^ (p >> 2)) & 1u)) & 1u) != 0u; }
-
-// Notes a sample of a pixel under trial: with reuse, and the path by itself.
-void trial_note(inout FilmPixel pixel, vec3 shared_one, vec3 alone) {
-    vec2 light = vec2(shared_one.x + shared_one.y + shared_one.z, alone.x + alone.y + alone.z);
-    pixel.trial += pixel.count < TRIAL / 2u ? light : -light;
-}
+bool reuses(uint p) { return ((reused_halves >> ((p ^ (p >> 1)) & 1u)) & 1u) != 0u; }
 
 // Which member of its group a pixel of a tile is, and the first one, whose scramble all use from their first hits on.
-uint member_of_group(uint p) { return REUSE ? p >> PATCH_BITS : 0u; }
-uint first_of_group(uint p) { return REUSE ? p & ((1u << PATCH_BITS) - 1u) : p; }
+uint member_of_group(uint p) { return REUSE ? p >> GROUP_BITS : 0u; }
+uint first_of_group(uint p) { return REUSE ? p & ((1u << GROUP_BITS) - 1u) : p; }
 
 // Geometry between a first hit x and a second hit y: cos cos/r², and the direction and distance from x to y.
 float coupling(vec3 x, vec3 nx, vec3 y, vec3 ny, out vec3 direction, out float distance) {

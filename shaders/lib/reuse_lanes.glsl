@@ -4,6 +4,7 @@
 #ifndef REUSE_LANES_GLSL
 #define REUSE_LANES_GLSL
 
+#include "gradient.glsl"
 #include "reuse.glsl"
 #include "trace.glsl"
 
@@ -75,9 +76,24 @@ float sum_of_group(float value) {
     return sum;
 }
 
+// The differences of what the lane's pixel has gathered from that of the ones on its right and below; 0 where they are not
+// of its group. To be called by all lanes.
+void differences(vec3 gathered, out vec3 right, out vec3 down) {
+    uint me = gl_SubgroupInvocationID % MEMBERS;
+    right = vec3(0.0);
+    down = vec3(0.0);
+    [[dont_unroll]] for (uint member = 1u; member < MEMBERS; ++member) {
+        vec3 theirs = of_member(gathered, member);
+        if (member == me + 1u && has_right(me)) right = gathered - theirs;
+        if (member == me + 4u) down = gathered - theirs;
+    }
+}
+
 // All light of the lane's pixel for one sample: `light` is that of its path, or what leaves y if that is given away.
-// To be called by all lanes. `alone`: what it would be without the others.
-vec3 shared_light(Meeting m, vec3 light, inout uint shadow_rays, inout uint loops, out vec3 alone) {
+// To be called by all lanes. The part of it that comes by the second hits of the group is `gathered`; it would be `unshared`
+// without the others.
+vec3 shared_light(Meeting m, vec3 light, inout uint shadow_rays, inout uint loops, out vec3 gathered,
+                  out vec3 unshared) {
     uint me = gl_SubgroupInvocationID % MEMBERS;
     vec3 given = m.gives ? light : vec3(0.0);
     vec3 sum = vec3(0.0);
@@ -100,8 +116,9 @@ vec3 shared_light(Meeting m, vec3 light, inout uint shadow_rays, inout uint loop
     }
     loops += MEMBERS;
     vec3 own = m.own + (m.gives ? vec3(0.0) : light);
-    alone = own + m.beta * given;
-    return own + m.beta * sum;
+    unshared = m.beta * given;
+    gathered = m.beta * sum;
+    return own + gathered;
 }
 
 #endif

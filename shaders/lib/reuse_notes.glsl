@@ -5,6 +5,7 @@
 #ifndef REUSE_NOTES_GLSL
 #define REUSE_NOTES_GLSL
 
+#include "gradient.glsl"
 #include "reuse.glsl"
 
 const uint SLOT_BITS = 11u;     // of a path's number in its workgroup
@@ -14,7 +15,7 @@ const uint ROW_FIRST = 1u;      // x; the id that a ray from it leaves
 const uint ROW_FIRST_NORMAL = 2u;   // shading normal; β.r
 const uint ROW_SECOND = 3u;     // y; β.g
 const uint ROW_SECOND_NORMAL = 4u;  // geometric normal; β.b
-const uint ROW_OWN = 5u;        // light from x itself
+const uint ROW_OWN = 5u;        // light from x itself; with REUSE then what its pixel has gathered, see gradient.glsl
 const uint ROW_COUPLINGS = 6u;  // two rows: a(x, y) of its y and each member's x
 const uint ROW_FIRST_UP = 8u;   // with SMOOTH_NORMALS: geometric normal of x
 
@@ -48,8 +49,8 @@ void note_coupling(uint path, uint member, float value) {
 }
 
 // Which member of its group a path is of, and the same sample's path of another member.
-uint member_of(uint path) { return path >> PATCH_BITS & (MEMBERS - 1u); }
-uint path_of_member(uint path, uint member) { return path & ~((MEMBERS - 1u) << PATCH_BITS) | member << PATCH_BITS; }
+uint member_of(uint path) { return path >> GROUP_BITS & (MEMBERS - 1u); }
+uint path_of_member(uint path, uint member) { return path & ~((MEMBERS - 1u) << GROUP_BITS) | member << GROUP_BITS; }
 
 // Notes a path that arrives at its second hit.
 void note_second_hit(uint path, Path p, Arrival a, float t, vec3 radiance) {
@@ -78,8 +79,9 @@ ShadowRay connect(vec3 y, vec3 normal, uint to, out float value) {
 }
 
 // All light of a path's pixel for one sample, and PATH_ENDED; or PATH_OPEN if any path of the group that is wanted has
-// not ended: either all of a group have a sample or none. `alone`: what it would be without the others.
-vec4 shared_light(uint path, out vec3 alone) {
+// not ended: either all of a group have a sample or none. The part of it that comes by the second hits of the group is
+// `gathered`; it would be `unshared` without the others.
+vec4 shared_light(uint path, out vec3 gathered, out vec3 unshared) {
     bool complete = true;
     vec3 own = vec3(0.0);
     vec3 sum = vec3(0.0);
@@ -99,15 +101,34 @@ vec4 shared_light(uint path, out vec3 alone) {
         if (member == me && light.w == PATH_GIVES) given = light.xyz;
         if (light.w == PATH_GIVES && mine > 0.0) sum += light.xyz * (mine / all);
     }
-    alone = own;
+    gathered = vec3(0.0);
+    unshared = vec3(0.0);
     vec4 normal = path_load(path, ROW_FIRST_NORMAL);
     if (normal.xyz != vec3(0.0)) {
         vec3 beta = vec3(normal.w, path_load(path, ROW_SECOND).w, path_load(path, ROW_SECOND_NORMAL).w);
         own += path_load(path, ROW_OWN).xyz;
-        alone = own + beta * given;
-        own += beta * sum;
+        unshared = beta * given;
+        gathered = beta * sum;
+        own += gathered;
     }
     return vec4(own, complete ? PATH_ENDED : PATH_OPEN);
+}
+
+// Notes the gradients of a pixel, whose first path in the tile this is, once its group's pixels have their samples.
+void note_gradients(uint first_path, uint slot) {
+    uvec2 samples = floatBitsToUint(path_load(first_path, ROW_FIRST).xy);
+    uint member = member_of(first_path);
+    uint right_of = has_right(member) ? path_of_member(first_path, member + 1u) : first_path;
+    uint below = has_down(member) ? path_of_member(first_path, member + 4u) : first_path;
+    Gradients g = gradients_load(slot);
+    for (uint index = samples.x; index < samples.y; ++index) {
+        uint later = (index - samples.x) * TILE;
+        vec4 own = path_load(first_path + later, ROW_OWN);
+        vec3 right = own.xyz - path_load(right_of + later, ROW_OWN).xyz;
+        vec3 down = own.xyz - path_load(below + later, ROW_OWN).xyz;
+        gradients_add(g, index, own.xyz, own.w, right, down);
+    }
+    gradients_store(slot, g);
 }
 
 #endif

@@ -2,7 +2,9 @@
 
 use std::str::FromStr;
 
-use crate::render::{Accel, Adaptive, Feature, Glances, RenderSettings, Reuse, Sampler, Scheduler, TriangleTest};
+use crate::render::{
+    Accel, Adaptive, Feature, Glances, Gradients, RenderSettings, Reuse, Sampler, Scheduler, TriangleTest,
+};
 
 use super::error::BenchError;
 
@@ -30,7 +32,7 @@ impl Configuration {
 ///
 /// Keys: `sampler` (sobol, independent, pcg), `accel` (bvh, none), `intersection` (watertight, moller-trumbore),
 /// `sampling` (uniform, adaptive: with the same mean number of samples), `scheduler` (auto, inline, queue),
-/// `reuse` (auto, always, off), `glances` (auto, off), `features` (specialised, general, or `+` and one of
+/// `reuse` (auto, always, off), `gradients` (auto, off), `glances` (auto, off), `features` (specialised, general, or `+` and one of
 /// [`Feature::ALL`] that is compiled although not needed), `roulette` (off, or the first hit), `device` (index, name or UUID).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Vary {
@@ -45,6 +47,7 @@ enum Key {
     Intersection,
     Scheduler,
     Reuse,
+    Gradients,
     Glances,
     Sampling,
     Features,
@@ -52,12 +55,13 @@ enum Key {
     Device,
 }
 
-const KEYS: [(&str, Key, &str); 10] = [
+const KEYS: [(&str, Key, &str); 11] = [
     ("sampler", Key::Sampler, "sobol, independent or pcg"),
     ("accel", Key::Accel, "bvh or none"),
     ("intersection", Key::Intersection, "watertight or moller-trumbore"),
     ("scheduler", Key::Scheduler, "auto, inline or queue"),
     ("reuse", Key::Reuse, "auto, always or off"),
+    ("gradients", Key::Gradients, "auto or off"),
     ("glances", Key::Glances, "auto or off"),
     ("sampling", Key::Sampling, "uniform or adaptive"),
     (
@@ -92,6 +96,8 @@ impl Key {
             (Self::Reuse, "auto") => s.reuse = Reuse::Auto,
             (Self::Reuse, "always") => s.reuse = Reuse::Always,
             (Self::Reuse, "off") => s.reuse = Reuse::Off,
+            (Self::Gradients, "auto") => s.gradients = Gradients::Auto,
+            (Self::Gradients, "off") => s.gradients = Gradients::Off,
             (Self::Glances, "auto") => s.glances = Glances::Auto,
             (Self::Glances, "off") => s.glances = Glances::Off,
             (Self::Sampling, "uniform") => s.adaptive = None,

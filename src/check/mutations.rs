@@ -26,9 +26,10 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::HitAlongRay => &["triangles/hit-points"],
         Mutation::NoProjection => &["triangles/facet-points"],
         Mutation::InfiniteInverse => &["tree/non-finite-steps"],
-        Mutation::BlindReuse => &["oracle/reused-paths", "oracle/reused-lanes"],
+        Mutation::BlindReuse => &["reuse/paths", "reuse/lanes"],
         Mutation::NoDoubt => &["triangles/quick-facets"],
         Mutation::NoMargins => &["tree/axis-aligned", "tree/brute-force"],
+        Mutation::InvertedGradients => &["gradients/paths", "gradients/lanes"],
         Mutation::DoubleGlances => &["oracle/lamps", "emitters/glances"],
     }
 }

@@ -220,6 +220,14 @@ pub(crate) fn screened_room() -> Scene {
     scene.sphere(v(0.25, -1.2, -5.5), 0.7, diffuse(0.5));
     // Light comes from behind a screen: most of it is indirect.
     scene.quad([v(-0.5, 0.3, -6.0), v(2.5, 0.3, -6.0), v(2.5, 2.0, -4.5), v(-0.5, 2.0, -4.5)], diffuse(0.625));
+    // Cells of the size of a group of pixels, by turns light and dark: its members see the light of different ones.
+    for i in 0..7 {
+        let x = -2.25 + 0.75 * f64::from(i);
+        for (x, light) in [(x - 0.01, i % 2 == 0), (x + 0.01, i % 2 == 1)] {
+            let side = [v(x, -2.0, -9.0), v(x, -2.0, -7.5), v(x, 2.0, -7.5), v(x, 2.0, -9.0)];
+            scene.quad(side, diffuse(if light { 0.9375 } else { 0.0625 }));
+        }
+    }
     scene.light(v(1.0, 1.6, -7.0), 60.0);
     scene.integrator.max_depth = 5;
     scene

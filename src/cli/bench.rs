@@ -22,7 +22,8 @@ use photolith::{Context, RenderSettings};
 
 use super::exit;
 use super::options::{
-    AccelArg, DeviceOptions, GlancesArg, IntersectionArg, ReuseArg, SamplerArg, SceneOptions, SchedulerArg, Size,
+    AccelArg, DeviceOptions, GlancesArg, GradientsArg, IntersectionArg, ReuseArg, SamplerArg, SceneOptions,
+    SchedulerArg, Size,
 };
 use samples::SampleCounts;
 
@@ -55,7 +56,7 @@ pub struct BenchArgs {
     max_depth: Option<u32>,
 
     /// Set a setting, or several values of it side by side; may be repeated. Keys: sampler, accel, intersection,
-    /// scheduler, reuse (auto, always, off), glances (auto, off), sampling (uniform, adaptive), features (specialised,
+    /// scheduler, reuse (auto, always, off), gradients (auto, off), glances (auto, off), sampling (uniform, adaptive), features (specialised,
     /// general, +mirror and the like), roulette (off, N), device
     #[arg(long, value_name = "KEY=VALUE,...")]
     vary: Vec<Vary>,
@@ -259,6 +260,7 @@ fn load(args: &BenchArgs, path: &Path) -> anyhow::Result<(Scene, RenderSettings)
         accel: AccelArg::Bvh,
         scheduler: SchedulerArg::Auto,
         reuse: ReuseArg::Auto,
+        gradients: GradientsArg::Auto,
         glances: GlancesArg::Auto,
         general: false,
     };

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use anyhow::Context as _;
 use clap::{Args, ValueEnum};
-use photolith::render::{Accel, Glances, MAX_SAMPLES, Reuse, Sampler, Scheduler, TriangleTest};
+use photolith::render::{Accel, Glances, Gradients, MAX_SAMPLES, Reuse, Sampler, Scheduler, TriangleTest};
 use photolith::scene::Scene;
 use photolith::{Context, ContextOptions, RenderSettings, Validation};
 
@@ -77,9 +77,13 @@ pub struct SceneOptions {
     #[arg(long, value_enum, default_value_t = SchedulerArg::Auto)]
     pub scheduler: SchedulerArg,
 
-    /// Whether paths serve several pixels: half the noise, part of it shared by groups of eight pixels
+    /// Whether paths serve several pixels: a third of the noise, part of it shared by blocks of eight pixels
     #[arg(long, value_enum, default_value_t = ReuseArg::Auto)]
     pub reuse: ReuseArg,
+
+    /// Whether differences between neighbouring pixels are used, where paths serve several: half the noise again
+    #[arg(long, value_enum, default_value_t = GradientsArg::Auto)]
+    pub gradients: GradientsArg,
 
     /// Whether samples look several times at lamps whose edges are seen
     #[arg(long, value_enum, default_value_t = GlancesArg::Auto)]
@@ -141,6 +145,15 @@ pub enum ReuseArg {
     Off,
 }
 
+/// Use of differences between neighbouring pixels.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum GradientsArg {
+    /// From 3 samples per pixel on, where paths serve several pixels, unless sampling is adaptive
+    Auto,
+    /// Never
+    Off,
+}
+
 /// Glances at lamps.
 #[derive(Clone, Copy, ValueEnum)]
 pub enum GlancesArg {
@@ -193,6 +206,10 @@ impl SceneOptions {
                 ReuseArg::Auto => Reuse::Auto,
                 ReuseArg::Always => Reuse::Always,
                 ReuseArg::Off => Reuse::Off,
+            },
+            gradients: match self.gradients {
+                GradientsArg::Auto => Gradients::Auto,
+                GradientsArg::Off => Gradients::Off,
             },
             glances: match self.glances {
                 GlancesArg::Auto => Glances::Auto,

@@ -248,6 +248,7 @@ fn report(
         "shadow_rays": s.shadow_rays,
         "reused_samples": s.reused_samples,
         "glancing_pixels": s.glancing_pixels,
+        "gradients": s.gradients,
         "reuse_gain": s.reuse_gain,
         "tree_steps": s.tree_steps,
         "bad_samples": s.bad_samples,

@@ -226,7 +226,7 @@ impl Features {
             plain("tree spheres", self.tree_spheres, "more spheres than constants hold", "all spheres are constants"),
             plain(
                 "path reuse",
-                self.can_reuse() && !self.emitter,
+                self.can_reuse() && !(self.emitter && self.tree),
                 "unless switched off, on CPU drivers, if a trial shows that it pays: diffuse surfaces light each other",
                 if self.can_reuse() {
                     "unless asked for: most noise is that of lamps"
@@ -235,10 +235,15 @@ impl Features {
                 },
             ),
             plain(
+                "gradients",
+                self.can_reuse() && !(self.emitter && self.tree),
+                "where paths are reused, from 3 samples on, unless switched off or sampling is adaptive",
+                "only where paths are reused",
+            ),
+            plain(
                 "glances",
                 self.emitter,
-                "from 8 samples on, unless switched off or paths are reused, where edges of bright lamps are seen directly \
-                 or in mirrors",
+                "from 8 samples on, unless switched off, where edges of bright lamps are seen directly or in mirrors",
                 "no surface emits",
             ),
             plain("brute force", self.brute_force, "no hierarchy was asked for", "the hierarchy is used"),

@@ -50,6 +50,15 @@ impl Film {
         self.counts[pixel] = count;
     }
 
+    /// Adds something to the mean of each pixel.
+    pub(crate) fn add(&mut self, corrections: &[[f32; 3]]) {
+        for ((sum, &n), correction) in self.sums.iter_mut().zip(&self.counts).zip(corrections) {
+            for (s, c) in sum.iter_mut().zip(correction) {
+                *s += f64::from(n) * f64::from(*c);
+            }
+        }
+    }
+
     /// Takes over slots of the device's film, the first of which is slot `first`.
     pub(crate) fn read_slots(&mut self, first: u32, slots: &[FilmSlot]) {
         for (i, slot) in slots.iter().enumerate() {
@@ -60,26 +69,31 @@ impl Film {
     }
 }
 
-/// Columns and rows of the blocks of pixels into which an image is cut; 32 tiles of 64 slots share a block, see
-/// shaders/lib/pixel_order.glsl.
+/// Columns and rows of the blocks of pixels into which an image is cut, see shaders/lib/pixel_order.glsl.
 const BLOCK: [u32; 2] = [32, 64];
-/// Columns and rows of a patch of pixels. A tile is eight of them, …
-const PATCH: [u32; 2] = [4, 2];
-/// … so many pixels apart.
-const SPACING: u32 = 16;
+/// Columns and rows of a tile of 64 slots.
+const SIDE: u32 = 8;
 /// Columns and rows of the tiles of a block.
-const TILES: [u32; 2] = [SPACING / PATCH[0], SPACING / PATCH[1]];
+const TILES: [u32; 2] = [BLOCK[0] / SIDE, BLOCK[1] / SIDE];
 
 /// Slots of an image: its pixels in blocks, padded.
 pub(crate) fn slot_count(width: u32, height: u32) -> u64 {
-    let blocks = u64::from(width.div_ceil(BLOCK[0])) * u64::from(height.div_ceil(BLOCK[1]));
-    u64::from(BLOCK[0] * BLOCK[1]) * blocks
+    slots_of_row(width) * u64::from(height.div_ceil(BLOCK[1]))
 }
 
-/// The tile whose first patch is in a column and row of patches, or another one of its patches.
-fn tile_of_patch(column: u32, row: u32, width: u32) -> u32 {
-    let [columns, rows] = [0, 1].map(|i| BLOCK[i] / PATCH[i]);
-    let block = row / rows * width.div_ceil(BLOCK[0]) + column / columns;
+/// Slots of a row of blocks.
+pub(crate) fn slots_of_row(width: u32) -> u64 {
+    u64::from(BLOCK[0] * BLOCK[1]) * u64::from(width.div_ceil(BLOCK[0]))
+}
+
+/// Rows of pixels in whole rows of blocks.
+pub(crate) fn rows_of_blocks(slots: u32, width: u32) -> u32 {
+    (u64::from(slots) / slots_of_row(width)) as u32 * BLOCK[1]
+}
+
+/// The tile in a column and row of tiles.
+fn tile_at(column: u32, row: u32, width: u32) -> u32 {
+    let block = row / TILES[1] * width.div_ceil(BLOCK[0]) + column / TILES[0];
     TILES[0] * TILES[1] * block + row % TILES[1] * TILES[0] + column % TILES[0]
 }
 
@@ -88,40 +102,28 @@ fn tile_corner(tile: u32, width: u32) -> [u32; 2] {
     let blocks_x = width.div_ceil(BLOCK[0]);
     let (block, within) = (tile / (TILES[0] * TILES[1]), tile % (TILES[0] * TILES[1]));
     let [column, row] = [within % TILES[0], within / TILES[0]];
-    [BLOCK[0] * (block % blocks_x) + PATCH[0] * column, BLOCK[1] * (block / blocks_x) + PATCH[1] * row]
+    [BLOCK[0] * (block % blocks_x) + SIDE * column, BLOCK[1] * (block / blocks_x) + SIDE * row]
 }
 
-/// The tiles of which a patch touches one of the tile's own patches, itself included, in increasing order.
+/// The tiles that touch a tile, itself included, in increasing order.
 pub(crate) fn tiles_around(tile: u32, width: u32, height: u32) -> Vec<usize> {
-    let size = [width.div_ceil(BLOCK[0]) * BLOCK[0] / PATCH[0], height.div_ceil(BLOCK[1]) * BLOCK[1] / PATCH[1]];
     let corner = tile_corner(tile, width);
-    let near = |axis: usize, pixel: u32| {
-        let at = (corner[axis] + pixel) / PATCH[axis];
+    let size = [width.div_ceil(BLOCK[0]) * TILES[0], height.div_ceil(BLOCK[1]) * TILES[1]];
+    let near = |axis: usize| {
+        let at = corner[axis] / SIDE;
         at.saturating_sub(1)..=(at + 1).min(size[axis] - 1)
     };
-    let mut found = Vec::new();
-    for across in (0..BLOCK[0]).step_by(SPACING as usize) {
-        for down in (0..BLOCK[1]).step_by(SPACING as usize) {
-            for row in near(1, down) {
-                found.extend(near(0, across).map(|column| tile_of_patch(column, row, width) as usize));
-            }
-        }
-    }
+    let mut found: Vec<_> =
+        near(1).flat_map(|row| near(0).map(move |column| tile_at(column, row, width) as usize)).collect();
     found.sort_unstable();
-    found.dedup();
     found
 }
 
 /// Pixels of whole tiles from slot `first` to slot `end`, which is not one of them.
 pub(crate) fn pixels_in(first: u32, end: u32, width: u32, height: u32) -> u64 {
-    // Of the patches in a row or in a column.
-    let inside = |size: u32, corner: u32, axis: usize| -> u32 {
-        let patches = (corner..corner + BLOCK[axis]).step_by(SPACING as usize);
-        patches.map(|patch| size.saturating_sub(patch).min(PATCH[axis])).sum()
-    };
     let pixels = |tile: u32| {
         let [x, y] = tile_corner(tile, width);
-        u64::from(inside(width, x, 0) * inside(height, y, 1))
+        u64::from(width.saturating_sub(x).min(SIDE) * height.saturating_sub(y).min(SIDE))
     };
     (first / 64..end / 64).map(pixels).sum()
 }
@@ -129,9 +131,9 @@ pub(crate) fn pixels_in(first: u32, end: u32, width: u32, height: u32) -> u64 {
 /// The pixel of a slot, row by row from the top left; `None` for padding.
 pub(crate) fn pixel_of_slot(slot: u32, width: u32, height: u32) -> Option<usize> {
     let [x, y] = tile_corner(slot / 64, width);
-    let (within, patch) = (slot % 8, slot / 8 % 8);
-    let x = x + within % PATCH[0] + SPACING * (patch % 2);
-    let y = y + within / PATCH[0] + SPACING * (patch / 2);
+    let (group, member) = (slot % 8, slot / 8 % 8);
+    let x = x + group % 2 * 4 + member % 4;
+    let y = y + group / 2 * 2 + member / 4;
     (x < width && y < height).then(|| y as usize * width as usize + x as usize)
 }
 
@@ -144,9 +146,8 @@ mod tests {
         let (w, h) = (64, 40);
         let tiles = slot_count(w, h) as u32 / 64;
         for a in 0..tiles {
-            // Within a block cells wrap round, as its patches do; across its edge there are more.
             let around = tiles_around(a, w, h);
-            assert!((9..=16).contains(&around.len()), "{a}: {around:?}");
+            assert!([4, 6, 9].contains(&around.len()), "{a}: {around:?}");
             for &b in &around {
                 assert!(tiles_around(b as u32, w, h).contains(&(a as usize)), "{a} and {b}");
             }

@@ -76,6 +76,7 @@ pub(crate) mod binding {
     pub const QUEUE_POOL: u32 = 7;
     /// The same as `PATHS`, to read.
     pub const PATH_TEXELS: u32 = 8;
+    pub const GRADIENTS: u32 = 9;
 }
 
 /// What a dispatch counts, in the order of the shader's indices.
@@ -111,6 +112,9 @@ pub(crate) struct Push {
     pub tile_step: u32,
     pub group_stride: u32,
     pub reused_halves: u32,
+    pub shifted: u32,
+    pub band_rows: u32,
+    pub surveys: u32,
 }
 
 /// Material kinds; a positive kind is a dielectric's index of refraction.
@@ -127,10 +131,11 @@ pub(crate) struct FilmSlot {
     pub sum: [f32; 3],
     pub count: u32,
     pub compensation: [f32; 3],
-    pub trial_with: f32,
+    /// How far the first two samples are apart in the light that does not come by shared second hits.
+    pub trial: f32,
     pub residue: [f32; 3],
-    /// Or the state in which the pixel's samples begin, if there are glances.
-    pub trial_without: f32,
+    /// The state in which the pixel's samples begin.
+    pub glances: u32,
 }
 
 /// States of a path (shaders/lib/glance.glsl).
@@ -139,6 +144,8 @@ pub(crate) mod glance {
     pub const GLANCES: u32 = 8;
     /// A glance, with the number of those that follow.
     pub const GLANCING: u32 = 1 << 31;
+    /// With a path after the last of them.
+    pub const PATH_FOLLOWS: u32 = 1 << 29;
 }
 
 /// What shaders/path_queue.comp is written for.
@@ -150,7 +157,23 @@ pub(crate) mod queue {
     /// Texels of a path's notes.
     pub const PATH_ROWS: u32 = 9;
     /// Samples of the trial whether it pays to reuse paths.
-    pub const TRIAL: u32 = 4;
+    pub const TRIAL: u32 = 2;
+    /// Samples of a pixel of which gradients are noted.
+    pub const MOST_GRADIENTS: u32 = 65_536;
+}
+
+/// What a slot's pixel has gathered of light by second hits that it shares with its neighbours
+/// (shaders/lib/gradient.glsl): its sum, and those of the differences from the neighbours on the right and below, each with
+/// the difference between the two samples of the trial.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable, Default, PartialEq)]
+pub(crate) struct GradientSlot {
+    pub light: [f32; 3],
+    pub trial_light: f32,
+    pub right: [f32; 3],
+    pub trial_right: f32,
+    pub down: [f32; 3],
+    pub trial_down: f32,
 }
 
 impl FilmSlot {

@@ -23,6 +23,7 @@ mod progression;
 #[cfg(test)]
 mod progression_tests;
 pub(crate) mod renderer;
+mod screened_poisson;
 mod settings;
 pub(crate) mod sobol;
 pub(crate) mod space;
@@ -38,7 +39,7 @@ pub use features::{Feature, Features};
 pub use film::Film;
 pub use mutation::Mutation;
 pub use renderer::Renderer;
-pub use settings::{Accel, Adaptive, Glances, RenderSettings, Reuse, Sampler, Scheduler, TriangleTest};
+pub use settings::{Accel, Adaptive, Glances, Gradients, RenderSettings, Reuse, Sampler, Scheduler, TriangleTest};
 pub use sobol::MAX_SAMPLES;
 pub use statistics::{AdaptiveStatistics, Progress, RenderStatistics};
 

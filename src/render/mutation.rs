@@ -54,11 +54,13 @@ pub enum Mutation {
     NoMargins = 24,
     /// Light of lamps that glances gather counts for their paths too.
     DoubleGlances = 25,
+    /// Differences from the pixels below have the wrong sign.
+    InvertedGradients = 26,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 25] = [
+    pub const ALL: [Self; 26] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -84,6 +86,7 @@ impl Mutation {
         Self::NoDoubt,
         Self::NoMargins,
         Self::DoubleGlances,
+        Self::InvertedGradients,
     ];
 
     /// What is broken, in words.
@@ -114,6 +117,7 @@ impl Mutation {
             Self::NoDoubt => "facets not tested exactly where rounding may decide",
             Self::NoMargins => "boxes not widened at all",
             Self::DoubleGlances => "light of lamps that glances gather counted for their paths too",
+            Self::InvertedGradients => "differences from the pixels below with the wrong sign",
         }
     }
 }

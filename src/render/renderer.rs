@@ -3,6 +3,7 @@
 mod adaptive;
 mod buffers;
 mod glances;
+mod gradients;
 mod passes;
 mod trial;
 
@@ -21,17 +22,18 @@ use super::bindings;
 use super::driver::DriverFacts;
 use super::error::RenderError;
 use super::features::Features;
-use super::film::{Film, slot_count};
+use super::film::{Film, slot_count, slots_of_row};
 use super::kernels;
 use super::layout::{Push, constant, queue};
 use super::plan::{Pace, Rounds};
-use super::settings::{Adaptive, RenderSettings, Scheduler};
+use super::settings::{Adaptive, Gradients, RenderSettings, Scheduler};
 use super::sobol;
 use super::space::RenderSpace;
 use super::statistics::{Progress, RenderStatistics};
 use super::tables::Tables;
 use super::view::View;
 use buffers::{Buffers, Shape};
+use gradients::Site;
 use passes::Watch;
 use trial::ReuseTrial;
 
@@ -59,6 +61,13 @@ pub struct Renderer {
     /// Glances of a sample where a lamp's edge is seen; 0: none anywhere.
     glances: u32,
     reuse: ReuseTrial,
+    /// Whether neighbours can be compared where paths are reused.
+    gradients: bool,
+    /// Groups of pixels that share paths lie elsewhere (shaders/lib/pixel_order.glsl).
+    shifted: bool,
+    view: View,
+    /// For gradients: the surface at each pixel's centre, row by row.
+    sites: Vec<Site>,
     /// By how much variance must fall in the trial.
     reuse_is_worth: f64,
     stage: &'static str,
@@ -147,7 +156,7 @@ impl Renderer {
         // Lanes that must be at work for a subgroup to go on as it does.
         let enough = (workgroup * 5 / 8).max(1);
         specialization.uint(constant::REGIONS, regions).uint(constant::ENOUGH_LANES, enough);
-        let glances = glances::of_sample(&needed, &tables, settings, reuse);
+        let glances = glances::of_sample(&needed, &tables, settings);
         specialization.uint(constant::GLANCES, glances);
         specialization.bool(constant::REUSE, reuse).uint(constant::SUBGROUP_LANES, subgroup);
         let built_in = kernels::built_in(queued);
@@ -155,7 +164,8 @@ impl Renderer {
         let spirv = kernels::spirv(&built_in, settings)?;
         let layout = bindings::layout(device, &buffers::BINDINGS)?;
         let mut timeline = Timeline::new(device, IN_FLIGHT)?;
-        let shape = Shape { slots, slots_per_group, regions, reuse: queued && reuse };
+        let row_slots = slots_of_row(width);
+        let shape = Shape { slots, row_slots, slots_per_group, regions, reuse, notes: queued && reuse };
         // The driver works on the shader while buffers are made and filled. (On the main thread the former, which
         // allocates much more: the heaps of other threads grow in small steps.)
         let (pipeline, pipeline_seconds, buffers) = std::thread::scope(|scope| {
@@ -189,6 +199,10 @@ impl Renderer {
                 },
             ),
             glances,
+            gradients: reuse && settings.gradients == Gradients::Auto && buffers.has_whole_rows(row_slots),
+            shifted: false,
+            view: View::of(scene),
+            sites: Vec::new(),
             reuse: if reuse { ReuseTrial::of(settings.reuse) } else { ReuseTrial::Never },
             reuse_is_worth: trial::worth(&needed),
             stage,
@@ -277,6 +291,7 @@ impl Renderer {
         let mut watch = Watch::new(self.settings.time_limit, &mut on_progress);
         self.clear_film()?;
         self.reuse = self.reuse.anew();
+        self.survey()?;
         self.look_for_lamps()?;
         let film = match self.settings.adaptive {
             None => self.render_uniform(&mut watch)?,
@@ -293,7 +308,11 @@ impl Renderer {
         watch.total = u64::from(self.width) * u64::from(self.height) * u64::from(self.settings.samples);
         self.pass(&self.whole_film(), 0, self.settings.samples, watch)?;
         self.statistics.stopped = self.statistics.samples < watch.total;
-        self.read_film()
+        let mut film = self.read_film()?;
+        if self.makes_gradients() {
+            self.use_gradients(&mut film)?;
+        }
+        Ok(film)
     }
 }
 

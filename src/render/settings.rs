@@ -55,12 +55,12 @@ pub enum Scheduler {
 }
 
 /// Whether the second hits of paths serve several pixels (shaders/lib/reuse.glsl). Images stay exact in the mean, and
-/// noise falls by more than half where most of it is that of indirect light; groups of eight pixels, 16 apart, have part
-/// of their noise in common.
+/// noise falls to a third and less where most of it is that of indirect light; neighbouring pixels have part of it in
+/// common.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Reuse {
     /// As [`Reuse::Always`], unless the first samples show that it does not pay; but neither on GPUs, where it has not been
-    /// measured, nor in scenes with emitters, nor without a hierarchy on lavapipe before Mesa 23.1.
+    /// measured, nor in scenes with emitters and a hierarchy, nor without one on lavapipe before Mesa 23.1.
     #[default]
     Auto,
     /// Where diffuse surfaces light each other. Not with [`Accel::None`].
@@ -69,11 +69,23 @@ pub enum Reuse {
     Off,
 }
 
+/// Whether an image is made from what is known of it and of the differences between neighbouring pixels, where paths serve
+/// several of them (shaders/lib/gradient.glsl). It stays exact in the mean; noise falls by half and more, and what is left of
+/// it is smooth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Gradients {
+    /// Wherever paths are reused, from 3 samples per pixel on; but not with adaptive sampling.
+    #[default]
+    Auto,
+    /// Nowhere.
+    Off,
+}
+
 /// Whether samples look several times at lamps whose edges are seen (shaders/lib/glance.glsl). Images stay exact in the
 /// mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Glances {
-    /// In scenes with emitters, in the pixels that need it, from 8 samples per pixel on; but not with [`Reuse::Always`].
+    /// In scenes with emitters, in the pixels that need it, from 8 samples per pixel on.
     #[default]
     Auto,
     /// Nowhere.
@@ -137,6 +149,8 @@ pub struct RenderSettings {
     pub scheduler: Scheduler,
     /// Whether paths serve several pixels.
     pub reuse: Reuse,
+    /// Whether differences between neighbouring pixels are used.
+    pub gradients: Gradients,
     /// Whether samples look several times at the edges of lamps.
     pub glances: Glances,
     /// Stop after this time, or once every pixel has a sample if that takes longer.

@@ -55,6 +55,9 @@ pub struct RenderStatistics {
     pub reused_samples: u64,
     /// By how much reuse lowered the variance in the trial that decided about it; `None`: there was none.
     pub reuse_gain: Option<f64>,
+    /// The image was made from differences between neighbouring pixels (see [`Gradients`](super::Gradients)). The survey for
+    /// that is in no other number but the times.
+    pub gradients: bool,
     /// Pixels whose samples look several times at lamps (see [`Glances`](super::Glances)). How they were found is in no
     /// other number but the times.
     pub glancing_pixels: u64,

@@ -15,7 +15,7 @@ pub(crate) const TILE: usize = 64;
 
 /// The half that a slot of a tile belongs to; `reuses` of shaders/lib/reuse.glsl reckons alike.
 pub(crate) fn half_of(slot: usize) -> usize {
-    (slot % 4 + slot / 4 % 2) % 2
+    (slot % 2 + slot / 2 % 2) % 2
 }
 
 /// Sums of samples of each pixel.

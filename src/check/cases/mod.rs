@@ -9,6 +9,7 @@ mod hit_points;
 mod light;
 mod lights;
 mod oracle;
+mod reuse;
 mod sampling;
 mod scale;
 mod slivers;
@@ -38,6 +39,7 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
         film::CASES,
         determinism::CASES,
         oracle::CASES,
+        reuse::CASES,
     ]
     .into_iter()
     .flatten()

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::mem::offset_of;
 
 use super::kernels::built_in;
-use super::layout::{Counters, FilmSlot, Push, binding, constant, glance, queue};
+use super::layout::{Counters, FilmSlot, GradientSlot, Push, binding, constant, glance, queue};
 use super::sobol;
 use super::spheres::MAX_CONSTANT_SPHERES;
 use super::tiles::{TILE, half_of};
@@ -117,6 +117,7 @@ fn bindings() {
         (binding::PATHS, "Paths", true),
         (binding::QUEUE_POOL, "QueuePool", true),
         (binding::PATH_TEXELS, "path_texels", false),
+        (binding::GRADIENTS, "gradient_texels", false),
     ]
     .map(|(number, name, storage)| (0, number, name.to_owned(), storage));
     for (kernel, interface) in kernels() {
@@ -142,6 +143,9 @@ fn push_constants() {
         ("tile_step", offset_of!(Push, tile_step)),
         ("group_stride", offset_of!(Push, group_stride)),
         ("reused_halves", offset_of!(Push, reused_halves)),
+        ("shifted", offset_of!(Push, shifted)),
+        ("band_rows", offset_of!(Push, band_rows)),
+        ("surveys", offset_of!(Push, surveys)),
     ]
     .map(|(name, offset)| (name.to_owned(), offset));
     for (kernel, interface) in kernels() {
@@ -159,20 +163,25 @@ fn records() {
     assert_eq!((offset_of!(FilmSlot, residue), size_of::<FilmSlot>()), (32, 48));
     let order = include_str!("../../../shaders/lib/pixel_order.glsl");
     assert!(order.contains(&format!("const uint TILE = {}u;", queue::TILE)));
-    assert!(order.contains(&format!("const uint PATCHES = {}u;", sobol::MEMBERS)));
+    assert!(order.contains(&format!("const uint MEMBERS = {}u;", sobol::MEMBERS)));
     let sampler = include_str!("../../../shaders/lib/sampler.glsl");
     assert!(sampler.contains(&format!("const uint MEMBER_SHIFT = {}u;", sobol::MAX_SAMPLES.ilog2())));
     let reuse = include_str!("../../../shaders/lib/reuse.glsl");
     let notes = include_str!("../../../shaders/lib/reuse_notes.glsl");
     assert!(notes.contains(&format!("const uint SLOT_BITS = {}u;", queue::PATHS.ilog2())));
-    assert!(reuse.contains(&format!("const uint TRIAL = {}u;", queue::TRIAL)));
-    assert!(reuse.contains("(reused_halves >> ((p ^ (p >> 2)) & 1u)) & 1u"));
-    assert!((0..TILE).all(|p| half_of(p) == (p ^ (p >> 2)) & 1));
+    let layout = include_str!("../../../shaders/lib/layout.glsl");
+    let gradient = include_str!("../../../shaders/lib/gradient.glsl");
+    assert!(gradient.contains(&format!("const uint TRIAL = {}u;", queue::TRIAL)));
+    assert!(gradient.contains(&format!("const uint MOST_GRADIENTS = {}u;", queue::MOST_GRADIENTS)));
+    assert_eq!((offset_of!(GradientSlot, right), offset_of!(GradientSlot, down)), (16, 32));
+    assert!(layout.contains(&format!("const uint GRADIENT_ROWS = {}u;", size_of::<GradientSlot>() / 16)));
+    assert!(reuse.contains("(reused_halves >> ((p ^ (p >> 1)) & 1u)) & 1u"));
+    assert!((0..TILE).all(|p| half_of(p) == (p ^ (p >> 1)) & 1));
     let glances = include_str!("../../../shaders/lib/glance.glsl");
     assert!(glances.contains(&format!("const uint GLANCING = {:#x}u;", glance::GLANCING)));
+    assert!(glances.contains(&format!("const uint PATH_FOLLOWS = {:#x}u;", glance::PATH_FOLLOWS)));
     // A block of the sampler's table holds the glances of a whole number of samples.
     assert!(glances.contains("1024u / max(GLANCES, 1u)") && 1024 % glance::GLANCES == 0);
-    let layout = include_str!("../../../shaders/lib/layout.glsl");
     assert!(layout.contains(&format!("const uint PATH_ROWS = {}u;", queue::PATH_ROWS)));
     for (name, offset) in [
         ("COUNT_SAMPLES", offset_of!(Counters, samples)),

@@ -4,17 +4,18 @@ use std::sync::Arc;
 
 use super::super::bindings::{FLOAT4, TableBuffers, UINT4};
 use super::super::error::RenderError;
-use super::super::layout::{Counters, FilmSlot, binding, queue};
+use super::super::layout::{Counters, FilmSlot, GradientSlot, binding, queue};
 use super::super::sobol::DIMENSIONS;
 use super::super::tables::Tables;
 use super::IN_FLIGHT;
 use crate::gpu::{BindingKind, BindingLayout, BindingSet, Buffer, Device, Timeline, Usage};
 
 /// What the path tracer's kernels see, besides what all do.
-pub(super) const BINDINGS: [(u32, BindingKind); 3] = [
+pub(super) const BINDINGS: [(u32, BindingKind); 4] = [
     (binding::PATHS, BindingKind::Array),
     (binding::QUEUE_POOL, BindingKind::Array),
     (binding::PATH_TEXELS, BindingKind::StorageTexels),
+    (binding::GRADIENTS, BindingKind::StorageTexels),
 ];
 
 /// Pixels of a band: 192 MiB.
@@ -24,12 +25,16 @@ const MOST_BAND_SLOTS: u64 = 1 << 22;
 pub(super) struct Shape {
     /// Of the film.
     pub slots: u64,
+    /// Slots of a row of blocks, of which bands of the film are made if that is possible.
+    pub row_slots: u64,
     /// Slots that a workgroup serves.
     pub slots_per_group: u32,
     /// Workgroups of the queue that may run at one time; 0 without the queue.
     pub regions: u32,
     /// Whether paths may serve several pixels.
     pub reuse: bool,
+    /// Whether paths note their hits in memory for that.
+    pub notes: bool,
 }
 
 /// A part of the film that fits into one texel buffer.
@@ -38,6 +43,8 @@ pub(super) struct Band {
     pub slots: u32,
     pub set: BindingSet,
     pub film: Buffer,
+    /// Where paths may serve several pixels: what neighbours have in common.
+    pub gradients: Buffer,
 }
 
 /// All buffers of a renderer.
@@ -54,6 +61,11 @@ pub(super) struct Buffers {
 }
 
 impl Buffers {
+    /// Whether bands consist of whole rows of blocks of so many slots.
+    pub fn has_whole_rows(&self, row_slots: u64) -> bool {
+        self.bands.iter().all(|band| u64::from(band.slots).is_multiple_of(row_slots))
+    }
+
     /// Makes them all and fills the tables.
     ///
     /// # Errors
@@ -73,14 +85,16 @@ impl Buffers {
             .collect::<Result<Vec<_>, _>>()?;
         let queue_pool = Buffer::new(device, "queue pool", u64::from(shape.regions / 8), Usage::Storage)?;
         // Rows follow each other; only reuse needs more than the first, the paths' light.
-        let rows = if shape.reuse { queue::PATH_ROWS } else { 1 };
+        let rows = if shape.notes { queue::PATH_ROWS } else { 1 };
         let path_bytes = 16 * u64::from(rows) * u64::from(shape.regions) * u64::from(queue::PATHS);
         let paths = Buffer::new(device, "paths", path_bytes, Usage::StorageTexelAndArray(FLOAT4))?;
 
         // What a binding holds, and a dispatch covers.
         let texels = size_of::<FilmSlot>() as u64 / 16;
         let covered = u64::from(device.limits.max_compute_work_group_count[0]) * u64::from(shape.slots_per_group);
-        let band_slots = (device.info.max_texel_elements / texels).min(covered).min(MOST_BAND_SLOTS) / 64 * 64;
+        let band_slots = (device.info.max_texel_elements / texels).min(covered).min(MOST_BAND_SLOTS);
+        let unit = if band_slots < shape.row_slots { 64 } else { shape.row_slots };
+        let band_slots = band_slots / unit * unit;
         let mut bands = Vec::new();
         let mut first = 0u64;
         while first < shape.slots {
@@ -89,15 +103,19 @@ impl Buffers {
                 Buffer::new(device, "film", count * size_of::<FilmSlot>() as u64, Usage::StorageTexel(UINT4))?;
             // Here, beside the driver's work.
             film.touch();
+            let gradients = if shape.reuse { count * size_of::<GradientSlot>() as u64 } else { 0 };
+            let mut gradients = Buffer::new(device, "gradients", gradients, Usage::StorageTexel(FLOAT4))?;
+            gradients.touch();
             let bound = tables.and(&[
                 (binding::FILM, &film),
                 (binding::COUNTERS, &counters),
                 (binding::PATHS, &paths),
                 (binding::QUEUE_POOL, &queue_pool),
                 (binding::PATH_TEXELS, &paths),
+                (binding::GRADIENTS, &gradients),
             ]);
             let set = BindingSet::new(layout, &bound)?;
-            bands.push(Band { first: first as u32, slots: count as u32, set, film });
+            bands.push(Band { first: first as u32, slots: count as u32, set, film, gradients });
             first += count;
         }
         Ok(Self { bands, counters, readbacks, queue_pool, _paths: paths, _tables: tables })

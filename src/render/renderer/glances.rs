@@ -1,6 +1,5 @@
 //! Where samples look several times at lamps (shaders/lib/glance.glsl): where an image of a few glances has edges.
 
-use std::mem::take;
 use std::ops::ControlFlow;
 
 use rayon::prelude::*;
@@ -11,15 +10,17 @@ use super::super::film::pixel_of_slot;
 use super::super::layout::{FilmSlot, glance};
 use super::super::plan::Work;
 use super::super::settings::{Glances, RenderSettings};
-use super::super::statistics::RenderStatistics;
 use super::super::tables::Tables;
 use super::Renderer;
 use super::passes::Watch;
+use super::trial::ReuseTrial;
 
 /// Glances of a pixel from which edges are found.
 const FIRST_GLANCES: u32 = 4;
 /// Renderings of fewer samples per pixel do without: finding the edges takes about as long as half a sample.
 const FEWEST_SAMPLES: u32 = 8;
+/// How a sample with glances begins.
+const SAMPLE: u32 = glance::GLANCING | glance::PATH_FOLLOWS | (glance::GLANCES - 1);
 /// What the seed is changed by (XOR) for these, so that what is found does not depend on the image's random numbers.
 const SEED: u32 = 0x9216_d5d9;
 
@@ -30,14 +31,14 @@ const CONTRAST: f64 = 2.3;
 const REST_STEP: u32 = 15;
 
 /// Glances of a sample in a scene that needs these features; 0 if nothing is to be gained.
-pub(super) fn of_sample(needed: &Features, tables: &Tables, settings: &RenderSettings, reuse: bool) -> u32 {
+pub(super) fn of_sample(needed: &Features, tables: &Tables, settings: &RenderSettings) -> u32 {
     let seen = tables.shows_emitters || (needed.mirror && tables.has_emitters());
-    if settings.glances == Glances::Auto && seen && !reuse { glance::GLANCES } else { 0 }
+    if settings.glances == Glances::Auto && seen { glance::GLANCES } else { 0 }
 }
 
 /// A slot that is empty, but for the state in which its samples are to begin.
 fn empty_slot(state: u32) -> FilmSlot {
-    FilmSlot { trial_without: f32::from_bits(state), ..FilmSlot::default() }
+    FilmSlot { glances: state, ..FilmSlot::default() }
 }
 
 impl Renderer {
@@ -46,18 +47,16 @@ impl Renderer {
         if self.glances == 0 || self.settings.samples < FEWEST_SAMPLES {
             return Ok(());
         }
-        let (pace, seed, statistics) = (self.pace, self.push.seed, self.statistics.clone());
-        self.push.seed = seed ^ SEED;
-        let found = self.edges_of_lamps();
-        (self.pace, self.push.seed) = (pace, seed);
-        // Of these samples only the time counts.
-        self.statistics = RenderStatistics { stages: take(&mut self.statistics.stages), ..statistics };
-        let near = found?;
+        let near = self.beforehand(|renderer| {
+            renderer.push.seed ^= SEED;
+            renderer.reuse = ReuseTrial::Never;
+            renderer.edges_of_lamps()
+        })?;
         self.statistics.glancing_pixels = near.iter().filter(|near| **near).count() as u64;
         let (width, height) = (self.width, self.height);
         self.fill_film(|slot| {
             let pixel = pixel_of_slot(slot, width, height);
-            empty_slot(if pixel.is_some_and(|p| near[p]) { glance::GLANCES } else { 0 })
+            empty_slot(if pixel.is_some_and(|p| near[p]) { SAMPLE } else { 0 })
         })
     }
 

@@ -1,16 +1,18 @@
 //! What the device does for a rendering: passes over the film, and reading it. Every wait of the host is in this file.
 
 use std::collections::VecDeque;
+use std::mem::take;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
+use bytemuck::Pod;
 use rayon::prelude::*;
 
 use super::super::error::RenderError;
-use super::super::film::{Film, pixels_in};
-use super::super::layout::{Counters, FilmSlot, Push};
+use super::super::film::{Film, pixels_in, rows_of_blocks};
+use super::super::layout::{Counters, FilmSlot, GradientSlot, Push};
 use super::super::plan::{Plan, Span, Work};
-use super::super::statistics::Progress;
+use super::super::statistics::{Progress, RenderStatistics};
 use super::super::tiles::TILE;
 use super::super::upload::staging;
 use super::buffers::Band;
@@ -130,6 +132,19 @@ impl Renderer {
         Ok(())
     }
 
+    /// Looks at the scene before a rendering: of these samples only the time counts, and nothing that they change remains but
+    /// what `look` gives.
+    pub(super) fn beforehand<T>(
+        &mut self,
+        look: impl FnOnce(&mut Self) -> Result<T, RenderError>,
+    ) -> Result<T, RenderError> {
+        let (pace, push, reuse, statistics) = (self.pace, self.push, self.reuse, self.statistics.clone());
+        let found = look(self);
+        (self.pace, self.push, self.reuse) = (pace, push, reuse);
+        self.statistics = RenderStatistics { stages: take(&mut self.statistics.stages), ..statistics };
+        found
+    }
+
     /// Compiles the pipeline for good: some drivers do so only when it first runs.
     pub(super) fn warm_up(&mut self) -> Result<(), RenderError> {
         let push = Push { end_slot: 0, ..self.push };
@@ -145,6 +160,7 @@ impl Renderer {
         let ticket = self.timeline.submit(|r| {
             for band in bands {
                 r.clear(&band.film);
+                r.clear(&band.gradients);
             }
             r.clear(queue_pool);
             r.clear(counters);
@@ -186,7 +202,8 @@ impl Renderer {
             target_samples: work.target_samples,
             max_new_samples: work.new_samples,
             tile_step: work.tile_step,
-            reused_halves: self.reuse.halves(self.reuse_is_worth),
+            reused_halves: self.reused_halves(),
+            shifted: u32::from(self.shifted),
             ..self.push
         };
         let ticket = self.timeline.submit(|r| {
@@ -203,6 +220,7 @@ impl Renderer {
                         first_slot: span.first_slot,
                         end_slot: span.end_slot,
                         band_first: band.first,
+                        band_rows: rows_of_blocks(band.slots, self.width),
                         group_stride: stride(groups),
                         ..common
                     };
@@ -238,18 +256,38 @@ impl Renderer {
     pub(super) fn read_slots(
         &mut self,
         spans: &[Span],
-        mut visit: impl FnMut(u32, &[FilmSlot]),
+        visit: impl FnMut(u32, &[FilmSlot]),
     ) -> Result<(), RenderError> {
-        let bytes = |slots: u32| u64::from(slots) * size_of::<FilmSlot>() as u64;
+        self.read(|band| &band.film, spans, visit)
+    }
+
+    /// Reads what neighbours have in common, likewise.
+    pub(super) fn read_gradients(
+        &mut self,
+        spans: &[Span],
+        visit: impl FnMut(u32, &[GradientSlot]),
+    ) -> Result<(), RenderError> {
+        self.read(|band| &band.gradients, spans, visit)
+    }
+
+    /// Reads slots of one of the buffers of each band; `visit` gets each span's first slot and its slots.
+    fn read<T: Pod>(
+        &mut self,
+        of: impl Fn(&Band) -> &Buffer,
+        spans: &[Span],
+        mut visit: impl FnMut(u32, &[T]),
+    ) -> Result<(), RenderError> {
+        let bytes = |slots: u32| u64::from(slots) * size_of::<T>() as u64;
         for spans in spans.chunk_by(|a, b| a.band == b.band) {
             let band = &self.buffers.bands[spans[0].band];
-            if let Some(film) = band.film.mapped() {
+            let source = of(band);
+            if let Some(source) = source.mapped() {
                 let ticket = self.timeline.submit(|r| r.barrier(Access::Compute, Access::Host))?;
                 self.timeline.wait(&ticket)?;
                 for span in spans {
                     let begin = bytes(span.first_slot - band.first) as usize;
                     let end = begin + bytes(span.slots()) as usize;
-                    visit(span.first_slot, bytemuck::cast_slice(&film[begin..end]));
+                    visit(span.first_slot, bytemuck::cast_slice(&source[begin..end]));
                 }
                 continue;
             }
@@ -260,13 +298,13 @@ impl Renderer {
                 let mut end = 0;
                 for span in spans {
                     let size = bytes(span.slots());
-                    r.copy(&band.film, bytes(span.first_slot - band.first), &readback, end, size);
+                    r.copy(source, bytes(span.first_slot - band.first), &readback, end, size);
                     end += size;
                 }
                 r.barrier(Access::Transfer, Access::Host);
             })?;
             self.timeline.wait(&ticket)?;
-            let mut rest: &[FilmSlot] = bytemuck::cast_slice(&mapped(&readback)?[..total as usize]);
+            let mut rest: &[T] = bytemuck::cast_slice(&mapped(&readback)?[..total as usize]);
             for span in spans {
                 let (slots, after) = rest.split_at(span.slots() as usize);
                 visit(span.first_slot, slots);

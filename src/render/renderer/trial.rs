@@ -6,9 +6,10 @@ use super::super::driver::DriverFacts;
 use super::super::error::RenderError;
 use super::super::features::Features;
 use super::super::film::pixels_in;
-use super::super::layout::{FilmSlot, queue};
+use super::super::layout::{FilmSlot, GradientSlot, queue};
 use super::super::plan::{Span, Work};
 use super::super::settings::Reuse;
+use super::super::sobol::MEMBERS;
 use super::super::tiles::{TILE, half_of};
 use super::Renderer;
 use super::passes::Watch;
@@ -26,7 +27,8 @@ pub(super) fn may_reuse(needed: &Features, reuse: Reuse, facts: &DriverFacts) ->
         && match reuse {
             Reuse::Off => false,
             Reuse::Always => true,
-            Reuse::Auto => facts.reuse && !needed.emitter && (needed.tree || facts.skips_branches),
+            Reuse::Auto if needed.tree => facts.reuse && !needed.emitter,
+            Reuse::Auto => facts.reuse && facts.skips_branches,
         }
 }
 
@@ -42,6 +44,8 @@ pub(super) fn worth(needed: &Features) -> f64 {
 const TRIAL_STEP: u32 = 9;
 /// Slots of these, of which the first tile is tried.
 const BLOCK: u32 = TILE as u32 * TRIAL_STEP;
+/// Neighbours on the right and below that a pixel has in its group, in the mean.
+const PAIRS: f64 = 1.25;
 /// Slots whose trial is one dispatch: 262,144 samples.
 const DISPATCH_SLOTS: u32 = 1024 * BLOCK;
 
@@ -77,15 +81,30 @@ impl ReuseTrial {
         }
     }
 
-    /// Takes over whole tiles of the film after the trial.
-    fn judge(&mut self, slots: &[FilmSlot]) {
+    /// Takes over a tile of the film after the trial: how far the two samples of its pixels are apart, and those of what they
+    /// gather.
+    ///
+    /// What n pixels gather from the same second hits has the noise of one path divided by n in common. What each has besides
+    /// shows in the differences between neighbours, to which two contribute.
+    fn judge(&mut self, slots: &[FilmSlot], gradients: &[GradientSlot]) {
         let mut variance = if let Self::Over(before) = *self { before } else { [[0.0; 2]; 2] };
-        for (index, slot) in slots.iter().enumerate() {
-            for (sum, difference) in variance[half_of(index)].iter_mut().zip([slot.trial_with, slot.trial_without]) {
-                *sum += f64::from(difference).powi(2);
-            }
+        let square = |x: f32| f64::from(x).powi(2);
+        for (index, (slot, gradient)) in slots.iter().zip(gradients).enumerate() {
+            let [with, without] = &mut variance[half_of(index)];
+            let (own, light) = (square(slot.trial), square(gradient.trial_light));
+            let differences = square(gradient.trial_right) + square(gradient.trial_down);
+            *with += own + light / MEMBERS as f64 + differences / (2.0 * PAIRS);
+            *without += own + light;
         }
         *self = Self::Over(variance);
+    }
+
+    /// With what came of it for both halves together.
+    fn together(self) -> Self {
+        match self {
+            Self::Over([a, b]) => Self::Over([[a[0] + b[0], a[1] + b[1]]; 2]),
+            same => same,
+        }
     }
 
     /// A bit for each half, whether its paths serve several pixels: if variance falls by `worth` at least, and in the
@@ -108,7 +127,18 @@ impl ReuseTrial {
     }
 }
 
+/// The slots of the tiles that take part in the trial.
+fn every_nth_tile<T: Copy>(slots: &[T]) -> impl Iterator<Item = T> {
+    slots.chunks(TILE).step_by(TRIAL_STEP as usize).flatten().copied()
+}
+
 impl Renderer {
+    /// A bit for each half of the image, whether its paths serve several pixels; the same for both without adaptive sampling.
+    pub(super) fn reused_halves(&self) -> u32 {
+        let trial = if self.settings.adaptive.is_some() { self.reuse } else { self.reuse.together() };
+        trial.halves(self.reuse_is_worth)
+    }
+
     /// Brings the pixels of `spans` from `done` samples to `samples`, or less far if the watch says stop. Before the
     /// first pass that leads beyond the trial, some of the tiles go ahead and decide.
     pub(super) fn pass(
@@ -121,6 +151,9 @@ impl Renderer {
         let mut already = 0;
         if self.reuse == ReuseTrial::Pending && done < queue::TRIAL && queue::TRIAL <= samples {
             already = self.try_reuse(spans, done, watch)?;
+        }
+        if self.makes_gradients() {
+            return self.pass_with_gradients(spans, done, samples, already, watch);
         }
         self.steady_pass(spans, done, samples, already, watch)
     }
@@ -163,11 +196,13 @@ impl Renderer {
         }
         if end > before && !watch.stop {
             let mut trial = self.reuse;
-            self.read_slots(&tried, |_, slots| {
-                slots.chunks(TILE).step_by(TRIAL_STEP as usize).for_each(|tile| trial.judge(tile));
-            })?;
+            let mut film = Vec::new();
+            self.read_slots(&tried, |_, slots| film.extend(every_nth_tile(slots)))?;
+            let mut gradients = Vec::new();
+            self.read_gradients(&tried, |_, slots| gradients.extend(every_nth_tile(slots)))?;
+            film.chunks(TILE).zip(gradients.chunks(TILE)).for_each(|(film, gradients)| trial.judge(film, gradients));
             self.reuse = trial;
-            log::debug!("reuse of paths: {:?}, halves {:02b}", self.reuse, self.reuse.halves(self.reuse_is_worth));
+            log::debug!("reuse of paths: {:?}, halves {:02b}", self.reuse, self.reused_halves());
         }
         Ok(self.statistics.samples - before)
     }
@@ -177,25 +212,32 @@ impl Renderer {
 mod tests {
     use super::*;
 
-    fn slots(with: f32, without: f32) -> Vec<FilmSlot> {
-        vec![FilmSlot { trial_with: with, trial_without: without, ..FilmSlot::default() }; 128]
+    /// Slots of pixels with so much noise of their own, in what they gather without each other, and in the differences.
+    fn slots(own: f32, light: f32, difference: f32) -> Vec<(FilmSlot, GradientSlot)> {
+        let film = FilmSlot { trial: own, ..FilmSlot::default() };
+        let gradients = GradientSlot { trial_light: light, trial_down: difference, ..GradientSlot::default() };
+        vec![(film, gradients); 128]
     }
 
     #[test]
     fn what_lowers_variance_enough_is_reused() {
-        let judge = |slots: &[FilmSlot]| {
+        let judge = |slots: &[(FilmSlot, GradientSlot)]| {
             let mut trial = ReuseTrial::Pending;
-            slots.chunks(64).for_each(|tile| trial.judge(tile));
+            let (film, gradients): (Vec<_>, Vec<_>) = slots.iter().copied().unzip();
+            film.chunks(64).zip(gradients.chunks(64)).for_each(|(film, gradients)| trial.judge(film, gradients));
             trial
         };
-        assert_eq!(judge(&slots(1.0, 2.0)).halves(1.4), 0b11);
-        assert_eq!(judge(&slots(-1.0, 2.0)).gain(), Some(4.0));
-        assert_eq!(judge(&slots(1.0, 1.1)).halves(1.4), 0);
-        assert_eq!(judge(&slots(0.0, 0.0)).halves(1.4), 0);
-        assert_eq!(judge(&slots(0.0, 0.0)).gain(), None);
-        assert_eq!(judge(&slots(f32::NAN, f32::NAN)).halves(1.4), 0);
-        let mut mixed = slots(1.0, 1.0);
-        mixed.iter_mut().enumerate().filter(|(i, _)| half_of(*i) == 1).for_each(|(_, s)| s.trial_without = 3.0);
+        assert_eq!(judge(&slots(0.0, 1.0, 0.0)).halves(1.4), 0b11);
+        assert_eq!(judge(&slots(0.0, -1.0, 0.0)).gain(), Some(8.0));
+        // 0.25 of their own, 1 to gather, of which an eighth is common, and 0.25 in the differences.
+        let gain = judge(&slots(0.5, 1.0, 0.5)).gain().unwrap();
+        assert!((gain - 1.25 / (0.25 + 0.125 + 0.1)).abs() < 1e-9, "{gain}");
+        assert_eq!(judge(&slots(3.0, 1.0, 0.0)).halves(1.4), 0);
+        assert_eq!(judge(&slots(0.0, 0.0, 0.0)).halves(1.4), 0);
+        assert_eq!(judge(&slots(0.0, 0.0, 0.0)).gain(), None);
+        assert_eq!(judge(&slots(f32::NAN, 1.0, 0.0)).halves(1.4), 0);
+        let mut mixed = slots(2.0, 1.0, 0.0);
+        mixed.iter_mut().enumerate().filter(|(i, _)| half_of(*i) == 1).for_each(|(_, s)| s.1.trial_light = 3.0);
         assert_eq!(judge(&mixed).halves(1.4), 0b10);
     }
 

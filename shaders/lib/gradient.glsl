@@ -1,0 +1,63 @@
+// Gradients of the image (Lehtinen et al., "Gradient-domain Metropolis light transport", SIGGRAPH 2013; Kettunen et al.,
+// "Gradient-domain path tracing", SIGGRAPH 2015), for the light that comes to a pixel by the second hits of a group
+// (reuse.glsl). All pixels of a group estimate it from the same second hits, so that they err alike: the difference
+// between two neighbours is known much better than either of them. The film notes the sum of that light, and of its
+// differences from the neighbours on the right and below, over the samples in which these are of the same group. From
+// both the host makes the image (src/render/gradients.rs).
+//
+// A slot has 3 texels: that sum, and the two of differences. Each is there with the difference between the two samples of
+// the trial (reuse.glsl), from which the host learns how large its noise is; the first with that of what the pixel's light by
+// second hits would be without the others. The film holds the same for all other light of the pixel.
+
+// Which differences are small depends on the surfaces. Before a rendering the host surveys them by a sample of each pixel
+// that is not light, but the shading normal at its centre, times the distance; 0 where there is no diffuse surface.
+
+#ifndef GRADIENT_GLSL
+#define GRADIENT_GLSL
+
+#include "film.glsl"
+#include "pixel_order.glsl"
+
+// Samples of a pixel of which gradients are noted. More would be lost in the rounding of their sums.
+const uint MOST_GRADIENTS = 65536u;
+
+const uint TRIAL = 2u;          // samples
+
+struct Gradients {
+    vec4 light;
+    vec4 right;
+    vec4 down;
+};
+
+Gradients gradients_load(uint slot) {
+    int row = int(GRADIENT_ROWS * (slot - band_first));
+    return Gradients(imageLoad(gradient_texels, row), imageLoad(gradient_texels, row + 1),
+                     imageLoad(gradient_texels, row + 2));
+}
+
+void gradients_store(uint slot, Gradients g) {
+    int row = int(GRADIENT_ROWS * (slot - band_first));
+    imageStore(gradient_texels, row, g.light);
+    imageStore(gradient_texels, row + 1, g.right);
+    imageStore(gradient_texels, row + 2, g.down);
+}
+
+// Whether a member of a group has a neighbour in it on the right, or below.
+bool has_right(uint member) { return (member & 3u) != 3u; }
+bool has_down(uint member) { return member < 4u; }
+
+float brightness(vec3 light) { return light.x + light.y + light.z; }
+
+// What a pixel's sample `index` counts in the trial.
+float trial_sign(uint index) { return index < TRIAL / 2u ? 1.0 : (index < TRIAL ? -1.0 : 0.0); }
+
+// Adds sample `index` of a pixel, of whose light the group has gathered a part that would be so bright without the others.
+void gradients_add(inout Gradients g, uint index, vec3 gathered, float unshared, vec3 right, vec3 down) {
+    if (index >= MOST_GRADIENTS) return;
+    float trial = trial_sign(index);
+    g.light += vec4(gathered, trial * unshared);
+    g.right += vec4(right, trial * brightness(right));
+    g.down += vec4(MUTATION == MUTATE_GRADIENTS ? -down : down, trial * brightness(down));
+}
+
+#endif

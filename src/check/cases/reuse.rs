@@ -1,0 +1,80 @@
+//! Paths that serve several pixels, and images made from differences between these, against the same without.
+
+use crate::check::lab::Rendered;
+use crate::check::scenes::{Build, divided_room, screened_room};
+use crate::check::statistics::z_score;
+use crate::check::{Case, CheckError, Lab, Measured};
+use crate::render::{Gradients, RenderSettings, Renderer, Reuse};
+use crate::scene::Scene;
+
+pub(super) const CASES: &[Case] = &[
+    Case {
+        name: "reuse/paths",
+        what: "a room with cells at its wall: paths meet in memory, and serve pixels that may not see their second hits",
+        oracle: "each path by itself",
+        quantity: "deviation of the image's contrast in standard errors",
+        threshold: 4.0,
+        full_only: false,
+        measure: |lab| contrast(lab, divided_room(), [SHARED, ALONE]),
+    },
+    Case {
+        name: "reuse/lanes",
+        what: "the same room without a tree: paths meet in the lanes of a subgroup",
+        oracle: "each path by itself",
+        quantity: "the same",
+        threshold: 4.0,
+        full_only: false,
+        measure: |lab| contrast(lab, screened_room(), [SHARED, ALONE]),
+    },
+    Case {
+        name: "gradients/paths",
+        what: "a room with cells at its wall, made from the differences between its pixels: paths meet in memory",
+        oracle: "the same without",
+        quantity: "deviation of the image's contrast in standard errors",
+        threshold: 4.0,
+        full_only: false,
+        measure: |lab| contrast(lab, divided_room(), [COMPARED, SHARED]),
+    },
+    Case {
+        name: "gradients/lanes",
+        what: "the same room without a tree: paths meet in the lanes of a subgroup",
+        oracle: "the same without",
+        quantity: "the same",
+        threshold: 4.0,
+        full_only: false,
+        measure: |lab| contrast(lab, screened_room(), [COMPARED, SHARED]),
+    },
+];
+
+type Way = (Reuse, Gradients);
+const ALONE: Way = (Reuse::Off, Gradients::Off);
+const SHARED: Way = (Reuse::Always, Gradients::Off);
+const COMPARED: Way = (Reuse::Always, Gradients::Auto);
+
+const SEEDS: u32 = 12;
+
+/// How far the contrast of the scene's image is from that of one that is made in another way. Contrast is the sum of all
+/// pixels, each times how much brighter than the mean it is in a third image, of other seeds.
+fn contrast(lab: &Lab, mut scene: Scene, [one, another]: [Way; 2]) -> Result<Measured, CheckError> {
+    scene.size(32, lab.size(40, 1024) as u32);
+    let images = |(reuse, gradients): Way, first_seed: u32| -> Result<Vec<Vec<f64>>, CheckError> {
+        let settings = RenderSettings { reuse, gradients, ..lab.settings(&scene) };
+        let mut renderer = Renderer::new(&lab.context, &scene, &settings)?;
+        let mut image = |seed| {
+            renderer.set_seed(seed);
+            Ok(Rendered::by(&mut renderer)?.channel(1))
+        };
+        (first_seed..first_seed + SEEDS).map(&mut image).collect()
+    };
+    let (with, without, other) = (images(one, 0)?, images(another, 0)?, images(another, SEEDS)?);
+    let pixels = other[0].len();
+    let sums: Vec<f64> = (0..pixels).map(|p| other.iter().map(|image| image[p]).sum()).collect();
+    let mean = sums.iter().sum::<f64>() / pixels as f64;
+    let contrast = |image: &[f64]| image.iter().zip(&sums).map(|(x, sum)| x * (sum / mean - 1.0)).sum::<f64>();
+    let differences: Vec<f64> = with.iter().zip(&without).map(|(a, b)| contrast(a) - contrast(b)).collect();
+    let relative = differences.iter().sum::<f64>() / without.iter().map(|image| contrast(image)).sum::<f64>();
+    if with.iter().zip(&without).all(|(a, b)| a == b) {
+        return Ok(Measured::new(f64::INFINITY, "both ways give the same image"));
+    }
+    Ok(Measured::new(z_score(&differences, 0.0).abs(), format!("{SEEDS} seeds, {:.2}%", 100.0 * relative)))
+}

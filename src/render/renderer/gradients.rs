@@ -1,0 +1,311 @@
+//! Images from their gradients, where paths serve several pixels (shaders/lib/gradient.glsl).
+
+use std::ops::ControlFlow;
+
+use glam::{DVec3, Vec3, Vec4};
+use rayon::prelude::*;
+
+use super::super::error::RenderError;
+use super::super::film::{Film, pixel_of_slot};
+use super::super::layout::{GradientSlot, queue};
+use super::super::plan::Span;
+use super::super::screened_poisson::{Known, solve};
+use super::Renderer;
+use super::passes::Watch;
+use super::trial::ReuseTrial;
+
+/// Samples of a pixel from which on neighbours can be of one group in some samples and not in others.
+const FEWEST_SAMPLES: u32 = 3;
+/// Samples after which the groups of pixels change at the latest.
+const LONGEST_PHASE: u32 = 32;
+/// Classes of pairs of pixels, see [`class`].
+const CLASSES: usize = 8;
+/// How many times as certain as a pixel's value a difference may be taken to be: more gains little, but takes more steps
+/// to make use of.
+const MOST_CERTAINTY: f32 = 32.0;
+
+/// Which samples are taken with groups of pixels as they are, and which with shifted ones.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Phases {
+    /// Samples until the groups change.
+    length: u32,
+}
+
+impl Phases {
+    /// Of a rendering: one half and the other, or shorter if there are many.
+    fn of(samples: u32) -> Self {
+        Self { length: samples.div_ceil(2).min(LONGEST_PHASE) }
+    }
+
+    fn is_shifted(self, sample: u32) -> bool {
+        sample / self.length % 2 == 1
+    }
+
+    /// The end of the samples from `sample` on that are taken with the same groups.
+    fn end(self, sample: u32) -> u32 {
+        (sample / self.length + 1).saturating_mul(self.length)
+    }
+
+    /// Samples of either kind among the first `count`, as far as gradients are noted.
+    fn samples(self, count: u32) -> [u32; 2] {
+        let count = count.min(queue::MOST_GRADIENTS);
+        let (pairs, rest) = (count / (2 * self.length), count % (2 * self.length));
+        [pairs * self.length + rest.min(self.length), pairs * self.length + rest.saturating_sub(self.length)]
+    }
+}
+
+impl Renderer {
+    /// Whether a pass is to be made for gradients.
+    pub(super) fn makes_gradients(&self) -> bool {
+        self.gradients
+            && self.settings.adaptive.is_none()
+            && self.settings.samples >= FEWEST_SAMPLES
+            && self.reused_halves() != 0
+    }
+
+    /// Before a rendering, the film being empty: surveys the surfaces at the pixels' centres.
+    pub(super) fn survey(&mut self) -> Result<(), RenderError> {
+        if !self.makes_gradients() {
+            return Ok(());
+        }
+        let whole = self.whole_film();
+        let film = self.beforehand(|renderer| {
+            (renderer.push.surveys, renderer.reuse) = (1, ReuseTrial::Never);
+            // Not to be stopped: what is stopped should have samples.
+            renderer.steady_pass(&whole, 0, 1, 0, &mut Watch::new(None, &mut |_| ControlFlow::Continue(())))?;
+            renderer.read_film()
+        })?;
+        let (view, width) = (self.view, self.width as usize);
+        let site = |(p, sum): (usize, &[f64; 3])| {
+            let normal = DVec3::from(*sum);
+            let direction = view.direction([(p % width) as f64 + 0.5, (p / width) as f64 + 0.5]);
+            let place = normal.length() * direction;
+            Site { normal: normal.normalize_or_zero().as_vec3(), place: place.as_vec3() }
+        };
+        self.sites = film.sums().par_iter().enumerate().map(site).collect();
+        self.clear_film()
+    }
+
+    /// As [`Self::steady_pass`], with groups of pixels as the samples want them.
+    pub(super) fn pass_with_gradients(
+        &mut self,
+        spans: &[Span],
+        done: u32,
+        samples: u32,
+        already: u64,
+        watch: &mut Watch<'_>,
+    ) -> Result<(), RenderError> {
+        let phases = Phases::of(self.settings.samples);
+        let (mut done, mut already) = (done, already);
+        while done < samples && !watch.stop {
+            let end = phases.end(done).min(samples);
+            self.shifted = phases.is_shifted(done);
+            let result = self.steady_pass(spans, done, end, already, watch);
+            self.shifted = false;
+            result?;
+            (done, already) = (end, 0);
+        }
+        Ok(())
+    }
+
+    /// Makes use of the gradients of a film.
+    pub(super) fn use_gradients(&mut self, film: &mut Film) -> Result<(), RenderError> {
+        let (width, height) = (self.width, self.height);
+        let mut noted = vec![GradientSlot::default(); width as usize * height as usize];
+        self.read_gradients(&self.whole_film(), |first, slots| {
+            for (i, slot) in slots.iter().enumerate() {
+                if let Some(pixel) = pixel_of_slot(first + i as u32, width, height) {
+                    noted[pixel] = *slot;
+                }
+            }
+        })?;
+        let phases = Phases::of(self.settings.samples);
+        let phases = film.counts().iter().map(|&n| phases.samples(n)).collect();
+        let survey = Survey { width: width as usize, noted: &noted, sites: &self.sites, phases };
+        let share = |p: usize| survey.phases[p].iter().sum::<u32>() as f32 / film.counts()[p].max(1) as f32;
+        let corrections: Vec<_> =
+            survey.corrections().iter().enumerate().map(|(p, c)| (share(p) * *c).truncate().to_array()).collect();
+        film.add(&corrections);
+        self.statistics.gradients = true;
+        Ok(())
+    }
+}
+
+/// What the survey tells of a pixel: the normal of its surface, 0 if that is not diffuse, and its place in render space.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Site {
+    normal: Vec3,
+    place: Vec3,
+}
+
+/// How differently two pixels see the light of other surfaces, by what may be told from their own: the classes of pairs, from
+/// alike to different; `None` if one of them has no diffuse surface.
+fn class(a: &Site, b: &Site) -> Option<usize> {
+    if a.normal == Vec3::ZERO || b.normal == Vec3::ZERO {
+        return None;
+    }
+    // Squares of the angles between the normals, and between the surfaces and the way from one to the other.
+    let way = (b.place - a.place).normalize_or_zero();
+    let bend = (a.normal - b.normal).length_squared() + a.normal.dot(way).powi(2) + b.normal.dot(way).powi(2);
+    // A class is a factor of 8.
+    Some(((bend.max(1e-6) * 1e6).log2() / 3.0) as usize)
+}
+
+/// A pair of neighbours.
+#[derive(Clone, Copy)]
+enum Side {
+    Right,
+    Down,
+}
+
+/// What is known of the pixels of an image, row by row.
+struct Survey<'a> {
+    width: usize,
+    noted: &'a [GradientSlot],
+    sites: &'a [Site],
+    /// Samples that were noted, with groups as they are and shifted.
+    phases: Vec<[u32; 2]>,
+}
+
+impl Survey<'_> {
+    /// A pixel's neighbour on a side.
+    fn neighbour(&self, pixel: usize, side: Side) -> Option<usize> {
+        match side {
+            Side::Right => Some(pixel + 1).filter(|q| q % self.width > 0),
+            Side::Down => Some(pixel + self.width).filter(|q| *q < self.noted.len()),
+        }
+    }
+
+    /// Samples in which a pixel and its neighbour on a side were of one group: 4×2 pixels, shifted by 2 and 1. The first is
+    /// whether they are in the first samples.
+    fn shared(&self, pixel: usize, side: Side) -> (bool, u32) {
+        let (x, y) = (pixel % self.width, pixel / self.width);
+        let [a, b] = self.phases[pixel];
+        let (plain, shifted) = match side {
+            Side::Right => (x % 4 != 3, x % 4 != 1),
+            Side::Down => (y % 2 == 0, y % 2 == 1),
+        };
+        (plain, u32::from(plain) * a + u32::from(shifted) * b)
+    }
+
+    /// How many times as certain the differences of each class are as the pixels' own values: the inverse of their variance,
+    /// from the two samples of the trial of all pairs.
+    fn certainties(&self) -> [f32; CLASSES] {
+        let square = |x: f32| f64::from(x).powi(2);
+        let of_pair = |p: usize, side: Side| {
+            let q = self.neighbour(p, side).filter(|_| self.shared(p, side).0)?;
+            let class = class(&self.sites[p], &self.sites[q])?;
+            let values = square(self.noted[p].trial_light) + square(self.noted[q].trial_light);
+            let difference = match side {
+                Side::Right => self.noted[p].trial_right,
+                Side::Down => self.noted[p].trial_down,
+            };
+            Some((class, [values / 2.0, square(difference)]))
+        };
+        // In an order that does not depend on who does what.
+        let of_rows: Vec<[[f64; 2]; CLASSES]> = (0..self.noted.len() / self.width)
+            .into_par_iter()
+            .map(|y| {
+                let mut sums = [[0.0; 2]; CLASSES];
+                for p in y * self.width..(y + 1) * self.width {
+                    for (class, squares) in [Side::Right, Side::Down].into_iter().filter_map(|side| of_pair(p, side)) {
+                        (0..2).for_each(|i| sums[class][i] += squares[i]);
+                    }
+                }
+                sums
+            })
+            .collect();
+        let sum = |class: usize, i: usize| of_rows.iter().map(|sums| sums[class][i]).sum::<f64>();
+        let all = [0, 1].map(|i| (0..CLASSES).map(|class| sum(class, i)).sum::<f64>());
+        // Where there are few pairs, as in all.
+        std::array::from_fn(|class| {
+            let certainty = (sum(class, 0) + 0.01 * all[0]) / (sum(class, 1) + 0.01 * all[1]);
+            if certainty.is_finite() { (certainty as f32).min(MOST_CERTAINTY) } else { 0.0 }
+        })
+    }
+
+    /// What is to be added to the mean of each pixel, over those samples that were noted.
+    fn corrections(&self) -> Vec<Vec4> {
+        let certainties = self.certainties();
+        log::debug!("certainty of differences: {certainties:?}");
+        let count = |p: usize| self.phases[p].iter().sum::<u32>().max(1) as f32;
+        let mean = |p: usize| Vec3::from(self.noted[p].light) / count(p);
+        let pair = |p: usize, side: Side, difference: [f32; 3]| {
+            let (_, samples) = self.shared(p, side);
+            let q = self.neighbour(p, side).filter(|_| samples > 0)?;
+            let certainty = certainties[class(&self.sites[p], &self.sites[q])?];
+            let lacking = Vec3::from(difference) - samples as f32 * (mean(p) - mean(q));
+            Some((certainty * samples as f32, (certainty * lacking).extend(0.0)))
+        };
+        let known = |p: usize| {
+            let (right, lacking_right) = pair(p, Side::Right, self.noted[p].right).unwrap_or_default();
+            let (down, lacking_down) = pair(p, Side::Down, self.noted[p].down).unwrap_or_default();
+            Known { certainty: count(p), right, down, lacking_right, lacking_down }
+        };
+        let known: Vec<_> = (0..self.noted.len()).into_par_iter().map(known).collect();
+        solve(&known, self.width)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn phases_follow_each_other() {
+        for samples in [3, 4, 5, 16, 63, 64, 65, 1000] {
+            let phases = Phases::of(samples);
+            // The trial needs the first two.
+            assert!(!phases.is_shifted(1) && phases.is_shifted(samples - 1) || samples > 64, "{samples}");
+            for count in 0..=samples {
+                let expected = [false, true].map(|p| (0..count).filter(|&s| phases.is_shifted(s) == p).count() as u32);
+                assert_eq!(phases.samples(count), expected);
+            }
+            assert!((0..samples).all(|s| (s..phases.end(s)).all(|t| phases.is_shifted(t) == phases.is_shifted(s))));
+        }
+        let (phases, most) = (Phases::of(1 << 29), queue::MOST_GRADIENTS);
+        assert_eq!((phases.samples(most), phases.samples(u32::MAX)), ([most / 2; 2], [most / 2; 2]));
+    }
+
+    #[test]
+    fn classes_go_from_alike_to_different() {
+        let site = |normal: [f32; 3], place: [f32; 3]| Site {
+            normal: Vec3::from(normal).normalize_or_zero(),
+            place: place.into(),
+        };
+        let floor = site([0.0, 1.0, 0.0], [0.0; 3]);
+        let beside = |normal| class(&floor, &site(normal, [1.0, 0.0, 0.0]));
+        assert_eq!(beside([0.0, 1.0, 0.0]), Some(0));
+        let bent = [[0.01, 1.0, 0.0], [0.1, 1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 0.0, 0.0]].map(beside);
+        assert!(bent.is_sorted() && bent[0] > Some(0) && bent[3] < Some(CLASSES), "{bent:?}");
+        // A step, and no surface.
+        assert!(class(&floor, &site([0.0, 1.0, 0.0], [1.0, 2.0, 0.0])) > bent[1]);
+        assert_eq!(beside([0.0; 3]), None);
+    }
+
+    /// A plane of 8×8 pixels, seen so that its differences are exact: what only one group has too much of is spread.
+    #[test]
+    fn noise_of_a_group_is_spread_over_alike_neighbours() {
+        let (width, samples) = (8, 4);
+        let mut noted = vec![GradientSlot::default(); 64];
+        for (p, slot) in noted.iter_mut().enumerate() {
+            // Half of the samples are of one group with what is right of it, half of another.
+            let too_much = if p % 8 < 4 && p / 8 < 2 { 1.0 } else { 0.0 };
+            slot.light = [samples as f32 * 2.0 + too_much; 3];
+            (slot.trial_light, slot.trial_right, slot.trial_down) = (1.0, 0.01, 0.01);
+        }
+        let sites: Vec<_> =
+            (0..64).map(|p| Site { normal: Vec3::Z, place: Vec3::new((p % 8) as f32, (p / 8) as f32, 0.0) }).collect();
+        let phases = vec![Phases::of(samples).samples(samples); 64];
+        let found = Survey { width, noted: &noted, sites: &sites, phases: phases.clone() }.corrections();
+        let total: f32 = found.iter().map(|c| c.x).sum();
+        // But for the last steps of the iteration.
+        assert!(total.abs() < 0.02, "{total}");
+        assert!(found[0].x < -0.1 && found[63].x > 0.0, "{} and {}", found[0].x, found[63].x);
+        // Nothing is spread to where there is no surface.
+        let apart: Vec<_> =
+            sites.iter().map(|s| if s.place.x < 4.0 { *s } else { Site { normal: Vec3::ZERO, ..*s } }).collect();
+        let found = Survey { width, noted: &noted, sites: &apart, phases }.corrections();
+        assert!(found.iter().enumerate().all(|(p, c)| p % 8 < 4 || *c == Vec4::ZERO));
+    }
+}
