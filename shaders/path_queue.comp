@@ -364,7 +364,7 @@ void main() {
                 if (reusing) film_pixel.trial += trial_sign(film_pixel.count) * brightness(light.xyz - gathered);
                 bool good = film_add(film_pixel, light.xyz);
                 bad += good ? 0u : 1u;
-                if (reusing) path_store(path, ROW_OWN, vec4(good ? gathered : vec3(0.0), brightness(unshared)));
+                if (reusing) path_store(path, ROW_OWN, good ? vec4(gathered, brightness(unshared)) : vec4(0.0));
             }
             film_store(film_place, film_pixel);
             if (reusing) {
@@ -376,6 +376,7 @@ void main() {
     }
     if (reusing) {
         share_notes();
+        subgroupBarrier();
         for (uint p = gl_SubgroupInvocationID; p < TILE; p += gl_SubgroupSize) {
             uvec2 at;
             if (tile + p < end_slot && pixel_of_slot(tile + p, at)) note_gradients(region + p, film_slot(tile + p));

@@ -115,8 +115,11 @@ void main() {
             vec3 right = vec3(0.0);
             vec3 down = vec3(0.0);
             // What is not finite counts as black.
-            if (!is_finite(brightness(light))) gathered = vec3(0.0);
-            differences(gathered, right, down);
+            if (!is_finite(brightness(light))) {
+                gathered = vec3(0.0);
+                unshared = vec3(0.0);
+            }
+            differences(gathered, ended.there, right, down);
             if (ended.there && within_budget) {
                 film_pixel.trial += trial_sign(film_pixel.count) * brightness(light - gathered);
                 gradients_add(gradients, film_pixel.count, gathered, brightness(unshared), right, down);

@@ -3,7 +3,7 @@
 // (reuse.glsl). All pixels of a group estimate it from the same second hits, so that they err alike: the difference
 // between two neighbours is known much better than either of them. The film notes the sum of that light, and of its
 // differences from the neighbours on the right and below, over the samples in which these are of the same group. From
-// both the host makes the image (src/render/gradients.rs).
+// both the host makes the image (src/render/renderer/gradients.rs).
 //
 // A slot has 3 texels: that sum, and the two of differences. Each is there with the difference between the two samples of
 // the trial (reuse.glsl), from which the host learns how large its noise is; the first with that of what the pixel's light by
@@ -19,7 +19,7 @@
 #include "pixel_order.glsl"
 
 // Samples of a pixel of which gradients are noted. More would be lost in the rounding of their sums.
-const uint MOST_GRADIENTS = 65536u;
+const uint MOST_GRADIENTS = 4096u;
 
 const uint TRIAL = 2u;          // samples
 
@@ -55,7 +55,7 @@ float trial_sign(uint index) { return index < TRIAL / 2u ? 1.0 : (index < TRIAL 
 void gradients_add(inout Gradients g, uint index, vec3 gathered, float unshared, vec3 right, vec3 down) {
     if (index >= MOST_GRADIENTS) return;
     float trial = trial_sign(index);
-    g.light += vec4(gathered, trial * unshared);
+    g.light += vec4(gathered, trial == 0.0 ? 0.0 : trial * unshared);
     g.right += vec4(right, trial * brightness(right));
     g.down += vec4(MUTATION == MUTATE_GRADIENTS ? -down : down, trial * brightness(down));
 }

@@ -1,7 +1,7 @@
 // The order in which pixels are handed out. 64 consecutive slots are a tile of 8×8 pixels: eight groups of 4×2 pixels, in
 // a block of 32×64 pixels that 32 tiles share. Paths are reused within a group (reuse.glsl): its pixels see most alike
-// surfaces. With REUSE half of the samples are taken with groups that lie half a group further to the right and
-// down, so that every two neighbours are of one group in some samples.
+// surfaces. Where an image is made from gradients, half of the samples are taken with groups that lie half a
+// group further to the right and down, so that every two neighbours are of one group in some samples.
 
 #ifndef PIXEL_ORDER_GLSL
 #define PIXEL_ORDER_GLSL

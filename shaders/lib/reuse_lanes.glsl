@@ -77,13 +77,14 @@ float sum_of_group(float value) {
 }
 
 // The differences of what the lane's pixel has gathered from that of the ones on its right and below; 0 where they are not
-// of its group. To be called by all lanes.
-void differences(vec3 gathered, out vec3 right, out vec3 down) {
+// of its group or outside the image. To be called by all lanes, with whether they have a sample.
+void differences(vec3 gathered, bool there, out vec3 right, out vec3 down) {
     uint me = gl_SubgroupInvocationID % MEMBERS;
     right = vec3(0.0);
     down = vec3(0.0);
     [[dont_unroll]] for (uint member = 1u; member < MEMBERS; ++member) {
         vec3 theirs = of_member(gathered, member);
+        if (of_member(there ? 1.0 : 0.0, member) == 0.0) theirs = gathered;
         if (member == me + 1u && has_right(me)) right = gathered - theirs;
         if (member == me + 4u) down = gathered - theirs;
     }

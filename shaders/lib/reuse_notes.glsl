@@ -114,6 +114,12 @@ vec4 shared_light(uint path, out vec3 gathered, out vec3 unshared) {
     return vec4(own, complete ? PATH_ENDED : PATH_OPEN);
 }
 
+// The difference of what a pixel has gathered from that of a neighbour; 0 if that lies outside the image.
+vec3 difference(vec3 gathered, uint neighbour) {
+    bool there = path_load(neighbour, ROW_LIGHT).w != PATH_UNWANTED;
+    return there ? gathered - path_load(neighbour, ROW_OWN).xyz : vec3(0.0);
+}
+
 // Notes the gradients of a pixel, whose first path in the tile this is, once its group's pixels have their samples.
 void note_gradients(uint first_path, uint slot) {
     uvec2 samples = floatBitsToUint(path_load(first_path, ROW_FIRST).xy);
@@ -124,8 +130,8 @@ void note_gradients(uint first_path, uint slot) {
     for (uint index = samples.x; index < samples.y; ++index) {
         uint later = (index - samples.x) * TILE;
         vec4 own = path_load(first_path + later, ROW_OWN);
-        vec3 right = own.xyz - path_load(right_of + later, ROW_OWN).xyz;
-        vec3 down = own.xyz - path_load(below + later, ROW_OWN).xyz;
+        vec3 right = difference(own.xyz, right_of + later);
+        vec3 down = difference(own.xyz, below + later);
         gradients_add(g, index, own.xyz, own.w, right, down);
     }
     gradients_store(slot, g);

@@ -159,7 +159,7 @@ pub(crate) mod queue {
     /// Samples of the trial whether it pays to reuse paths.
     pub const TRIAL: u32 = 2;
     /// Samples of a pixel of which gradients are noted.
-    pub const MOST_GRADIENTS: u32 = 65_536;
+    pub const MOST_GRADIENTS: u32 = 4096;
 }
 
 /// What a slot's pixel has gathered of light by second hits that it shares with its neighbours

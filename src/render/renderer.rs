@@ -33,7 +33,7 @@ use super::statistics::{Progress, RenderStatistics};
 use super::tables::Tables;
 use super::view::View;
 use buffers::{Buffers, Shape};
-use gradients::Site;
+use gradients::{Certainties, Site};
 use passes::Watch;
 use trial::ReuseTrial;
 
@@ -68,6 +68,10 @@ pub struct Renderer {
     view: View,
     /// For gradients: the surface at each pixel's centre, row by row.
     sites: Vec<Site>,
+    /// How certain differences between pixels are, by their class.
+    certainties: Certainties,
+    /// Pixels whose samples look several times at lamps, row by row; none if there are no such pixels.
+    near_lamps: Vec<bool>,
     /// By how much variance must fall in the trial.
     reuse_is_worth: f64,
     stage: &'static str,
@@ -203,6 +207,8 @@ impl Renderer {
             shifted: false,
             view: View::of(scene),
             sites: Vec::new(),
+            certainties: Certainties::default(),
+            near_lamps: Vec::new(),
             reuse: if reuse { ReuseTrial::of(settings.reuse) } else { ReuseTrial::Never },
             reuse_is_worth: trial::worth(&needed),
             stage,
@@ -291,8 +297,10 @@ impl Renderer {
         let mut watch = Watch::new(self.settings.time_limit, &mut on_progress);
         self.clear_film()?;
         self.reuse = self.reuse.anew();
+        self.near_lamps.clear();
         self.survey()?;
         self.look_for_lamps()?;
+        self.try_reuse()?;
         let film = match self.settings.adaptive {
             None => self.render_uniform(&mut watch)?,
             Some(adaptive) => self.render_adaptive(&adaptive, &mut watch)?,

@@ -1,5 +1,6 @@
 //! Where samples look several times at lamps (shaders/lib/glance.glsl): where an image of a few glances has edges.
 
+use std::mem::take;
 use std::ops::ControlFlow;
 
 use rayon::prelude::*;
@@ -53,11 +54,23 @@ impl Renderer {
             renderer.edges_of_lamps()
         })?;
         self.statistics.glancing_pixels = near.iter().filter(|near| **near).count() as u64;
-        let (width, height) = (self.width, self.height);
-        self.fill_film(|slot| {
+        self.near_lamps = near;
+        self.empty_film()
+    }
+
+    /// No samples in the film, whose pixels' samples are to begin as they should.
+    pub(super) fn empty_film(&mut self) -> Result<(), RenderError> {
+        self.clear_film()?;
+        if self.near_lamps.is_empty() {
+            return Ok(());
+        }
+        let (width, height, near) = (self.width, self.height, take(&mut self.near_lamps));
+        let filled = self.fill_film(|slot| {
             let pixel = pixel_of_slot(slot, width, height);
             empty_slot(if pixel.is_some_and(|p| near[p]) { SAMPLE } else { 0 })
-        })
+        });
+        self.near_lamps = near;
+        filled
     }
 
     /// Pixels near the edges of bright lamps.
@@ -65,7 +78,7 @@ impl Renderer {
         let whole = self.whole_film();
         self.fill_film(|_| empty_slot(glance::GLANCING | (FIRST_GLANCES - 1)))?;
         // Not to be stopped: what is stopped should have samples.
-        self.steady_pass(&whole, 0, 1, 0, &mut Watch::new(None, &mut |_| ControlFlow::Continue(())))?;
+        self.steady_pass(&whole, 0, 1, &mut Watch::new(None, &mut |_| ControlFlow::Continue(())))?;
         let mean = |sum: &[f64; 3]| sum.map(|x| x * f64::from(glance::GLANCES / FIRST_GLANCES));
         let seen: Vec<_> = self.read_film()?.sums().iter().map(mean).collect();
         if seen.iter().all(|x| *x == seen[0]) {

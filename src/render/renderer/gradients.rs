@@ -6,10 +6,11 @@ use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::super::error::RenderError;
-use super::super::film::{Film, pixel_of_slot};
+use super::super::film::{Film, pixel_of_slot, rows_of_blocks};
 use super::super::layout::{GradientSlot, queue};
 use super::super::plan::Span;
 use super::super::screened_poisson::{Known, solve};
+use super::super::tiles::TILE;
 use super::Renderer;
 use super::passes::Watch;
 use super::trial::ReuseTrial;
@@ -17,7 +18,7 @@ use super::trial::ReuseTrial;
 /// Samples of a pixel from which on neighbours can be of one group in some samples and not in others.
 const FEWEST_SAMPLES: u32 = 3;
 /// Samples after which the groups of pixels change at the latest.
-const LONGEST_PHASE: u32 = 32;
+const LONGEST_PHASE: u32 = 8;
 /// Classes of pairs of pixels, see [`class`].
 const CLASSES: usize = 8;
 /// How many times as certain as a pixel's value a difference may be taken to be: more gains little, but takes more steps
@@ -32,9 +33,9 @@ struct Phases {
 }
 
 impl Phases {
-    /// Of a rendering: one half and the other, or shorter if there are many.
-    fn of(samples: u32) -> Self {
-        Self { length: samples.div_ceil(2).min(LONGEST_PHASE) }
+    /// Of a rendering: one half and the other, or shorter if there are many samples, or if it may end early.
+    fn of(samples: u32, limited: bool) -> Self {
+        Self { length: samples.div_ceil(2).min(if limited { 2 } else { LONGEST_PHASE }) }
     }
 
     fn is_shifted(self, sample: u32) -> bool {
@@ -72,7 +73,7 @@ impl Renderer {
         let film = self.beforehand(|renderer| {
             (renderer.push.surveys, renderer.reuse) = (1, ReuseTrial::Never);
             // Not to be stopped: what is stopped should have samples.
-            renderer.steady_pass(&whole, 0, 1, 0, &mut Watch::new(None, &mut |_| ControlFlow::Continue(())))?;
+            renderer.steady_pass(&whole, 0, 1, &mut Watch::new(None, &mut |_| ControlFlow::Continue(())))?;
             renderer.read_film()
         })?;
         let (view, width) = (self.view, self.width as usize);
@@ -92,20 +93,45 @@ impl Renderer {
         spans: &[Span],
         done: u32,
         samples: u32,
-        already: u64,
         watch: &mut Watch<'_>,
     ) -> Result<(), RenderError> {
-        let phases = Phases::of(self.settings.samples);
-        let (mut done, mut already) = (done, already);
+        let phases = Phases::of(self.settings.samples, self.settings.time_limit.is_some());
+        let mut done = done;
         while done < samples && !watch.stop {
             let end = phases.end(done).min(samples);
             self.shifted = phases.is_shifted(done);
-            let result = self.steady_pass(spans, done, end, already, watch);
+            let result = self.steady_pass(spans, done, end, watch);
             self.shifted = false;
             result?;
-            (done, already) = (end, 0);
+            done = end;
         }
         Ok(())
+    }
+
+    /// Takes over what the trial shows of gradients: tiles, one after another.
+    pub(super) fn judge_gradients(&mut self, tried: &[GradientSlot]) {
+        let mut sums = [[0.0f64; 2]; CLASSES];
+        let square = |x: f32| f64::from(x).powi(2);
+        let site = |slot: u32| pixel_of_slot(slot, self.width, self.height).and_then(|p| self.sites.get(p));
+        for (first, tile) in self.tiles_of_trial().into_iter().zip(tried.chunks(TILE)) {
+            for (i, slot) in tile.iter().enumerate() {
+                // The neighbours on the right and below are the next member of the group, and the fourth.
+                let right = (i / 8 % 4 < 3).then_some((i + 8, slot.trial_right));
+                let down = (i / 8 < 4).then_some((i + 32, slot.trial_down));
+                for (neighbour, difference) in right.into_iter().chain(down) {
+                    let sites = site(first + i as u32).zip(site(first + neighbour as u32));
+                    let Some(class) = sites.and_then(|(a, b)| class(a, b)) else { continue };
+                    let values = (square(slot.trial_light) + square(tile[neighbour].trial_light)) / 2.0;
+                    // Samples that were not finite tell nothing.
+                    if values.is_finite() && difference.is_finite() {
+                        sums[class][0] += values;
+                        sums[class][1] += square(difference);
+                    }
+                }
+            }
+        }
+        self.certainties = certainties(&sums);
+        log::debug!("certainty of differences: {:?}", self.certainties);
     }
 
     /// Makes use of the gradients of a film.
@@ -119,16 +145,23 @@ impl Renderer {
                 }
             }
         })?;
-        let phases = Phases::of(self.settings.samples);
+        let phases = Phases::of(self.settings.samples, self.settings.time_limit.is_some());
         let phases = film.counts().iter().map(|&n| phases.samples(n)).collect();
-        let survey = Survey { width: width as usize, noted: &noted, sites: &self.sites, phases };
+        let band_rows = rows_of_blocks(self.buffers.bands[0].slots, width) as usize;
+        let (sites, certainties) = (&self.sites, self.certainties);
+        let survey = Survey { width: width as usize, noted: &noted, sites, certainties, band_rows, phases };
         let share = |p: usize| survey.phases[p].iter().sum::<u32>() as f32 / film.counts()[p].max(1) as f32;
-        let corrections: Vec<_> =
-            survey.corrections().iter().enumerate().map(|(p, c)| (share(p) * *c).truncate().to_array()).collect();
+        let gradients = survey.phases.iter().any(|[_, shifted]| *shifted > 0);
+        let corrections: Vec<_> = survey.corrections().iter().enumerate().map(|(p, c)| finite(share(p) * *c)).collect();
         film.add(&corrections);
-        self.statistics.gradients = true;
+        self.statistics.gradients = gradients;
         Ok(())
     }
+}
+
+/// A colour, or none if it is too large for a number.
+fn finite(c: Vec4) -> [f32; 3] {
+    if c.is_finite() { c.truncate().to_array() } else { [0.0; 3] }
 }
 
 /// What the survey tells of a pixel: the normal of its surface, 0 if that is not diffuse, and its place in render space.
@@ -151,6 +184,19 @@ fn class(a: &Site, b: &Site) -> Option<usize> {
     Some(((bend.max(1e-6) * 1e6).log2() / 3.0) as usize)
 }
 
+/// How many times as certain the differences of each class are as the pixels' own values.
+pub(super) type Certainties = [f32; CLASSES];
+
+/// The inverse of the variance of differences, that of values being 1, from sums of squares of both.
+fn certainties(sums: &[[f64; 2]; CLASSES]) -> Certainties {
+    let all = sums.iter().fold([0.0; 2], |[a, b], sum| [a + sum[0], b + sum[1]]);
+    // Where there are few pairs, as in all.
+    sums.map(|[values, difference]| {
+        let certainty = (values + 0.01 * all[0]) / (difference + 0.01 * all[1]);
+        if certainty.is_nan() { 0.0 } else { (certainty as f32).min(MOST_CERTAINTY) }
+    })
+}
+
 /// A pair of neighbours.
 #[derive(Clone, Copy)]
 enum Side {
@@ -163,6 +209,9 @@ struct Survey<'a> {
     width: usize,
     noted: &'a [GradientSlot],
     sites: &'a [Site],
+    certainties: Certainties,
+    /// Rows of pixels in a band of the film, within which groups are shifted.
+    band_rows: usize,
     /// Samples that were noted, with groups as they are and shifted.
     phases: Vec<[u32; 2]>,
 }
@@ -172,70 +221,33 @@ impl Survey<'_> {
     fn neighbour(&self, pixel: usize, side: Side) -> Option<usize> {
         match side {
             Side::Right => Some(pixel + 1).filter(|q| q % self.width > 0),
-            Side::Down => Some(pixel + self.width).filter(|q| *q < self.noted.len()),
+            Side::Down => Some(pixel + self.width)
+                .filter(|q| *q < self.noted.len() && !(q / self.width).is_multiple_of(self.band_rows)),
         }
     }
 
-    /// Samples in which a pixel and its neighbour on a side were of one group: 4×2 pixels, shifted by 2 and 1. The first is
-    /// whether they are in the first samples.
-    fn shared(&self, pixel: usize, side: Side) -> (bool, u32) {
+    /// Samples in which a pixel and its neighbour on a side were of one group: 4×2 pixels, shifted by 2 and 1.
+    fn shared(&self, pixel: usize, side: Side) -> u32 {
         let (x, y) = (pixel % self.width, pixel / self.width);
         let [a, b] = self.phases[pixel];
         let (plain, shifted) = match side {
             Side::Right => (x % 4 != 3, x % 4 != 1),
             Side::Down => (y % 2 == 0, y % 2 == 1),
         };
-        (plain, u32::from(plain) * a + u32::from(shifted) * b)
-    }
-
-    /// How many times as certain the differences of each class are as the pixels' own values: the inverse of their variance,
-    /// from the two samples of the trial of all pairs.
-    fn certainties(&self) -> [f32; CLASSES] {
-        let square = |x: f32| f64::from(x).powi(2);
-        let of_pair = |p: usize, side: Side| {
-            let q = self.neighbour(p, side).filter(|_| self.shared(p, side).0)?;
-            let class = class(&self.sites[p], &self.sites[q])?;
-            let values = square(self.noted[p].trial_light) + square(self.noted[q].trial_light);
-            let difference = match side {
-                Side::Right => self.noted[p].trial_right,
-                Side::Down => self.noted[p].trial_down,
-            };
-            Some((class, [values / 2.0, square(difference)]))
-        };
-        // In an order that does not depend on who does what.
-        let of_rows: Vec<[[f64; 2]; CLASSES]> = (0..self.noted.len() / self.width)
-            .into_par_iter()
-            .map(|y| {
-                let mut sums = [[0.0; 2]; CLASSES];
-                for p in y * self.width..(y + 1) * self.width {
-                    for (class, squares) in [Side::Right, Side::Down].into_iter().filter_map(|side| of_pair(p, side)) {
-                        (0..2).for_each(|i| sums[class][i] += squares[i]);
-                    }
-                }
-                sums
-            })
-            .collect();
-        let sum = |class: usize, i: usize| of_rows.iter().map(|sums| sums[class][i]).sum::<f64>();
-        let all = [0, 1].map(|i| (0..CLASSES).map(|class| sum(class, i)).sum::<f64>());
-        // Where there are few pairs, as in all.
-        std::array::from_fn(|class| {
-            let certainty = (sum(class, 0) + 0.01 * all[0]) / (sum(class, 1) + 0.01 * all[1]);
-            if certainty.is_finite() { (certainty as f32).min(MOST_CERTAINTY) } else { 0.0 }
-        })
+        u32::from(plain) * a + u32::from(shifted) * b
     }
 
     /// What is to be added to the mean of each pixel, over those samples that were noted.
     fn corrections(&self) -> Vec<Vec4> {
-        let certainties = self.certainties();
-        log::debug!("certainty of differences: {certainties:?}");
         let count = |p: usize| self.phases[p].iter().sum::<u32>().max(1) as f32;
         let mean = |p: usize| Vec3::from(self.noted[p].light) / count(p);
         let pair = |p: usize, side: Side, difference: [f32; 3]| {
-            let (_, samples) = self.shared(p, side);
+            let samples = self.shared(p, side);
             let q = self.neighbour(p, side).filter(|_| samples > 0)?;
-            let certainty = certainties[class(&self.sites[p], &self.sites[q])?];
+            let certainty = self.certainties[class(&self.sites[p], &self.sites[q])?];
             let lacking = Vec3::from(difference) - samples as f32 * (mean(p) - mean(q));
-            Some((certainty * samples as f32, (certainty * lacking).extend(0.0)))
+            let pair = (certainty * samples as f32, (certainty * lacking).extend(0.0));
+            Some(pair).filter(|(_, lacking)| lacking.is_finite())
         };
         let known = |p: usize| {
             let (right, lacking_right) = pair(p, Side::Right, self.noted[p].right).unwrap_or_default();
@@ -254,16 +266,16 @@ mod tests {
     #[test]
     fn phases_follow_each_other() {
         for samples in [3, 4, 5, 16, 63, 64, 65, 1000] {
-            let phases = Phases::of(samples);
+            let phases = Phases::of(samples, false);
             // The trial needs the first two.
-            assert!(!phases.is_shifted(1) && phases.is_shifted(samples - 1) || samples > 64, "{samples}");
+            assert!(!phases.is_shifted(1) && phases.is_shifted(samples - 1) || samples > 16, "{samples}");
             for count in 0..=samples {
                 let expected = [false, true].map(|p| (0..count).filter(|&s| phases.is_shifted(s) == p).count() as u32);
                 assert_eq!(phases.samples(count), expected);
             }
             assert!((0..samples).all(|s| (s..phases.end(s)).all(|t| phases.is_shifted(t) == phases.is_shifted(s))));
         }
-        let (phases, most) = (Phases::of(1 << 29), queue::MOST_GRADIENTS);
+        let (phases, most) = (Phases::of(1 << 29, false), queue::MOST_GRADIENTS);
         assert_eq!((phases.samples(most), phases.samples(u32::MAX)), ([most / 2; 2], [most / 2; 2]));
     }
 
@@ -292,12 +304,13 @@ mod tests {
             // Half of the samples are of one group with what is right of it, half of another.
             let too_much = if p % 8 < 4 && p / 8 < 2 { 1.0 } else { 0.0 };
             slot.light = [samples as f32 * 2.0 + too_much; 3];
-            (slot.trial_light, slot.trial_right, slot.trial_down) = (1.0, 0.01, 0.01);
         }
         let sites: Vec<_> =
             (0..64).map(|p| Site { normal: Vec3::Z, place: Vec3::new((p % 8) as f32, (p / 8) as f32, 0.0) }).collect();
-        let phases = vec![Phases::of(samples).samples(samples); 64];
-        let found = Survey { width, noted: &noted, sites: &sites, phases: phases.clone() }.corrections();
+        let phases = vec![Phases::of(samples, false).samples(samples); 64];
+        let certainties = [30.0; CLASSES];
+        let found = Survey { width, noted: &noted, sites: &sites, certainties, band_rows: 64, phases: phases.clone() }
+            .corrections();
         let total: f32 = found.iter().map(|c| c.x).sum();
         // But for the last steps of the iteration.
         assert!(total.abs() < 0.02, "{total}");
@@ -305,7 +318,22 @@ mod tests {
         // Nothing is spread to where there is no surface.
         let apart: Vec<_> =
             sites.iter().map(|s| if s.place.x < 4.0 { *s } else { Site { normal: Vec3::ZERO, ..*s } }).collect();
-        let found = Survey { width, noted: &noted, sites: &apart, phases }.corrections();
+        let found = Survey { width, noted: &noted, sites: &apart, certainties, band_rows: 64, phases: phases.clone() }
+            .corrections();
         assert!(found.iter().enumerate().all(|(p, c)| p % 8 < 4 || *c == Vec4::ZERO));
+        // Nor from one band to the next, where shifted groups are others.
+        let found = Survey { width, noted: &noted, sites: &sites, certainties, band_rows: 2, phases }.corrections();
+        assert!(found.iter().enumerate().all(|(p, c)| p / 8 < 2 || *c == Vec4::ZERO));
+    }
+
+    #[test]
+    fn certainty_is_variance_of_values_over_that_of_differences() {
+        let mut sums = [[0.0; 2]; CLASSES];
+        assert_eq!(certainties(&sums), [0.0; CLASSES]);
+        sums[0] = [100.0, 0.0];
+        assert_eq!(certainties(&sums), [MOST_CERTAINTY; CLASSES]);
+        sums[1] = [100.0, 25.0];
+        let found = certainties(&sums);
+        assert!((found[1] - 102.0 / 25.25).abs() < 1e-5 && found[2] == 8.0, "{found:?}");
     }
 }

@@ -79,17 +79,16 @@ impl Renderer {
         spans.iter().map(|s| pixels_in(s.first_slot, s.end_slot, self.width, self.height)).sum()
     }
 
-    /// Brings the pixels of `spans` from `done` samples to `samples`, or less far if the watch says stop, with paths
-    /// reused or not as it is decided so far. Some pixels may be ahead: `already` is what they have, over all of them.
+    /// Brings the pixels of `spans` from `done` samples to `samples`, or less far if the watch says stop, with the groups of
+    /// pixels where they are.
     pub(super) fn steady_pass(
         &mut self,
         spans: &[Span],
         done: u32,
         samples: u32,
-        already: u64,
         watch: &mut Watch<'_>,
     ) -> Result<(), RenderError> {
-        let end = self.statistics.samples + self.pixels(spans) * u64::from(samples - done) - already;
+        let end = self.statistics.samples + self.pixels(spans) * u64::from(samples - done);
         let mut plan = Plan::new(spans.to_vec(), done, samples, &self.pace);
         let mut in_flight: VecDeque<(Ticket, Instant, usize)> = VecDeque::new();
         let mut done_before_repeat = None;
@@ -132,8 +131,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// Looks at the scene before a rendering: of these samples only the time counts, and nothing that they change remains but
-    /// what `look` gives.
+    /// Looks at the scene before a rendering. Of these samples only the time counts; the film is left to the caller.
     pub(super) fn beforehand<T>(
         &mut self,
         look: impl FnOnce(&mut Self) -> Result<T, RenderError>,

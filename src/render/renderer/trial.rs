@@ -1,7 +1,5 @@
 //! Whether it pays to let paths serve several pixels: decided from a trial (shaders/lib/reuse.glsl).
 
-use std::time::Instant;
-
 use super::super::driver::DriverFacts;
 use super::super::error::RenderError;
 use super::super::features::Features;
@@ -17,9 +15,8 @@ use super::passes::Watch;
 /// Whether paths may serve several pixels, in a scene that needs these features. It depends on neither scheduler nor on
 /// what else is compiled, so that the image does not.
 ///
-/// It hardly pays where lamps have an area, whose own noise is most of all: in rooms with a lamp variance falls by 1.02 to
-/// 1.6 for 1.5 to 2.2 times the time, in rooms with a point light by 2.1 to 6.2. Without a tree rays are cheap, and lanes
-/// wait for each other instead, which does not pay where a driver executes the branches that no lane takes (twice the time
+/// With lamps of an area and a tree it hardly pays: their own noise is left, and a trial that is lost makes the rest slower
+/// (by 1.3). Without a tree rays are cheap, and lanes wait for each other instead, which does not pay where a driver executes the branches that no lane takes (twice the time
 /// of one that skips them). Brute force is for comparison, not for speed.
 pub(super) fn may_reuse(needed: &Features, reuse: Reuse, facts: &DriverFacts) -> bool {
     needed.can_reuse()
@@ -40,6 +37,8 @@ pub(super) fn worth(needed: &Features) -> f64 {
     if needed.tree { 1.4 } else { 1.8 }
 }
 
+/// What the seed is changed by (XOR) in the trial.
+const SEED: u32 = 0x3707_3443;
 /// Every so many tiles take part in the trial: all places within a block of tiles do, and no column more than others.
 const TRIAL_STEP: u32 = 9;
 /// Slots of these, of which the first tile is tried.
@@ -139,8 +138,7 @@ impl Renderer {
         trial.halves(self.reuse_is_worth)
     }
 
-    /// Brings the pixels of `spans` from `done` samples to `samples`, or less far if the watch says stop. Before the
-    /// first pass that leads beyond the trial, some of the tiles go ahead and decide.
+    /// Brings the pixels of `spans` from `done` samples to `samples`, or less far if the watch says stop.
     pub(super) fn pass(
         &mut self,
         spans: &[Span],
@@ -148,64 +146,80 @@ impl Renderer {
         samples: u32,
         watch: &mut Watch<'_>,
     ) -> Result<(), RenderError> {
-        let mut already = 0;
-        if self.reuse == ReuseTrial::Pending && done < queue::TRIAL && queue::TRIAL <= samples {
-            already = self.try_reuse(spans, done, watch)?;
-        }
         if self.makes_gradients() {
-            return self.pass_with_gradients(spans, done, samples, already, watch);
+            return self.pass_with_gradients(spans, done, samples, watch);
         }
-        self.steady_pass(spans, done, samples, already, watch)
+        self.steady_pass(spans, done, samples, watch)
     }
 
-    /// The trial, in every few tiles of `spans`. Returns the samples taken. A time limit does not stop it, since an image
-    /// of these tiles only is of no use.
-    fn try_reuse(&mut self, spans: &[Span], done: u32, watch: &mut Watch<'_>) -> Result<u64, RenderError> {
-        let before = self.statistics.samples;
+    /// Before a rendering, the film being empty: tries reuse in every few tiles, with other random numbers, so that nothing
+    /// that is decided depends on the image's.
+    pub(super) fn try_reuse(&mut self) -> Result<(), RenderError> {
+        let wanted = self.reuse == ReuseTrial::Pending || (self.reuse == ReuseTrial::Always && self.makes_gradients());
+        if !wanted || self.settings.samples < queue::TRIAL {
+            return Ok(());
+        }
+        let (film, gradients) = self.beforehand(|renderer| {
+            renderer.push.seed ^= SEED;
+            renderer.samples_of_trial()
+        })?;
+        if self.reuse == ReuseTrial::Pending {
+            film.chunks(TILE).zip(gradients.chunks(TILE)).for_each(|(film, g)| self.reuse.judge(film, g));
+        }
+        log::debug!("reuse of paths: {:?}, halves {:02b}", self.reuse, self.reused_halves());
+        self.judge_gradients(&gradients);
+        self.empty_film()
+    }
+
+    /// The tiles that take part in the trial, one after another.
+    fn samples_of_trial(&mut self) -> Result<(Vec<FilmSlot>, Vec<GradientSlot>), RenderError> {
         let mut tried = Vec::new();
-        for span in spans {
+        for span in self.whole_film() {
             let first_slot = span.first_slot.next_multiple_of(BLOCK);
             tried.extend((first_slot..span.end_slot).step_by(DISPATCH_SLOTS as usize).map(|first_slot| {
                 let end_slot = span.end_slot.min(first_slot + DISPATCH_SLOTS);
-                Span { first_slot, end_slot, ..*span }
+                Span { first_slot, end_slot, ..span }
             }));
         }
-        let mut end = before;
+        let mut end = self.statistics.samples;
         for span in &tried {
-            let tiles = (span.first_slot..span.end_slot).step_by(BLOCK as usize);
+            let tiles = tiles_of_trial(span);
             let pixels = tiles.map(|t| pixels_in(t, t + TILE as u32, self.width, self.height)).sum::<u64>();
-            end += pixels * u64::from(queue::TRIAL - done);
+            end += pixels * u64::from(queue::TRIAL);
             let work = Work {
                 spans: vec![*span],
                 tile_step: TRIAL_STEP,
                 target_samples: queue::TRIAL,
-                new_samples: self.pace.most_samples().min(queue::TRIAL - done),
+                new_samples: self.pace.most_samples().min(queue::TRIAL),
             };
             // Again, if the budget of loops did not suffice.
-            while self.statistics.samples < end && !watch.stop {
+            while self.statistics.samples < end {
                 let so_far = self.statistics.samples;
-                let submitted = Instant::now();
                 let (ticket, readback) = self.submit(&work)?;
                 self.finish(&ticket, readback)?;
-                self.pace.measured(self.statistics.samples - so_far, submitted.elapsed().as_secs_f64());
                 if self.statistics.samples == so_far {
                     return Err(RenderError::Stuck { budget: self.loop_budget });
                 }
-                watch.tell(self.statistics.samples);
             }
         }
-        if end > before && !watch.stop {
-            let mut trial = self.reuse;
-            let mut film = Vec::new();
-            self.read_slots(&tried, |_, slots| film.extend(every_nth_tile(slots)))?;
-            let mut gradients = Vec::new();
-            self.read_gradients(&tried, |_, slots| gradients.extend(every_nth_tile(slots)))?;
-            film.chunks(TILE).zip(gradients.chunks(TILE)).for_each(|(film, gradients)| trial.judge(film, gradients));
-            self.reuse = trial;
-            log::debug!("reuse of paths: {:?}, halves {:02b}", self.reuse, self.reused_halves());
-        }
-        Ok(self.statistics.samples - before)
+        let mut film = Vec::new();
+        self.read_slots(&tried, |_, slots| film.extend(every_nth_tile(slots)))?;
+        let mut gradients = Vec::new();
+        self.read_gradients(&tried, |_, slots| gradients.extend(every_nth_tile(slots)))?;
+        Ok((film, gradients))
     }
+
+    /// The first slots of the tiles that take part in the trial.
+    pub(super) fn tiles_of_trial(&self) -> Vec<u32> {
+        let whole = self.whole_film();
+        let first = |span: &Span| Span { first_slot: span.first_slot.next_multiple_of(BLOCK), ..*span };
+        whole.iter().map(first).flat_map(|span| tiles_of_trial(&span)).collect()
+    }
+}
+
+/// The first slots of the tiles of a span that take part in the trial.
+fn tiles_of_trial(span: &Span) -> impl Iterator<Item = u32> + use<> {
+    (span.first_slot..span.end_slot).step_by(BLOCK as usize)
 }
 
 #[cfg(test)]
