@@ -157,7 +157,7 @@ pub enum GradientsArg {
 /// Glances at lamps.
 #[derive(Clone, Copy, ValueEnum)]
 pub enum GlancesArg {
-    /// From 8 samples per pixel on, in the pixels that need it
+    /// From 4 samples per pixel on, in the pixels that need it
     Auto,
     /// Never
     Off,

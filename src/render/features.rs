@@ -243,7 +243,7 @@ impl Features {
             plain(
                 "glances",
                 self.emitter,
-                "from 8 samples on, unless switched off, where edges of bright lamps are seen directly or in mirrors",
+                "from 4 samples on, unless switched off, where edges of bright lamps are seen directly or in mirrors",
                 "no surface emits",
             ),
             plain("brute force", self.brute_force, "no hierarchy was asked for", "the hierarchy is used"),

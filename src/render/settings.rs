@@ -85,7 +85,7 @@ pub enum Gradients {
 /// mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Glances {
-    /// In scenes with emitters, in the pixels that need it, from 8 samples per pixel on.
+    /// In scenes with emitters, in the pixels that need it, from 4 samples per pixel on.
     #[default]
     Auto,
     /// Nowhere.

@@ -19,7 +19,7 @@ use super::trial::ReuseTrial;
 /// Glances of a pixel from which edges are found.
 const FIRST_GLANCES: u32 = 4;
 /// Renderings of fewer samples per pixel do without: finding the edges takes about as long as half a sample.
-const FEWEST_SAMPLES: u32 = 8;
+const FEWEST_SAMPLES: u32 = 4;
 /// How a sample with glances begins.
 const SAMPLE: u32 = glance::GLANCING | glance::PATH_FOLLOWS | (glance::GLANCES - 1);
 /// What the seed is changed by (XOR) for these, so that what is found does not depend on the image's random numbers.
