@@ -10,8 +10,9 @@
 // L_j the light that leaves y_j, β_i the throughput at x_i. This is exact for any visibility, as long as it is the same
 // in both places. A path whose second hit is not diffuse keeps its light to itself, and its first hit still receives.
 //
-// That pays where indirect light makes most of the noise; elsewhere it only costs time. So the first TRIAL samples of each
-// pixel are a trial, of which the film notes how far they are from each other (gradient.glsl). The host decides from that
+// That pays where indirect light makes most of the noise; elsewhere it only costs time. So before
+// a rendering there is a trial of TRIAL samples in some tiles, of which the film notes how far they are from each other
+// (gradient.glsl). The host decides from that
 // (src/render/renderer/trial.rs), apart for the two halves of the image that adaptive sampling keeps independent of each
 // other (src/render/progression.rs).
 //

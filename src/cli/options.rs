@@ -137,7 +137,7 @@ pub enum SchedulerArg {
 /// Reuse of paths.
 #[derive(Clone, Copy, ValueEnum)]
 pub enum ReuseArg {
-    /// On CPU drivers, in scenes with indirect light on diffuse surfaces, if the first samples show that it pays
+    /// On CPU drivers, in scenes with indirect light on diffuse surfaces, if a few samples beforehand show that it pays
     Auto,
     /// The same, whether it pays or not
     Always,

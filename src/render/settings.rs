@@ -59,7 +59,7 @@ pub enum Scheduler {
 /// common.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Reuse {
-    /// As [`Reuse::Always`], unless the first samples show that it does not pay; but neither on GPUs, where it has not been
+    /// As [`Reuse::Always`], unless a trial shows that it does not pay; but neither on GPUs, where it has not been
     /// measured, nor in scenes with emitters and a hierarchy, nor without one on lavapipe before Mesa 23.1.
     #[default]
     Auto,

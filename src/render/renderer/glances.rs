@@ -1,7 +1,6 @@
 //! Where samples look several times at lamps (shaders/lib/glance.glsl): where an image of a few glances has edges.
 
 use std::mem::take;
-use std::ops::ControlFlow;
 
 use rayon::prelude::*;
 
@@ -13,7 +12,6 @@ use super::super::plan::Work;
 use super::super::settings::{Glances, RenderSettings};
 use super::super::tables::Tables;
 use super::Renderer;
-use super::passes::Watch;
 use super::trial::ReuseTrial;
 
 /// Glances of a pixel from which edges are found.
@@ -75,17 +73,14 @@ impl Renderer {
 
     /// Pixels near the edges of bright lamps.
     fn edges_of_lamps(&mut self) -> Result<Vec<bool>, RenderError> {
-        let whole = self.whole_film();
         self.fill_film(|_| empty_slot(glance::GLANCING | (FIRST_GLANCES - 1)))?;
-        // Not to be stopped: what is stopped should have samples.
-        self.steady_pass(&whole, 0, 1, &mut Watch::new(None, &mut |_| ControlFlow::Continue(())))?;
         let mean = |sum: &[f64; 3]| sum.map(|x| x * f64::from(glance::GLANCES / FIRST_GLANCES));
-        let seen: Vec<_> = self.read_film()?.sums().iter().map(mean).collect();
+        let seen: Vec<_> = self.film_of_one_sample()?.sums().iter().map(mean).collect();
         if seen.iter().all(|x| *x == seen[0]) {
             return Ok(vec![false; seen.len()]);
         }
         self.clear_film()?;
-        for span in whole {
+        for span in self.whole_film() {
             let work = Work { spans: vec![span], tile_step: REST_STEP, target_samples: 1, new_samples: 1 };
             let (ticket, readback) = self.submit(&work)?;
             self.finish(&ticket, readback)?;

@@ -1,7 +1,5 @@
 //! Images from their gradients, where paths serve several pixels (shaders/lib/gradient.glsl).
 
-use std::ops::ControlFlow;
-
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 
@@ -69,12 +67,9 @@ impl Renderer {
         if !self.makes_gradients() {
             return Ok(());
         }
-        let whole = self.whole_film();
         let film = self.beforehand(|renderer| {
             (renderer.push.surveys, renderer.reuse) = (1, ReuseTrial::Never);
-            // Not to be stopped: what is stopped should have samples.
-            renderer.steady_pass(&whole, 0, 1, &mut Watch::new(None, &mut |_| ControlFlow::Continue(())))?;
-            renderer.read_film()
+            renderer.film_of_one_sample()
         })?;
         let (view, width) = (self.view, self.width as usize);
         let site = |(p, sum): (usize, &[f64; 3])| {
@@ -87,15 +82,23 @@ impl Renderer {
         self.clear_film()
     }
 
-    /// As [`Self::steady_pass`], with groups of pixels as the samples want them.
-    pub(super) fn pass_with_gradients(
+    fn phases(&self) -> Phases {
+        Phases::of(self.settings.samples, self.settings.time_limit.is_some())
+    }
+
+    /// Brings the pixels of `spans` from `done` samples to `samples`, or less far if the watch says stop, with groups of
+    /// pixels as the samples want them.
+    pub(super) fn pass(
         &mut self,
         spans: &[Span],
         done: u32,
         samples: u32,
         watch: &mut Watch<'_>,
     ) -> Result<(), RenderError> {
-        let phases = Phases::of(self.settings.samples, self.settings.time_limit.is_some());
+        if !self.makes_gradients() {
+            return self.steady_pass(spans, done, samples, watch);
+        }
+        let phases = self.phases();
         let mut done = done;
         while done < samples && !watch.stop {
             let end = phases.end(done).min(samples);
@@ -108,12 +111,12 @@ impl Renderer {
         Ok(())
     }
 
-    /// Takes over what the trial shows of gradients: tiles, one after another.
-    pub(super) fn judge_gradients(&mut self, tried: &[GradientSlot]) {
+    /// Takes over what the trial shows of gradients, in tiles that begin at the slots `tiles`.
+    pub(super) fn judge_gradients(&mut self, tiles: &[u32], tried: &[GradientSlot]) {
         let mut sums = [[0.0f64; 2]; CLASSES];
         let square = |x: f32| f64::from(x).powi(2);
         let site = |slot: u32| pixel_of_slot(slot, self.width, self.height).and_then(|p| self.sites.get(p));
-        for (first, tile) in self.tiles_of_trial().into_iter().zip(tried.chunks(TILE)) {
+        for (first, tile) in tiles.iter().zip(tried.chunks(TILE)) {
             for (i, slot) in tile.iter().enumerate() {
                 // The neighbours on the right and below are the next member of the group, and the fourth.
                 let right = (i / 8 % 4 < 3).then_some((i + 8, slot.trial_right));
@@ -145,8 +148,7 @@ impl Renderer {
                 }
             }
         })?;
-        let phases = Phases::of(self.settings.samples, self.settings.time_limit.is_some());
-        let phases = film.counts().iter().map(|&n| phases.samples(n)).collect();
+        let phases = film.counts().iter().map(|&n| self.phases().samples(n)).collect();
         let band_rows = rows_of_blocks(self.buffers.bands[0].slots, width) as usize;
         let (sites, certainties) = (&self.sites, self.certainties);
         let survey = Survey { width: width as usize, noted: &noted, sites, certainties, band_rows, phases };
@@ -267,7 +269,6 @@ mod tests {
     fn phases_follow_each_other() {
         for samples in [3, 4, 5, 16, 63, 64, 65, 1000] {
             let phases = Phases::of(samples, false);
-            // The trial needs the first two.
             assert!(!phases.is_shifted(1) && phases.is_shifted(samples - 1) || samples > 16, "{samples}");
             for count in 0..=samples {
                 let expected = [false, true].map(|p| (0..count).filter(|&s| phases.is_shifted(s) == p).count() as u32);

@@ -143,6 +143,13 @@ impl Renderer {
         found
     }
 
+    /// The film with a sample of each pixel. Not to be stopped: what is stopped should have samples of the image.
+    pub(super) fn film_of_one_sample(&mut self) -> Result<Film, RenderError> {
+        let whole = self.whole_film();
+        self.steady_pass(&whole, 0, 1, &mut Watch::new(None, &mut |_| ControlFlow::Continue(())))?;
+        self.read_film()
+    }
+
     /// Compiles the pipeline for good: some drivers do so only when it first runs.
     pub(super) fn warm_up(&mut self) -> Result<(), RenderError> {
         let push = Push { end_slot: 0, ..self.push };

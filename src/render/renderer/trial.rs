@@ -10,14 +10,13 @@ use super::super::settings::Reuse;
 use super::super::sobol::MEMBERS;
 use super::super::tiles::{TILE, half_of};
 use super::Renderer;
-use super::passes::Watch;
 
 /// Whether paths may serve several pixels, in a scene that needs these features. It depends on neither scheduler nor on
 /// what else is compiled, so that the image does not.
 ///
 /// With lamps of an area and a tree it hardly pays: their own noise is left, and a trial that is lost makes the rest slower
-/// (by 1.3). Without a tree rays are cheap, and lanes wait for each other instead, which does not pay where a driver executes the branches that no lane takes (twice the time
-/// of one that skips them). Brute force is for comparison, not for speed.
+/// (by 1.3). Without a tree rays are cheap, and lanes wait for each other instead, which does not pay where a driver executes
+/// the branches that no lane takes (twice the time of one that skips them). Brute force is for comparison, not for speed.
 pub(super) fn may_reuse(needed: &Features, reuse: Reuse, facts: &DriverFacts) -> bool {
     needed.can_reuse()
         && !needed.brute_force
@@ -56,7 +55,7 @@ pub(super) enum ReuseTrial {
     Never,
     /// All are, whatever it gains.
     Always,
-    /// The first samples have not been taken.
+    /// It has not been made.
     Pending,
     /// Variance in each half, with reuse and without.
     Over([[f64; 2]; 2]),
@@ -126,6 +125,13 @@ impl ReuseTrial {
     }
 }
 
+/// What the trial gives: the first slots of its tiles, and all their slots, one tile after another.
+struct Tried {
+    tiles: Vec<u32>,
+    film: Vec<FilmSlot>,
+    gradients: Vec<GradientSlot>,
+}
+
 /// The slots of the tiles that take part in the trial.
 fn every_nth_tile<T: Copy>(slots: &[T]) -> impl Iterator<Item = T> {
     slots.chunks(TILE).step_by(TRIAL_STEP as usize).flatten().copied()
@@ -138,20 +144,6 @@ impl Renderer {
         trial.halves(self.reuse_is_worth)
     }
 
-    /// Brings the pixels of `spans` from `done` samples to `samples`, or less far if the watch says stop.
-    pub(super) fn pass(
-        &mut self,
-        spans: &[Span],
-        done: u32,
-        samples: u32,
-        watch: &mut Watch<'_>,
-    ) -> Result<(), RenderError> {
-        if self.makes_gradients() {
-            return self.pass_with_gradients(spans, done, samples, watch);
-        }
-        self.steady_pass(spans, done, samples, watch)
-    }
-
     /// Before a rendering, the film being empty: tries reuse in every few tiles, with other random numbers, so that nothing
     /// that is decided depends on the image's.
     pub(super) fn try_reuse(&mut self) -> Result<(), RenderError> {
@@ -159,7 +151,7 @@ impl Renderer {
         if !wanted || self.settings.samples < queue::TRIAL {
             return Ok(());
         }
-        let (film, gradients) = self.beforehand(|renderer| {
+        let Tried { tiles, film, gradients } = self.beforehand(|renderer| {
             renderer.push.seed ^= SEED;
             renderer.samples_of_trial()
         })?;
@@ -167,12 +159,11 @@ impl Renderer {
             film.chunks(TILE).zip(gradients.chunks(TILE)).for_each(|(film, g)| self.reuse.judge(film, g));
         }
         log::debug!("reuse of paths: {:?}, halves {:02b}", self.reuse, self.reused_halves());
-        self.judge_gradients(&gradients);
+        self.judge_gradients(&tiles, &gradients);
         self.empty_film()
     }
 
-    /// The tiles that take part in the trial, one after another.
-    fn samples_of_trial(&mut self) -> Result<(Vec<FilmSlot>, Vec<GradientSlot>), RenderError> {
+    fn samples_of_trial(&mut self) -> Result<Tried, RenderError> {
         let mut tried = Vec::new();
         for span in self.whole_film() {
             let first_slot = span.first_slot.next_multiple_of(BLOCK);
@@ -181,10 +172,11 @@ impl Renderer {
                 Span { first_slot, end_slot, ..span }
             }));
         }
-        let mut end = self.statistics.samples;
+        let (mut tiles, mut end) = (Vec::new(), self.statistics.samples);
         for span in &tried {
-            let tiles = tiles_of_trial(span);
-            let pixels = tiles.map(|t| pixels_in(t, t + TILE as u32, self.width, self.height)).sum::<u64>();
+            tiles.extend(tiles_of_trial(span));
+            let pixels =
+                tiles_of_trial(span).map(|t| pixels_in(t, t + TILE as u32, self.width, self.height)).sum::<u64>();
             end += pixels * u64::from(queue::TRIAL);
             let work = Work {
                 spans: vec![*span],
@@ -206,14 +198,7 @@ impl Renderer {
         self.read_slots(&tried, |_, slots| film.extend(every_nth_tile(slots)))?;
         let mut gradients = Vec::new();
         self.read_gradients(&tried, |_, slots| gradients.extend(every_nth_tile(slots)))?;
-        Ok((film, gradients))
-    }
-
-    /// The first slots of the tiles that take part in the trial.
-    pub(super) fn tiles_of_trial(&self) -> Vec<u32> {
-        let whole = self.whole_film();
-        let first = |span: &Span| Span { first_slot: span.first_slot.next_multiple_of(BLOCK), ..*span };
-        whole.iter().map(first).flat_map(|span| tiles_of_trial(&span)).collect()
+        Ok(Tried { tiles, film, gradients })
     }
 }
 
