@@ -152,18 +152,17 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         uint key = pixel_key(pixel_number(pixel_of_tile(corner, first_of_group(p))));
         Arrival arrival;
         ShadowRay shadow;
-        vec3 radiance = h.radiance;
+        bool second = REUSE && shades && h.path.second;
+        vec3 radiance = second ? vec3(0.0) : h.radiance;
+        vec3 direct = h.radiance;
         bool alive = path_arrive(h.path, shades ? h.id : -1, h.t, key, radiance, arrival, shadow) && shades;
         h.radiance = shades ? radiance : h.radiance;
         if (REUSE) {
-            if (SMOOTH_NORMALS && shades && arrival.hits == 1u) {
+            if (SMOOTH_NORMALS && shades && arrival.first) {
                 path_store(region + h.slot, ROW_FIRST_UP, vec4(arrival.up, 0.0));
             }
-            bool second = shades && h.path.second;
-            if (second) note_second_hit(region + h.slot, h.path, arrival, h.t, h.radiance);
-            bool gives = second && arrival.gives;
-            h.radiance = gives ? vec3(0.0) : h.radiance;
-            h.gives = h.gives || gives;
+            if (second) note_second_hit(region + h.slot, h.path, arrival, h.t, direct);
+            h.gives = h.gives || (second && arrival.gives);
         }
         rays += shades ? 1u : 0u;
         bool later = false;
@@ -186,6 +185,10 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         h.radiance = begins ? vec3(0.0) : h.radiance;
         h.gives = h.gives && !begins;
         h.dying = !alive && later;
+        if (GLANCES > 0u && REUSE && goes_on && next_state(h.path.glances) == GLANCED) {
+            path_store(region + h.slot, ROW_GLANCED, vec4(h.radiance, 0.0));
+            h.radiance = vec3(0.0);
+        }
         uint state = begins ? run.glances : (goes_on ? next_state(h.path.glances) : h.path.glances);
         uvec2 at = pixel_of_tile(corner, goes_on ? p : run.slot % TILE);
         // From the camera to the first hit the random numbers are the pixel's own.
@@ -235,7 +238,7 @@ void connect_paths(inout Pocket pocket, inout Run run, PocketWalk w) {
         uint member = member_of(path) ^ (1u + segment % (MEMBERS - 1u));
         vec3 y = path_load(region + path, ROW_SECOND).xyz;
         vec3 normal = path_load(region + path, ROW_SECOND_NORMAL).xyz;
-        ShadowRay ray = connect(y, normal, region + path_of_member(path, member), value);
+        ShadowRay ray = connect(region + path, y, normal, region + path_of_member(path, member), value);
         bool gives = takes && normal != vec3(0.0);
         bool wanted = gives && ray.wanted;
         shadow_rays += wanted ? 1u : 0u;
@@ -359,12 +362,13 @@ void main() {
                     light = shared_light(path, gathered, unshared);
                 } else {
                     light = path_load(path, ROW_LIGHT);
+                    if (GLANCES > 0u && REUSE) light.xyz += path_load(path, ROW_GLANCED).xyz;
                 }
                 if (light.w == PATH_OPEN || film_pixel.count >= target_samples) break;
                 if (reusing) film_pixel.trial += trial_sign(film_pixel.count) * brightness(light.xyz - gathered);
                 bool good = film_add(film_pixel, light.xyz);
                 bad += good ? 0u : 1u;
-                if (reusing) path_store(path, ROW_OWN, good ? vec4(gathered, brightness(unshared)) : vec4(0.0));
+                if (reusing) path_store(path, ROW_DIRECT, good ? vec4(gathered, brightness(unshared)) : vec4(0.0));
             }
             film_store(film_place, film_pixel);
             if (reusing) {

@@ -63,6 +63,7 @@ void main() {
     bool within_budget = true;
     Meeting meeting = meeting_none();       // of the path
     vec3 first_up = vec3(0.0);
+    vec3 glanced = vec3(0.0);               // of the sample, by what came before its path
     EndedPath ended = ended_none();
     bool waits = false;                     // with a path that has ended too
     do {
@@ -71,13 +72,15 @@ void main() {
             int id = closest_hit(path.origin, path.direction, path.leaving, t, loops);
             Arrival arrival;
             ShadowRay shadow;
+            bool second = REUSE && path.second;
+            vec3 direct = radiance;
+            radiance = second ? vec3(0.0) : radiance;
             bool alive = path_arrive(path, id, t, group_key, radiance, arrival, shadow);
             if (REUSE) {
                 alive = alive && going;
                 shadow.wanted = shadow.wanted && going;
-                if (SMOOTH_NORMALS && arrival.hits == 1u) first_up = arrival.up;
-                if (path.second) meeting = meeting_at(path, arrival, t, radiance, first_up);
-                radiance = arrival.gives ? vec3(0.0) : radiance;
+                if (SMOOTH_NORMALS && arrival.first) first_up = arrival.up;
+                if (second) meeting = meeting_at(path, arrival, t, direct, first_up);
             }
             counts.rays += going ? 1u : 0u;
             if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
@@ -95,8 +98,13 @@ void main() {
             left -= over ? 1u : 0u;
             waits = over && ended.there;
             if (over && !waits) {
-                if (reusing) ended = path_ends(meeting, radiance);
-                else counts.bad += film_add(film_pixel, radiance) ? 0u : 1u;
+                if (reusing) ended = path_ends(meeting, radiance, glanced);
+                else counts.bad += film_add(film_pixel, REUSE ? radiance + glanced : radiance) ? 0u : 1u;
+                radiance = vec3(0.0);
+                glanced = vec3(0.0);
+            }
+            if (GLANCES > 0u && REUSE && !alive && goes_on && next_state(path.glances) == GLANCED) {
+                glanced = radiance;
                 radiance = vec3(0.0);
             }
             uint state = alive ? path.glances : (goes_on ? next_state(path.glances) : film_pixel.glances);
@@ -110,7 +118,7 @@ void main() {
             loops = subgroupMax(loops) + 1u;
             doubtful_loops = subgroupMax(doubtful_loops);
             vec3 gathered, unshared;
-            vec3 light = shared_light(ended.meeting, ended.light, counts.shadow_rays, loops, gathered, unshared);
+            vec3 light = shared_light(ended.meeting, ended.light, ended.glanced, counts.shadow_rays, loops, gathered, unshared);
             within_budget = LOOP_BUDGET == 0u || subgroupMax(loops + doubtful_loops) < LOOP_BUDGET;
             vec3 right = vec3(0.0);
             vec3 down = vec3(0.0);
@@ -127,8 +135,9 @@ void main() {
             }
             ended = ended_none();
             if (waits) {
-                ended = path_ends(meeting, radiance);
+                ended = path_ends(meeting, radiance, glanced);
                 radiance = vec3(0.0);
+                glanced = vec3(0.0);
                 waits = false;
             }
             going = within_budget && left > 0u;

@@ -1,16 +1,17 @@
 // Gradients of the image (Lehtinen et al., "Gradient-domain Metropolis light transport", SIGGRAPH 2013; Kettunen et al.,
-// "Gradient-domain path tracing", SIGGRAPH 2015), for the light that comes to a pixel by the second hits of a group
-// (reuse.glsl). All pixels of a group estimate it from the same second hits, so that they err alike: the difference
-// between two neighbours is known much better than either of them. The film notes the sum of that light, and of its
-// differences from the neighbours on the right and below, over the samples in which these are of the same group. From
-// both the host makes the image (src/render/renderer/gradients.rs).
+// "Gradient-domain path tracing", SIGGRAPH 2015), for the light that comes to a pixel by what its group shares: second hits,
+// and random numbers for lights (reuse.glsl). All pixels of a group err alike: the difference between two neighbours is known
+// much better than either of them. The film notes the sum of that light, and of its differences from the neighbours on the
+// right and below, over the samples in which these are of the same group. From both the host makes the image
+// (src/render/renderer/gradients.rs).
 //
 // A slot has 3 texels: that sum, and the two of differences. Each is there with the difference between the two samples of
 // the trial (reuse.glsl), from which the host learns how large its noise is; the first with that of what the pixel's light by
 // second hits would be without the others. The film holds the same for all other light of the pixel.
 //
 // Which differences are small depends on the surfaces. Before a rendering the host surveys them by a sample of each pixel
-// that is not light, but the shading normal at its centre, times the distance; 0 where there is no diffuse surface.
+// that is not light, but the place of the diffuse surface at its centre, also if that is seen in mirrors; 0 where there is
+// none (src/render/renderer/survey.rs).
 
 #ifndef GRADIENT_GLSL
 #define GRADIENT_GLSL

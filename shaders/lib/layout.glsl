@@ -84,7 +84,7 @@ layout(std430, binding = 6) coherent buffer Paths { vec4 path_rows[]; };    // P
 layout(std430, binding = 6) coherent buffer PathNumbers { float path_numbers[]; };
 layout(rgba32f, binding = 8) coherent uniform imageBuffer path_texels;
 layout(std430, binding = 7) coherent buffer QueuePool { uint pool[]; };
-const uint PATH_ROWS = 9u;
+const uint PATH_ROWS = 10u;
 // With REUSE: GRADIENT_ROWS texels a slot, see gradient.glsl.
 layout(rgba32f, binding = 9) uniform imageBuffer gradient_texels;
 const uint GRADIENT_ROWS = 3u;
@@ -117,7 +117,7 @@ layout(push_constant, std430) uniform Push {
     uint reused_halves;     // halves of the image whose paths serve several pixels, a bit each, see reuse.glsl
     uint shifted;           // 1: groups lie elsewhere, see pixel_order.glsl
     uint band_rows;         // of pixels, in the film buffer, if groups may be shifted
-    uint surveys;           // 1: a sample is the surface at its pixel's centre, see gradient.glsl
+    uint surveys;           // 1: a sample is the place at its pixel's centre, see gradient.glsl
 };
 
 #endif

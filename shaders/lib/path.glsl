@@ -22,9 +22,9 @@ struct Path {
     vec3 throughput;
     uint hits;          // surface hits so far
     uint index;         // of the sample in its pixel
-    vec3 normal;        // with REUSE: at the start of the ray, and
+    vec3 normal;        // with REUSE: at the start of the ray; 0 as long as nothing diffuse has been met
     float pdf;          // the ray's density per solid angle there; 0: no light sampling competes with it
-    bool second;        // the ray goes from a diffuse first hit to the second one
+    bool second;        // the ray starts at the first diffuse hit
     uint glances;       // its state, see glance.glsl
 };
 
@@ -61,6 +61,9 @@ bool spheres_occlude(ShadowRay ray) {
     return any_sphere(ray.origin, ray.direction, ray.distance, ray.leaving);
 }
 
+// Where they first meet a diffuse surface, the members of a group of pixels sample lights alike (reuse.glsl).
+const bool ALIKE_LIGHT = REUSE && LIGHT_COUNT > 0u && !SINGLE_POINT;
+
 // What arriving at a surface leaves for the departure.
 struct Arrival {
     Surface surface;
@@ -71,6 +74,7 @@ struct Arrival {
     vec3 throughput;
     bool front;
     bool last;          // the next ray can only meet light
+    bool first;         // with REUSE: nothing diffuse was met before
     bool gives;         // a second hit that other pixels can use as well: the path goes on with throughput 1
     uint hits;
 };
@@ -83,6 +87,7 @@ ShadowRay direct_light(Arrival a, uint index, uint key) {
     if (SINGLE_POINT) {
         light = point_sample(vec3(POINT_X, POINT_Y, POINT_Z), vec3(POINT_R, POINT_G, POINT_B), a.outside, a.normal);
     } else {
+        if (ALIKE_LIGHT && a.first && reused_halves != 0u) index = index_of_sample(index);
         vec2 u = sample_pair(key, index, pair_choice(a.hits), a.hits);
         vec2 uv = vec2(0.0);
         if (EMITTER_COUNT > 0u) uv = sample_pair(key, index, pair_light(a.hits), a.hits);
@@ -123,11 +128,12 @@ bool path_arrive(Path path, int id, float t, uint key, inout vec3 radiance, out 
     }
 
     bool diffuse = HAS_DIFFUSE && kind == KIND_DIFFUSE;
+    a.first = REUSE && path.normal == vec3(0.0);
     bool alive = met && a.hits <= MAX_DEPTH && kind != KIND_EMITTER;
     if (is_glance(path.glances)) alive = alive && glances_leave(kind, a.hits);
     if (REUSE && surveys != 0u) {
-        radiance = alive && diffuse ? t * (a.front ? a.surface.shading : -a.surface.shading) : vec3(0.0);
-        alive = false;
+        radiance = alive && diffuse ? a.surface.position : vec3(0.0);
+        alive = alive && HAS_MIRROR && kind == KIND_MIRROR;
     }
     vec3 weight = HAS_DIELECTRIC && kind > 0.0 ? vec3(1.0) : a.surface.color;
     if (MUTATION == MUTATE_ALBEDO) weight *= 1.01;
@@ -184,8 +190,8 @@ void path_depart(inout Path path, Arrival a, bool alive, Camera camera, uvec2 at
     path.index = index;
     bool scattered = alive && glances != 0u && !glances_leave(kind, a.hits);
     if (GLANCES > 0u) path.glances = glances | (scattered ? SCATTERED : 0u);
-    path.second = REUSE && alive && a.hits == 1u && kind == KIND_DIFFUSE;
-    if (REUSE) path.normal = a.normal;
+    path.second = REUSE && alive && a.first && kind == KIND_DIFFUSE;
+    if (REUSE) path.normal = alive && (kind == KIND_DIFFUSE || !a.first) ? a.normal : vec3(0.0);
     if (EMITTER_COUNT > 0u) path.pdf = alive && kind == KIND_DIFFUSE ? diffuse_pdf(dot(a.normal, next)) : 0.0;
 }
 

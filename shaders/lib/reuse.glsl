@@ -1,20 +1,25 @@
 // Reuse of paths (Bekaert, Sbert and Halton, "Accelerating Path Tracing by Re-Using Paths", EGWR 2002).
 //
-// Eight pixels are a group. Each has a path whose first hit x is diffuse, in general, and the second hit y too. Then the
-// light that leaves y goes to all eight first hits, and each pixel gets eight estimates of its indirect light for the
+// Eight pixels are a group. Each has a path with a diffuse hit x, in general, and the next hit y is diffuse too. Then the
+// light that leaves y goes to all eight x, and each pixel gets eight estimates of its indirect light for the
 // cost of one path and seven visibility tests. With a(x, y) = cos(x→y) cos(y→x)/|x − y|² · V(x, y), the density with
 // which x would have sampled y is a/π per area, and the balance heuristic (Veach 1997) over the eight gives pixel i
 //
 //     β_i Σ_j L_j a(x_i, y_j) / Σ_k a(x_k, y_j),
 //
 // L_j the light that leaves y_j, β_i the throughput at x_i. This is exact for any visibility, as long as it is the same
-// in both places. A path whose second hit is not diffuse keeps its light to itself, and its first hit still receives.
+// in both places. A path whose y is not diffuse keeps its light to itself, and its x still receives. In what follows x is
+// called the first hit, y the second one.
 //
-// That pays where indirect light makes most of the noise; elsewhere it only costs time. So before
-// a rendering there is a trial of TRIAL samples in some tiles, of which the film notes how far they are from each other
-// (gradient.glsl). The host decides from that
-// (src/render/renderer/trial.rs), apart for the two halves of the image that adaptive sampling keeps independent of each
-// other (src/render/progression.rs).
+// x is where a path first meets a diffuse surface: mirrors and glass may come before.
+//
+// At x all members of a group sample lights alike, with the same random numbers: what they get from there errs alike, and
+// the difference between two of them is known well, as that of the light by second hits is (gradient.glsl).
+//
+// All that pays where the light at x makes most of the noise; elsewhere it only costs time. So before a rendering there is a
+// trial of TRIAL samples in some tiles, of which the film notes how far they are from each other (gradient.glsl). The host
+// decides from that (src/render/renderer/trial.rs), apart for the two halves of the image that adaptive sampling keeps
+// independent of each other (src/render/progression.rs).
 //
 // Where the paths of a group meet depends on the scheduler: in memory (reuse_notes.glsl) or in the lanes of a subgroup
 // (reuse_lanes.glsl). Both reckon the same, bit for bit.
@@ -32,6 +37,10 @@ bool reuses(uint p) { return ((reused_halves >> ((p ^ (p >> 1)) & 1u)) & 1u) != 
 // Which member of its group a pixel of a tile is, and the first one, whose scramble all use from their first hits on.
 uint member_of_group(uint p) { return REUSE ? p >> GROUP_BITS : 0u; }
 uint first_of_group(uint p) { return REUSE ? p & ((1u << GROUP_BITS) - 1u) : p; }
+
+// Paths may meet mirrors or glass before x. Then those of a group may have x at different hits, and what leaves y is not the
+// same for both if light is followed over a number of hits.
+const bool SEES_THROUGH = HAS_MIRROR || HAS_DIELECTRIC;
 
 // Geometry between a first hit x and a second hit y: cos cos/r², and the direction and distance from x to y.
 float coupling(vec3 x, vec3 nx, vec3 y, vec3 ny, out vec3 direction, out float distance) {

@@ -11,40 +11,41 @@
 // A path's first two hits. A normal of 0 stands for a hit that is not there.
 struct Meeting {
     vec3 x;
+    float hit;      // which of its path x is
     int leaving;    // the id that a ray from x leaves
     vec3 nx;        // shading normal at x
     vec3 up;        // with SMOOTH_NORMALS: geometric normal at x
     vec3 beta;      // throughput at x
     vec3 y;
     vec3 ny;        // geometric normal; 0 too if y does not give its light to others
-    vec3 own;       // light from x itself, if y gives its own
+    vec3 direct;    // light from x itself
     bool gives;
 };
 
 Meeting meeting_none() {
     const vec3 none = vec3(0.0);
-    return Meeting(none, -1, none, none, none, none, none, none, false);
+    return Meeting(none, 0.0, -1, none, none, none, none, none, none, false);
 }
 
-// The path arrives at its second hit, with the light that it has gathered so far.
-Meeting meeting_at(Path p, Arrival a, float t, vec3 radiance, vec3 first_up) {
-    const vec3 none = vec3(0.0);
-    return Meeting(p.origin, p.leaving, p.normal, first_up, p.throughput, end_of_segment(a, t), a.gives ? a.up : none,
-                   a.gives ? radiance : none, a.gives);
+// The path arrives at its second hit, with the light from its first one.
+Meeting meeting_at(Path p, Arrival a, float t, vec3 direct, vec3 first_up) {
+    return Meeting(p.origin, float(p.hits), p.leaving, p.normal, first_up, p.throughput, end_of_segment(a, t),
+                   a.gives ? a.up : vec3(0.0), direct, a.gives);
 }
 
 // A path that waits for the others of its group.
 struct EndedPath {
     Meeting meeting;
-    vec3 light;     // of the path, or what leaves y if that is given away
+    vec3 light;     // of the path from its second hit on, or all if there is none: what leaves y if that is given away
+    vec3 glanced;   // that glances have gathered
     bool there;
 };
 
-EndedPath ended_none() { return EndedPath(meeting_none(), vec3(0.0), false); }
+EndedPath ended_none() { return EndedPath(meeting_none(), vec3(0.0), vec3(0.0), false); }
 
 // A path ends with the light that it has gathered, and the lane may begin another.
-EndedPath path_ends(inout Meeting meeting, vec3 light) {
-    EndedPath ended = EndedPath(meeting, light, true);
+EndedPath path_ends(inout Meeting meeting, vec3 light, vec3 glanced) {
+    EndedPath ended = EndedPath(meeting, light, glanced, true);
     meeting = meeting_none();
     return ended;
 }
@@ -93,7 +94,7 @@ void differences(vec3 gathered, bool there, out vec3 right, out vec3 down) {
 // All light of the lane's pixel for one sample: `light` is that of its path, or what leaves y if that is given away.
 // To be called by all lanes. The part of it that comes by the second hits of the group is `gathered`; it would be `unshared`
 // without the others.
-vec3 shared_light(Meeting m, vec3 light, inout uint shadow_rays, inout uint loops, out vec3 gathered,
+vec3 shared_light(Meeting m, vec3 light, vec3 glanced, inout uint shadow_rays, inout uint loops, out vec3 gathered,
                   out vec3 unshared) {
     uint me = gl_SubgroupInvocationID % MEMBERS;
     vec3 given = m.gives ? light : vec3(0.0);
@@ -103,6 +104,7 @@ vec3 shared_light(Meeting m, vec3 light, inout uint shadow_rays, inout uint loop
         vec3 y = of_member(m.y, from);
         float value = coupling(m.x, m.nx, y, of_member(m.ny, from), ray.direction, ray.distance);
         if (SMOOTH_NORMALS) value = from == me || dot(m.up, ray.direction) > 0.0 ? value : 0.0;
+        if (SEES_THROUGH) value = of_member(m.hit, from) == m.hit ? value : 0.0;
         // The path itself has shown that nothing is in between.
         bool wanted = value > 0.0 && from != me;
         shadow_rays += wanted ? 1u : 0u;
@@ -116,9 +118,16 @@ vec3 shared_light(Meeting m, vec3 light, inout uint shadow_rays, inout uint loop
         if (value > 0.0) sum += theirs * (value / all);
     }
     loops += MEMBERS;
-    vec3 own = m.own + (m.gives ? vec3(0.0) : light);
+    vec3 own = m.gives ? vec3(0.0) : light;
+    if (GLANCES > 0u) own += glanced;
     unshared = m.beta * given;
     gathered = m.beta * sum;
+    if (ALIKE_LIGHT) {
+        unshared += m.direct;
+        gathered += m.direct;
+    } else {
+        own += m.direct;
+    }
     return own + gathered;
 }
 

@@ -12,12 +12,13 @@ const uint SLOT_BITS = 11u;     // of a path's number in its workgroup
 
 const uint ROW_LIGHT = 0u;      // light; then one of the states below
 const uint ROW_FIRST = 1u;      // x; the id that a ray from it leaves
-const uint ROW_FIRST_NORMAL = 2u;   // shading normal; β.r
+const uint ROW_FIRST_NORMAL = 2u;   // shading normal; which hit of its path x is
 const uint ROW_SECOND = 3u;     // y; β.g
 const uint ROW_SECOND_NORMAL = 4u;  // geometric normal; β.b
-const uint ROW_OWN = 5u;        // light from x itself; with REUSE then what its pixel has gathered, see gradient.glsl
+const uint ROW_DIRECT = 5u;     // light from x itself, β.r; in the end what its pixel has gathered, see gradient.glsl
 const uint ROW_COUPLINGS = 6u;  // two rows: a(x, y) of its y and each member's x
 const uint ROW_FIRST_UP = 8u;   // with SMOOTH_NORMALS: geometric normal of x
+const uint ROW_GLANCED = 9u;    // light that glances have gathered
 
 const float PATH_UNWANTED = -1.0;   // its pixel is to get no such sample
 const float PATH_OPEN = 0.0;    // it has not ended
@@ -41,6 +42,7 @@ void path_clear(uint path, bool wanted, bool reusing) {
         path_store_compactly(path, ROW_FIRST_NORMAL, vec4(0.0));
         path_store_compactly(path, ROW_SECOND_NORMAL, vec4(0.0));
     }
+    if (GLANCES > 0u) path_store_compactly(path, ROW_GLANCED, vec4(0.0));
 }
 
 // Notes a(x, y) of a path's y and of the x of a member of its group.
@@ -52,15 +54,15 @@ void note_coupling(uint path, uint member, float value) {
 uint member_of(uint path) { return path >> GROUP_BITS & (MEMBERS - 1u); }
 uint path_of_member(uint path, uint member) { return path & ~((MEMBERS - 1u) << GROUP_BITS) | member << GROUP_BITS; }
 
-// Notes a path that arrives at its second hit.
-void note_second_hit(uint path, Path p, Arrival a, float t, vec3 radiance) {
+// Notes a path that arrives at its second hit, with the light from its first one.
+void note_second_hit(uint path, Path p, Arrival a, float t, vec3 direct) {
     vec3 y = end_of_segment(a, t);
-    [[dont_unroll]] for (uint row = ROW_FIRST; row <= ROW_OWN; ++row) {
+    [[dont_unroll]] for (uint row = ROW_FIRST; row <= ROW_DIRECT; ++row) {
         vec4 value = vec4(p.origin, intBitsToFloat(p.leaving));
-        if (row == ROW_FIRST_NORMAL) value = vec4(p.normal, p.throughput.x);
+        if (row == ROW_FIRST_NORMAL) value = vec4(p.normal, float(p.hits));
         if (row == ROW_SECOND) value = vec4(y, p.throughput.y);
         if (row == ROW_SECOND_NORMAL) value = vec4(a.gives ? a.up : vec3(0.0), p.throughput.z);
-        if (row == ROW_OWN) value = vec4(a.gives ? radiance : vec3(0.0), 0.0);
+        if (row == ROW_DIRECT) value = vec4(direct, p.throughput.x);
         path_store(path, row, value);
     }
     vec3 direction;
@@ -68,11 +70,13 @@ void note_second_hit(uint path, Path p, Arrival a, float t, vec3 radiance) {
     note_coupling(path, member_of(path), coupling(p.origin, p.normal, y, a.up, direction, distance));
 }
 
-// The segment from the first hit of path `to` to the second hit y of another; `wanted` if light can take it.
-ShadowRay connect(vec3 y, vec3 normal, uint to, out float value) {
+// The segment from the first hit of path `to` to the second hit y of path `from`; `wanted` if light can take it.
+ShadowRay connect(uint from, vec3 y, vec3 normal, uint to, out float value) {
     vec4 x = path_load(to, ROW_FIRST);
     ShadowRay ray = ShadowRay(x.xyz, normal, 0.0, floatBitsToInt(x.w), vec3(0.0), false);
-    value = coupling(x.xyz, path_load(to, ROW_FIRST_NORMAL).xyz, y, normal, ray.direction, ray.distance);
+    vec4 nx = path_load(to, ROW_FIRST_NORMAL);
+    value = coupling(x.xyz, nx.xyz, y, normal, ray.direction, ray.distance);
+    if (SEES_THROUGH) value = nx.w == path_load(from, ROW_FIRST_NORMAL).w ? value : 0.0;
     if (SMOOTH_NORMALS) value = dot(path_load(to, ROW_FIRST_UP).xyz, ray.direction) > 0.0 ? value : 0.0;
     ray.wanted = value > 0.0;
     return ray;
@@ -101,14 +105,22 @@ vec4 shared_light(uint path, out vec3 gathered, out vec3 unshared) {
         if (member == me && light.w == PATH_GIVES) given = light.xyz;
         if (light.w == PATH_GIVES && mine > 0.0) sum += light.xyz * (mine / all);
     }
+    if (GLANCES > 0u) own += path_load(path, ROW_GLANCED).xyz;
     gathered = vec3(0.0);
     unshared = vec3(0.0);
     vec4 normal = path_load(path, ROW_FIRST_NORMAL);
     if (normal.xyz != vec3(0.0)) {
-        vec3 beta = vec3(normal.w, path_load(path, ROW_SECOND).w, path_load(path, ROW_SECOND_NORMAL).w);
-        own += path_load(path, ROW_OWN).xyz;
+        vec4 direct_row = path_load(path, ROW_DIRECT);
+        vec3 direct = direct_row.xyz;
+        vec3 beta = vec3(direct_row.w, path_load(path, ROW_SECOND).w, path_load(path, ROW_SECOND_NORMAL).w);
         unshared = beta * given;
         gathered = beta * sum;
+        if (ALIKE_LIGHT) {
+            unshared += direct;
+            gathered += direct;
+        } else {
+            own += direct;
+        }
         own += gathered;
     }
     return vec4(own, complete ? PATH_ENDED : PATH_OPEN);
@@ -117,7 +129,7 @@ vec4 shared_light(uint path, out vec3 gathered, out vec3 unshared) {
 // The difference of what a pixel has gathered from that of a neighbour; 0 if that lies outside the image.
 vec3 difference(vec3 gathered, uint neighbour) {
     bool there = path_load(neighbour, ROW_LIGHT).w != PATH_UNWANTED;
-    return there ? gathered - path_load(neighbour, ROW_OWN).xyz : vec3(0.0);
+    return there ? gathered - path_load(neighbour, ROW_DIRECT).xyz : vec3(0.0);
 }
 
 // Notes the gradients of a pixel, whose first path in the tile this is, once its group's pixels have their samples.
@@ -129,7 +141,7 @@ void note_gradients(uint first_path, uint slot) {
     Gradients g = gradients_load(slot);
     for (uint index = samples.x; index < samples.y; ++index) {
         uint later = (index - samples.x) * TILE;
-        vec4 own = path_load(first_path + later, ROW_OWN);
+        vec4 own = path_load(first_path + later, ROW_DIRECT);
         vec3 right = difference(own.xyz, right_of + later);
         vec3 down = difference(own.xyz, below + later);
         gradients_add(g, index, own.xyz, own.w, right, down);

@@ -51,6 +51,8 @@ uint owen_reversed(uint x, uint key) {
 // Marks the index of a sample as one of a member of a group; that of member 0 stays as it is.
 uint index_of_member(uint index, uint member) { return index | member << MEMBER_SHIFT; }
 
+uint index_of_sample(uint index) { return bitfieldExtract(index, 0, int(MEMBER_SHIFT)); }
+
 // The table: levels from the highest down, the lowest once for each member.
 uvec2 sobol_reversed(uint index, uint pair) {
     int column = int(pair >> 1);

@@ -246,6 +246,27 @@ pub(crate) fn divided_room() -> Scene {
     scene
 }
 
+/// A wall with stripes of mirrors, and a ball of glass, in which neighbouring pixels see diffuse surfaces after different
+/// numbers of hits, and light is followed over few.
+pub(crate) fn mirrored_wall() -> Scene {
+    let mut scene = empty();
+    scene.camera.horizontal_fov = 30.0;
+    scene.cuboid(v(-3.0, -2.0, -8.0), v(3.0, 2.0, 1.0), diffuse(0.9375));
+    for i in 0..8 {
+        let left = -2.1 + 0.54 * f64::from(i);
+        let (right, z) = (left + 0.27, -7.75);
+        scene.quad([v(left, -2.0, z), v(right, -2.0, z), v(right, 2.0, z), v(left, 2.0, z)], mirror(0.9375));
+    }
+    // What they show is darker than what is between them.
+    scene.quad([v(-3.0, -2.0, 0.5), v(-3.0, 2.0, 0.5), v(3.0, 2.0, 0.5), v(3.0, -2.0, 0.5)], diffuse(0.25));
+    scene.sphere(v(-0.75, -0.75, -6.0), 0.4, glass(1.5));
+    // Light comes from behind a screen.
+    scene.quad([v(-2.5, 1.0, -6.0), v(2.5, 1.0, -6.0), v(2.5, 1.0, -1.0), v(-2.5, 1.0, -1.0)], diffuse(0.9375));
+    scene.light(v(0.0, 1.5, -3.5), 60.0);
+    scene.integrator.max_depth = 3;
+    scene
+}
+
 /// A box of a room with lamps of all kinds, some of which touch what they light, a mirror, glass and a point light.
 pub(crate) fn lamps() -> Scene {
     let mut scene = empty();

@@ -150,6 +150,11 @@ impl Features {
         self.diffuse && self.indirect && self.max_depth > 1 && self.roulette != 1
     }
 
+    /// Whether most noise is that of light which comes from lamps through meshes of glass: no reuse of paths lowers it.
+    pub fn has_caustics(&self) -> bool {
+        self.tree && self.emitter && self.dielectric
+    }
+
     /// Whether vectors of 512 bits pay on a CPU (see [`prefer_wide_vectors`](crate::gpu::prefer_wide_vectors)): without a
     /// hierarchy, and where lamps are to be sampled, which is much to compute, and paths serve their own pixels only. Where
     /// they are reused in a scene with a hierarchy, lavapipe 22.3.6 takes 1.06 to 1.15 times the time with them.
@@ -226,17 +231,17 @@ impl Features {
             plain("tree spheres", self.tree_spheres, "more spheres than constants hold", "all spheres are constants"),
             plain(
                 "path reuse",
-                self.can_reuse() && !(self.emitter && self.tree),
+                self.can_reuse() && !self.has_caustics(),
                 "unless switched off, on CPU drivers, if a trial shows that it pays: diffuse surfaces light each other",
                 if self.can_reuse() {
-                    "unless asked for: most noise is that of lamps"
+                    "unless asked for: most noise is that of lamps seen through glass"
                 } else {
                     "no diffuse surface lights another"
                 },
             ),
             plain(
                 "gradients",
-                self.can_reuse() && !(self.emitter && self.tree),
+                self.can_reuse() && !self.has_caustics(),
                 "where paths are reused, from 3 samples on, unless switched off or sampling is adaptive",
                 "only where paths are reused",
             ),

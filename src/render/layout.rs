@@ -141,7 +141,7 @@ pub(crate) struct FilmSlot {
 /// States of a path (shaders/lib/glance.glsl).
 pub(crate) mod glance {
     /// Glances of a sample, where there are any.
-    pub const GLANCES: u32 = 8;
+    pub const GLANCES: u32 = 16;
     /// A glance, with the number of those that follow.
     pub const GLANCING: u32 = 1 << 31;
     /// With a path after the last of them.
@@ -155,7 +155,7 @@ pub(crate) mod queue {
     /// Paths of a workgroup in one dispatch.
     pub const PATHS: u32 = 2048;
     /// Texels of a path's notes.
-    pub const PATH_ROWS: u32 = 9;
+    pub const PATH_ROWS: u32 = 10;
     /// Samples of the trial whether it pays to reuse paths.
     pub const TRIAL: u32 = 2;
     /// Samples of a pixel of which gradients are noted.

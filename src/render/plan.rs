@@ -244,11 +244,11 @@ impl Plan {
         self.span == self.spans.len()
     }
 
-    /// Hands out the whole pass once more, for samples that ran out of loop budget.
-    pub fn repeat(&mut self, pace: &Pace) {
+    /// Hands out the whole pass once more, in smaller dispatches, for samples that ran out of loop budget.
+    pub fn repeat(&mut self) {
         self.repeating = true;
         self.round_target = self.samples;
-        self.round_samples = self.samples.min(pace.most_samples);
+        self.round_samples = (self.round_samples / 2).max(1);
         self.round_left = self.slots;
         self.go_to(0);
     }
@@ -256,6 +256,11 @@ impl Plan {
     /// Whether the pass is handed out once more; what such dispatches take says nothing about the rate.
     pub fn is_repeating(&self) -> bool {
         self.repeating
+    }
+
+    /// Whether there are no smaller dispatches than those that were handed out.
+    pub fn is_finest(&self) -> bool {
+        self.round_samples <= 1
     }
 
     /// Whether the next piece of work is of the first round.

@@ -5,6 +5,7 @@ mod buffers;
 mod glances;
 mod gradients;
 mod passes;
+mod survey;
 mod trial;
 
 use std::ops::ControlFlow;
@@ -33,8 +34,9 @@ use super::statistics::{Progress, RenderStatistics};
 use super::tables::Tables;
 use super::view::View;
 use buffers::{Buffers, Shape};
-use gradients::{Certainties, Site};
+use gradients::Certainties;
 use passes::Watch;
+use survey::Places;
 use trial::ReuseTrial;
 
 /// Expected records that a ray reads in the tree (its SAH cost) from which on it pays to let rays wait for each other.
@@ -65,9 +67,8 @@ pub struct Renderer {
     gradients: bool,
     /// Groups of pixels that share paths lie elsewhere (shaders/lib/pixel_order.glsl).
     shifted: bool,
-    view: View,
-    /// For gradients: the surface at each pixel's centre, row by row.
-    sites: Vec<Site>,
+    /// What pixels show, for gradients.
+    places: Places,
     /// How certain differences between pixels are, by their class.
     certainties: Certainties,
     /// Pixels whose samples look several times at lamps, row by row; none if there are no such pixels.
@@ -120,7 +121,7 @@ impl Renderer {
         let walks_far = tables.tree.as_ref().is_some_and(|tree| tree.sah_cost >= FAR_WALK);
         let queued = !features.brute_force
             && match settings.scheduler {
-                Scheduler::Auto => facts.queue && (walks_far || (reuse && (features.tree || !groups_fit))),
+                Scheduler::Auto => facts.queue && (walks_far || (reuse && !groups_fit)),
                 Scheduler::Inline => reuse && !groups_fit,
                 Scheduler::Queue => features.tree || reuse,
             };
@@ -205,8 +206,7 @@ impl Renderer {
             glances,
             gradients: reuse && settings.gradients == Gradients::Auto && buffers.has_whole_rows(row_slots),
             shifted: false,
-            view: View::of(scene),
-            sites: Vec::new(),
+            places: Places::default(),
             certainties: Certainties::default(),
             near_lamps: Vec::new(),
             reuse: if reuse { ReuseTrial::of(settings.reuse) } else { ReuseTrial::Never },

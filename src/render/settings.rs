@@ -43,8 +43,8 @@ pub enum Accel {
 /// How rays that need the tree are scheduled. Both give the same bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Scheduler {
-    /// On CPU drivers [`Scheduler::Queue`] for scenes with a tree, unless it is small and no paths are reused; else
-    /// [`Scheduler::Inline`]. Where paths are reused and groups of eight do not fit into a subgroup, always the former.
+    /// On CPU drivers [`Scheduler::Queue`] for scenes with a tree, unless it is small; else [`Scheduler::Inline`]. Where
+    /// paths are reused and groups of eight do not fit into a subgroup, always the former.
     #[default]
     Auto,
     /// Each lane walks the tree at once.
@@ -54,13 +54,13 @@ pub enum Scheduler {
     Queue,
 }
 
-/// Whether the second hits of paths serve several pixels (shaders/lib/reuse.glsl). Images stay exact in the mean, and
-/// noise falls to a third and less where most of it is that of indirect light; neighbouring pixels have part of it in
-/// common.
+/// Whether the second hits of paths, those after mirrors and glass, serve several pixels (shaders/lib/reuse.glsl). Images
+/// stay exact in the mean, and noise falls to a third and less where most of it is that of indirect light; neighbouring
+/// pixels have part of it in common.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Reuse {
     /// As [`Reuse::Always`], unless a trial shows that it does not pay; but neither on GPUs, where it has not been
-    /// measured, nor in scenes with emitters and a hierarchy, nor without one on lavapipe before Mesa 23.1.
+    /// measured, nor in scenes with emitters, glass and a hierarchy, nor without one on lavapipe before Mesa 23.1.
     #[default]
     Auto,
     /// Where diffuse surfaces light each other. Not with [`Accel::None`].

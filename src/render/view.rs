@@ -32,13 +32,6 @@ impl View {
         Self { right: right * half_width, up: up * half_height, forward, half_pixel: [1.0 / width, 1.0 / height] }
     }
 
-    /// Unit direction of the camera ray through a point of the image, in pixels from its upper left corner.
-    pub fn direction(&self, [x, y]: [f64; 2]) -> DVec3 {
-        let [half_width, half_height] = self.half_pixel;
-        let (x, y) = (2.0 * x * half_width - 1.0, 1.0 - 2.0 * y * half_height);
-        (self.forward + x * self.right + y * self.up).normalize()
-    }
-
     /// Whether a light's surface may be in the picture: not more than three pixels beyond one of its sides, and not
     /// turned away.
     pub fn may_show(&self, light: &Light) -> bool {

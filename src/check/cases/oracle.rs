@@ -63,6 +63,15 @@ pub(super) const CASES: &[Case] = &[
         full_only: false,
         measure: |lab| against_oracle_with(lab, &screened_room(), Reuse::Always),
     },
+    Case {
+        name: "oracle/reused-lamps",
+        what: "the room with lamps, a mirror and glass: paths are shared, also behind mirrors, and lamps sampled alike",
+        oracle: "path tracer in f64",
+        quantity: "the same",
+        threshold: 1.0,
+        full_only: false,
+        measure: |lab| against_oracle_with(lab, &lamps(), Reuse::Always),
+    },
 ];
 
 fn nested_glass() -> Scene {

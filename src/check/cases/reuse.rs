@@ -1,7 +1,7 @@
 //! Paths that serve several pixels, and images made from differences between these, against the same without.
 
 use crate::check::lab::Rendered;
-use crate::check::scenes::{Build, divided_room, screened_room};
+use crate::check::scenes::{Build, diffuse, divided_room, icosphere, mirrored_wall, screened_room, v};
 use crate::check::statistics::z_score;
 use crate::check::{Case, CheckError, Lab, Measured};
 use crate::render::{Gradients, RenderSettings, Renderer, Reuse};
@@ -27,6 +27,24 @@ pub(super) const CASES: &[Case] = &[
         measure: |lab| contrast(lab, screened_room(), [SHARED, ALONE]),
     },
     Case {
+        name: "reuse/mirrors",
+        what: "stripes of mirrors and balls of glass, depth 3: only light met after as many hits is shared",
+        oracle: "each path by itself",
+        quantity: "the same",
+        threshold: 4.0,
+        full_only: false,
+        measure: |lab| contrast(lab, mirrored_wall(), [SHARED, ALONE]),
+    },
+    Case {
+        name: "reuse/mirrors-paths",
+        what: "the same room with a tree: paths meet in memory",
+        oracle: "each path by itself",
+        quantity: "the same",
+        threshold: 4.0,
+        full_only: false,
+        measure: |lab| contrast(lab, with_tree(mirrored_wall()), [SHARED, ALONE]),
+    },
+    Case {
         name: "gradients/paths",
         what: "a room with cells at its wall, made from the differences between its pixels: paths meet in memory",
         oracle: "the same without",
@@ -45,6 +63,13 @@ pub(super) const CASES: &[Case] = &[
         measure: |lab| contrast(lab, screened_room(), [COMPARED, SHARED]),
     },
 ];
+
+/// With a body of many triangles.
+fn with_tree(mut scene: Scene) -> Scene {
+    let (positions, triangles) = icosphere(v(0.0, -1.5, -4.0), 0.5, 2);
+    scene.mesh(&positions, &triangles, diffuse(0.5));
+    scene
+}
 
 type Way = (Reuse, Gradients);
 const ALONE: Way = (Reuse::Off, Gradients::Off);

@@ -1,6 +1,6 @@
 //! Images from their gradients, where paths serve several pixels (shaders/lib/gradient.glsl).
 
-use glam::{DVec3, Vec3, Vec4};
+use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::super::error::RenderError;
@@ -11,14 +11,12 @@ use super::super::screened_poisson::{Known, solve};
 use super::super::tiles::TILE;
 use super::Renderer;
 use super::passes::Watch;
-use super::trial::ReuseTrial;
+use super::survey::{CLASSES, Places, Side};
 
 /// Samples of a pixel from which on neighbours can be of one group in some samples and not in others.
 const FEWEST_SAMPLES: u32 = 3;
 /// Samples after which the groups of pixels change at the latest.
 const LONGEST_PHASE: u32 = 8;
-/// Classes of pairs of pixels, see [`class`].
-const CLASSES: usize = 8;
 /// How many times as certain as a pixel's value a difference may be taken to be: more gains little, but takes more steps
 /// to make use of.
 const MOST_CERTAINTY: f32 = 32.0;
@@ -62,26 +60,6 @@ impl Renderer {
             && self.reused_halves() != 0
     }
 
-    /// Before a rendering, the film being empty: surveys the surfaces at the pixels' centres.
-    pub(super) fn survey(&mut self) -> Result<(), RenderError> {
-        if !self.makes_gradients() {
-            return Ok(());
-        }
-        let film = self.beforehand(|renderer| {
-            (renderer.push.surveys, renderer.reuse) = (1, ReuseTrial::Never);
-            renderer.film_of_one_sample()
-        })?;
-        let (view, width) = (self.view, self.width as usize);
-        let site = |(p, sum): (usize, &[f64; 3])| {
-            let normal = DVec3::from(*sum);
-            let direction = view.direction([(p % width) as f64 + 0.5, (p / width) as f64 + 0.5]);
-            let place = normal.length() * direction;
-            Site { normal: normal.normalize_or_zero().as_vec3(), place: place.as_vec3() }
-        };
-        self.sites = film.sums().par_iter().enumerate().map(site).collect();
-        self.clear_film()
-    }
-
     fn phases(&self) -> Phases {
         Phases::of(self.settings.samples, self.settings.time_limit.is_some())
     }
@@ -115,15 +93,14 @@ impl Renderer {
     pub(super) fn judge_gradients(&mut self, tiles: &[u32], tried: &[GradientSlot]) {
         let mut sums = [[0.0f64; 2]; CLASSES];
         let square = |x: f32| f64::from(x).powi(2);
-        let site = |slot: u32| pixel_of_slot(slot, self.width, self.height).and_then(|p| self.sites.get(p));
         for (first, tile) in tiles.iter().zip(tried.chunks(TILE)) {
             for (i, slot) in tile.iter().enumerate() {
                 // The neighbours on the right and below are the next member of the group, and the fourth.
-                let right = (i / 8 % 4 < 3).then_some((i + 8, slot.trial_right));
-                let down = (i / 8 < 4).then_some((i + 32, slot.trial_down));
-                for (neighbour, difference) in right.into_iter().chain(down) {
-                    let sites = site(first + i as u32).zip(site(first + neighbour as u32));
-                    let Some(class) = sites.and_then(|(a, b)| class(a, b)) else { continue };
+                let right = (i / 8 % 4 < 3).then_some((Side::Right, i + 8, slot.trial_right));
+                let down = (i / 8 < 4).then_some((Side::Down, i + 32, slot.trial_down));
+                let pixel = pixel_of_slot(first + i as u32, self.width, self.height);
+                for (side, neighbour, difference) in right.into_iter().chain(down) {
+                    let Some(class) = pixel.and_then(|p| self.places.class(p, side)) else { continue };
                     let values = (square(slot.trial_light) + square(tile[neighbour].trial_light)) / 2.0;
                     // Samples that were not finite tell nothing.
                     if values.is_finite() && difference.is_finite() {
@@ -150,11 +127,11 @@ impl Renderer {
         })?;
         let phases = film.counts().iter().map(|&n| self.phases().samples(n)).collect();
         let band_rows = rows_of_blocks(self.buffers.bands[0].slots, width) as usize;
-        let (sites, certainties) = (&self.sites, self.certainties);
-        let survey = Survey { width: width as usize, noted: &noted, sites, certainties, band_rows, phases };
-        let share = |p: usize| survey.phases[p].iter().sum::<u32>() as f32 / film.counts()[p].max(1) as f32;
-        let gradients = survey.phases.iter().any(|[_, shifted]| *shifted > 0);
-        let corrections: Vec<_> = survey.corrections().iter().enumerate().map(|(p, c)| finite(share(p) * *c)).collect();
+        let (places, certainties) = (&self.places, self.certainties);
+        let known = Noted { noted: &noted, places, certainties, band_rows, phases };
+        let share = |p: usize| known.phases[p].iter().sum::<u32>() as f32 / film.counts()[p].max(1) as f32;
+        let gradients = known.phases.iter().any(|[_, shifted]| *shifted > 0);
+        let corrections: Vec<_> = known.corrections().iter().enumerate().map(|(p, c)| finite(share(p) * *c)).collect();
         film.add(&corrections);
         self.statistics.gradients = gradients;
         Ok(())
@@ -164,26 +141,6 @@ impl Renderer {
 /// A colour, or none if it is too large for a number.
 fn finite(c: Vec4) -> [f32; 3] {
     if c.is_finite() { c.truncate().to_array() } else { [0.0; 3] }
-}
-
-/// What the survey tells of a pixel: the normal of its surface, 0 if that is not diffuse, and its place in render space.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Site {
-    normal: Vec3,
-    place: Vec3,
-}
-
-/// How differently two pixels see the light of other surfaces, by what may be told from their own: the classes of pairs, from
-/// alike to different; `None` if one of them has no diffuse surface.
-fn class(a: &Site, b: &Site) -> Option<usize> {
-    if a.normal == Vec3::ZERO || b.normal == Vec3::ZERO {
-        return None;
-    }
-    // Squares of the angles between the normals, and between the surfaces and the way from one to the other.
-    let way = (b.place - a.place).normalize_or_zero();
-    let bend = (a.normal - b.normal).length_squared() + a.normal.dot(way).powi(2) + b.normal.dot(way).powi(2);
-    // A class is a factor of 8.
-    Some(((bend.max(1e-6) * 1e6).log2() / 3.0) as usize)
 }
 
 /// How many times as certain the differences of each class are as the pixels' own values.
@@ -199,18 +156,10 @@ fn certainties(sums: &[[f64; 2]; CLASSES]) -> Certainties {
     })
 }
 
-/// A pair of neighbours.
-#[derive(Clone, Copy)]
-enum Side {
-    Right,
-    Down,
-}
-
 /// What is known of the pixels of an image, row by row.
-struct Survey<'a> {
-    width: usize,
+struct Noted<'a> {
     noted: &'a [GradientSlot],
-    sites: &'a [Site],
+    places: &'a Places,
     certainties: Certainties,
     /// Rows of pixels in a band of the film, within which groups are shifted.
     band_rows: usize,
@@ -218,19 +167,16 @@ struct Survey<'a> {
     phases: Vec<[u32; 2]>,
 }
 
-impl Survey<'_> {
-    /// A pixel's neighbour on a side.
+impl Noted<'_> {
+    /// A pixel's neighbour on a side, if both can be of one group.
     fn neighbour(&self, pixel: usize, side: Side) -> Option<usize> {
-        match side {
-            Side::Right => Some(pixel + 1).filter(|q| q % self.width > 0),
-            Side::Down => Some(pixel + self.width)
-                .filter(|q| *q < self.noted.len() && !(q / self.width).is_multiple_of(self.band_rows)),
-        }
+        let next_band = |q: usize| side == Side::Down && (q / self.places.width).is_multiple_of(self.band_rows);
+        self.places.neighbour(pixel, side).filter(|q| !next_band(*q))
     }
 
     /// Samples in which a pixel and its neighbour on a side were of one group: 4×2 pixels, shifted by 2 and 1.
     fn shared(&self, pixel: usize, side: Side) -> u32 {
-        let (x, y) = (pixel % self.width, pixel / self.width);
+        let (x, y) = (pixel % self.places.width, pixel / self.places.width);
         let [a, b] = self.phases[pixel];
         let (plain, shifted) = match side {
             Side::Right => (x % 4 != 3, x % 4 != 1),
@@ -246,7 +192,7 @@ impl Survey<'_> {
         let pair = |p: usize, side: Side, difference: [f32; 3]| {
             let samples = self.shared(p, side);
             let q = self.neighbour(p, side).filter(|_| samples > 0)?;
-            let certainty = self.certainties[class(&self.sites[p], &self.sites[q])?];
+            let certainty = self.certainties[self.places.class(p, side)?];
             let lacking = Vec3::from(difference) - samples as f32 * (mean(p) - mean(q));
             let pair = (certainty * samples as f32, (certainty * lacking).extend(0.0));
             Some(pair).filter(|(_, lacking)| lacking.is_finite())
@@ -257,7 +203,7 @@ impl Survey<'_> {
             Known { certainty: count(p), right, down, lacking_right, lacking_down }
         };
         let known: Vec<_> = (0..self.noted.len()).into_par_iter().map(known).collect();
-        solve(&known, self.width)
+        solve(&known, self.places.width)
     }
 }
 
@@ -280,22 +226,6 @@ mod tests {
         assert_eq!((phases.samples(most), phases.samples(u32::MAX)), ([most / 2; 2], [most / 2; 2]));
     }
 
-    #[test]
-    fn classes_go_from_alike_to_different() {
-        let site = |normal: [f32; 3], place: [f32; 3]| Site {
-            normal: Vec3::from(normal).normalize_or_zero(),
-            place: place.into(),
-        };
-        let floor = site([0.0, 1.0, 0.0], [0.0; 3]);
-        let beside = |normal| class(&floor, &site(normal, [1.0, 0.0, 0.0]));
-        assert_eq!(beside([0.0, 1.0, 0.0]), Some(0));
-        let bent = [[0.01, 1.0, 0.0], [0.1, 1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 0.0, 0.0]].map(beside);
-        assert!(bent.is_sorted() && bent[0] > Some(0) && bent[3] < Some(CLASSES), "{bent:?}");
-        // A step, and no surface.
-        assert!(class(&floor, &site([0.0, 1.0, 0.0], [1.0, 2.0, 0.0])) > bent[1]);
-        assert_eq!(beside([0.0; 3]), None);
-    }
-
     /// A plane of 8×8 pixels, seen so that its differences are exact: what only one group has too much of is spread.
     #[test]
     fn noise_of_a_group_is_spread_over_alike_neighbours() {
@@ -306,24 +236,25 @@ mod tests {
             let too_much = if p % 8 < 4 && p / 8 < 2 { 1.0 } else { 0.0 };
             slot.light = [samples as f32 * 2.0 + too_much; 3];
         }
-        let sites: Vec<_> =
-            (0..64).map(|p| Site { normal: Vec3::Z, place: Vec3::new((p % 8) as f32, (p / 8) as f32, 0.0) }).collect();
+        let all = (0..64).map(|p| Vec3::new((p % 8) as f32, (p / 8) as f32, 1.0)).collect();
+        let places = Places { width, all };
         let phases = vec![Phases::of(samples, false).samples(samples); 64];
-        let certainties = [30.0; CLASSES];
-        let found = Survey { width, noted: &noted, sites: &sites, certainties, band_rows: 64, phases: phases.clone() }
-            .corrections();
+        let corrections = |places: &Places, band_rows: usize| {
+            let (noted, certainties, phases) = (&noted[..], [30.0; CLASSES], phases.clone());
+            Noted { noted, places, certainties, band_rows, phases }.corrections()
+        };
+        let found = corrections(&places, 64);
         let total: f32 = found.iter().map(|c| c.x).sum();
         // But for the last steps of the iteration.
         assert!(total.abs() < 0.02, "{total}");
         assert!(found[0].x < -0.1 && found[63].x > 0.0, "{} and {}", found[0].x, found[63].x);
         // Nothing is spread to where there is no surface.
-        let apart: Vec<_> =
-            sites.iter().map(|s| if s.place.x < 4.0 { *s } else { Site { normal: Vec3::ZERO, ..*s } }).collect();
-        let found = Survey { width, noted: &noted, sites: &apart, certainties, band_rows: 64, phases: phases.clone() }
-            .corrections();
+        let mut apart = places.clone();
+        apart.all.iter_mut().filter(|place| place.x >= 4.0).for_each(|place| *place = Vec3::ZERO);
+        let found = corrections(&apart, 64);
         assert!(found.iter().enumerate().all(|(p, c)| p % 8 < 4 || *c == Vec4::ZERO));
         // Nor from one band to the next, where shifted groups are others.
-        let found = Survey { width, noted: &noted, sites: &sites, certainties, band_rows: 2, phases }.corrections();
+        let found = corrections(&places, 2);
         assert!(found.iter().enumerate().all(|(p, c)| p / 8 < 2 || *c == Vec4::ZERO));
     }
 

@@ -111,10 +111,10 @@ impl Renderer {
             }
             if in_flight.is_empty() && plan.is_over() && done < end && !watch.stop {
                 // Samples that ran out of loop budget are done again, as long as that gets any further.
-                if done_before_repeat.replace(done) == Some(done) {
+                if done_before_repeat.replace(done) == Some(done) && plan.is_finest() {
                     return Err(RenderError::Stuck { budget: self.loop_budget });
                 }
-                plan.repeat(&self.pace);
+                plan.repeat();
             }
             watch.report(done, seconds, from_nothing && plan.in_first_round());
         }

@@ -14,7 +14,7 @@ use super::Renderer;
 /// Whether paths may serve several pixels, in a scene that needs these features. It depends on neither scheduler nor on
 /// what else is compiled, so that the image does not.
 ///
-/// With lamps of an area and a tree it hardly pays: their own noise is left, and a trial that is lost makes the rest slower
+/// With lamps, glass and a tree it does not pay: the noise of caustics is left, and a trial that is lost makes the rest slower
 /// (by 1.3). Without a tree rays are cheap, and lanes wait for each other instead, which does not pay where a driver executes
 /// the branches that no lane takes (twice the time of one that skips them). Brute force is for comparison, not for speed.
 pub(super) fn may_reuse(needed: &Features, reuse: Reuse, facts: &DriverFacts) -> bool {
@@ -23,7 +23,7 @@ pub(super) fn may_reuse(needed: &Features, reuse: Reuse, facts: &DriverFacts) ->
         && match reuse {
             Reuse::Off => false,
             Reuse::Always => true,
-            Reuse::Auto if needed.tree => facts.reuse && !needed.emitter,
+            Reuse::Auto if needed.tree => facts.reuse && !needed.has_caustics(),
             Reuse::Auto => facts.reuse && facts.skips_branches,
         }
 }
@@ -83,11 +83,15 @@ impl ReuseTrial {
     /// gather.
     ///
     /// What n pixels gather from the same second hits has the noise of one path divided by n in common. What each has besides
-    /// shows in the differences between neighbours, to which two contribute.
+    /// shows in the differences between neighbours, to which two contribute. Pixels with glances are left out: the noise of a
+    /// lamp's edge falls faster with further samples.
     fn judge(&mut self, slots: &[FilmSlot], gradients: &[GradientSlot]) {
         let mut variance = if let Self::Over(before) = *self { before } else { [[0.0; 2]; 2] };
         let square = |x: f32| f64::from(x).powi(2);
         for (index, (slot, gradient)) in slots.iter().zip(gradients).enumerate() {
+            if slot.glances != 0 {
+                continue;
+            }
             let [with, without] = &mut variance[half_of(index)];
             let (own, light) = (square(slot.trial), square(gradient.trial_light));
             let differences = square(gradient.trial_right) + square(gradient.trial_down);
@@ -159,7 +163,9 @@ impl Renderer {
             film.chunks(TILE).zip(gradients.chunks(TILE)).for_each(|(film, g)| self.reuse.judge(film, g));
         }
         log::debug!("reuse of paths: {:?}, halves {:02b}", self.reuse, self.reused_halves());
-        self.judge_gradients(&tiles, &gradients);
+        if self.makes_gradients() {
+            self.judge_gradients(&tiles, &gradients);
+        }
         self.empty_film()
     }
 
@@ -178,7 +184,7 @@ impl Renderer {
             let pixels =
                 tiles_of_trial(span).map(|t| pixels_in(t, t + TILE as u32, self.width, self.height)).sum::<u64>();
             end += pixels * u64::from(queue::TRIAL);
-            let work = Work {
+            let mut work = Work {
                 spans: vec![*span],
                 tile_step: TRIAL_STEP,
                 target_samples: queue::TRIAL,
@@ -189,9 +195,10 @@ impl Renderer {
                 let so_far = self.statistics.samples;
                 let (ticket, readback) = self.submit(&work)?;
                 self.finish(&ticket, readback)?;
-                if self.statistics.samples == so_far {
+                if self.statistics.samples == so_far && work.new_samples == 1 {
                     return Err(RenderError::Stuck { budget: self.loop_budget });
                 }
+                work.new_samples = 1;
             }
         }
         let mut film = Vec::new();

@@ -1,0 +1,113 @@
+//! What is known of the surfaces in the picture before it is rendered: the place that each pixel's centre shows
+//! (shaders/lib/gradient.glsl).
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+use super::super::error::RenderError;
+use super::super::film::Film;
+use super::Renderer;
+use super::trial::ReuseTrial;
+
+/// Classes of pairs of pixels, see [`Places::class`].
+pub(super) const CLASSES: usize = 8;
+
+/// A pixel's neighbour.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Side {
+    Right,
+    Down,
+}
+
+/// The places of diffuse surfaces that pixels show, in render space, row by row; 0 where there is none.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Places {
+    pub width: usize,
+    pub all: Vec<Vec3>,
+}
+
+impl Places {
+    /// Of a survey's film.
+    fn of(film: &Film, width: usize) -> Self {
+        let place = |place: &[f64; 3]| DVec3::from(*place).as_vec3();
+        Self { width, all: film.sums().par_iter().map(place).collect() }
+    }
+
+    /// A pixel's neighbour on a side.
+    pub fn neighbour(&self, pixel: usize, side: Side) -> Option<usize> {
+        match side {
+            Side::Right => Some(pixel + 1).filter(|q| !q.is_multiple_of(self.width)),
+            Side::Down => Some(pixel + self.width).filter(|q| *q < self.all.len()),
+        }
+    }
+
+    /// How differently a pixel and its neighbour on a side see the light of other surfaces, by what may be told from places:
+    /// the classes of pairs, from alike to different; `None` if one of them shows no diffuse surface.
+    pub fn class(&self, pixel: usize, side: Side) -> Option<usize> {
+        let neighbour = self.neighbour(pixel, side)?;
+        let before = match side {
+            Side::Right => (!pixel.is_multiple_of(self.width)).then(|| pixel - 1),
+            Side::Down => pixel.checked_sub(self.width),
+        };
+        let after = self.neighbour(neighbour, side);
+        let place = |p: usize| Some(self.all[p]).filter(|place| *place != Vec3::ZERO);
+        let (here, there) = (place(pixel)?, place(neighbour)?);
+        // On a plane, what pixels in a row show lies on a line.
+        let way = (there - here).normalize_or_zero();
+        let from = before.and_then(place).map(|p| (here - p).normalize_or_zero());
+        let onward = after.and_then(place).map(|p| (p - there).normalize_or_zero());
+        let bend = match [from, onward].map(|other| other.map(|other| (way - other).length_squared())) {
+            [Some(one), Some(other)] => one + other,
+            [Some(one), None] | [None, Some(one)] => 2.0 * one,
+            [None, None] => f32::MAX,
+        };
+        // A class is a factor of 8.
+        Some((((bend.max(1e-6) * 1e6).log2() / 3.0) as usize).min(CLASSES - 1))
+    }
+}
+
+impl Renderer {
+    /// Before a rendering, the film being empty: surveys the surfaces at the pixels' centres.
+    pub(super) fn survey(&mut self) -> Result<(), RenderError> {
+        self.places = Places::default();
+        if !self.makes_gradients() {
+            return Ok(());
+        }
+        let film = self.beforehand(|renderer| {
+            (renderer.push.surveys, renderer.reuse) = (1, ReuseTrial::Never);
+            renderer.film_of_one_sample()
+        })?;
+        self.places = Places::of(&film, self.width as usize);
+        self.clear_film()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn classes_go_from_alike_to_different() {
+        let class = |heights: [f32; 4]| {
+            let place = |(x, y): (usize, &f32)| Vec3::new(x as f32 + 1.0, *y, -5.0);
+            let row = Places { width: 4, all: heights.iter().enumerate().map(place).collect() };
+            let column = Places { width: 1, ..row.clone() };
+            assert_eq!(row.class(1, Side::Right), column.class(1, Side::Down));
+            row.class(1, Side::Right)
+        };
+        assert_eq!(class([3.0; 4]), Some(0));
+        assert_eq!(class([0.0, 1.0, 2.0, 3.0]), Some(0));
+        let bent = [[0.0, 0.0, 0.0, 0.01], [0.0, 0.0, 0.0, 0.1], [0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 9.0, 8.0]].map(class);
+        assert!(bent.is_sorted() && bent[0] > Some(0) && bent[3] == Some(CLASSES - 1), "{bent:?}");
+    }
+
+    #[test]
+    fn pairs_need_two_places() {
+        let all = vec![Vec3::X, Vec3::new(1.0, 0.0, 1.0), Vec3::ZERO, Vec3::Z];
+        let places = Places { width: 2, all };
+        // Nothing tells of a plane.
+        assert_eq!(places.class(0, Side::Right), Some(CLASSES - 1));
+        assert_eq!((places.class(0, Side::Down), places.class(2, Side::Right)), (None, None));
+        assert_eq!((places.class(1, Side::Right), places.class(3, Side::Down)), (None, None));
+    }
+}
