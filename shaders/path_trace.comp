@@ -39,7 +39,7 @@ void main() {
     uint film_place = film_slot(slot);
     if (real) film_pixel = film_load(film_place);
     Gradients gradients = Gradients(vec4(0.0), vec4(0.0), vec4(0.0));
-    if (REUSE && real) gradients = gradients_load(film_place);
+    if (REUSE && real && reused_halves != 0u) gradients = gradients_load(film_place);
     uint first = film_pixel.count;
     uint end = real ? min(target_samples, first + max_new_samples) : 0u;
     uint left = end - min(first, end);      // samples that have not ended
@@ -144,7 +144,7 @@ void main() {
         }
     } while (REUSE && within_budget && subgroupAny(going || ended.there));
     if (real) film_store(film_place, film_pixel);
-    if (REUSE && real) gradients_store(film_place, gradients);
+    if (REUSE && real && reused_halves != 0u) gradients_store(film_place, gradients);
     counts.samples = film_pixel.count - first;
     counts.reused = reusing ? counts.samples : 0u;
     if (PATH_STATS) counts.steps = walked_steps;

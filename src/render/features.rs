@@ -150,9 +150,9 @@ impl Features {
         self.diffuse && self.indirect && self.max_depth > 1 && self.roulette != 1
     }
 
-    /// Whether most noise is that of light which comes from lamps through meshes of glass: no reuse of paths lowers it.
+    /// Whether most noise is that of light which comes from lamps by way of glass and mirrors: no reuse of paths lowers it.
     pub fn has_caustics(&self) -> bool {
-        self.tree && self.emitter && self.dielectric
+        self.tree && self.emitter && (self.dielectric || self.mirror)
     }
 
     /// Whether vectors of 512 bits pay on a CPU (see [`prefer_wide_vectors`](crate::gpu::prefer_wide_vectors)): without a
@@ -234,7 +234,7 @@ impl Features {
                 self.can_reuse() && !self.has_caustics(),
                 "unless switched off, on CPU drivers, if a trial shows that it pays: diffuse surfaces light each other",
                 if self.can_reuse() {
-                    "unless asked for: most noise is that of lamps seen through glass"
+                    "unless asked for: most noise is that of lamps seen by way of glass and mirrors"
                 } else {
                     "no diffuse surface lights another"
                 },

@@ -68,20 +68,16 @@ pub(super) fn solve(known: &[Known], width: usize) -> Vec<Vec4> {
         let Known { certainty, right, down, .. } = known[p];
         1.0 / (certainty + right + down + left(p).right + up(p).down)
     };
-    let target = |p: usize| {
-        let Known { lacking_right, lacking_down, .. } = known[p];
-        inverse(p) * (lacking_right + lacking_down - left(p).lacking_right - up(p).lacking_down)
-    };
+    // The neighbours' shares, left, right, up and down; and where the iteration would end without them.
+    let rows = Bordered::of(width, height, |p| {
+        let Known { right, down, lacking_right, lacking_down, .. } = known[p];
+        let (left, up) = (left(p), up(p));
+        let target = lacking_right + lacking_down - left.lacking_right - up.lacking_down;
+        let inverse = inverse(p);
+        (inverse * Vec4::new(left.right, right, up.down, down), inverse * target)
+    });
     let least = (0..known.len()).into_par_iter().map(|p| known[p].certainty * inverse(p)).reduce(|| 1.0, f32::min);
     let (center, radius) = ((2.0 + least) / 2.0, (2.0 - least) / 2.0);
-    // Share of each neighbour.
-    let [from_left, from_right, from_up, from_down]: [Bordered<f32>; 4] = [
-        Bordered::of(width, height, |p| left(p).right * inverse(p)),
-        Bordered::of(width, height, |p| known[p].right * inverse(p)),
-        Bordered::of(width, height, |p| up(p).down * inverse(p)),
-        Bordered::of(width, height, |p| known[p].down * inverse(p)),
-    ];
-    let target = Bordered::of(width, height, target);
 
     let mut values = Bordered::<Vec4>::new(width, height);
     let mut next = Bordered::<Vec4>::new(width, height);
@@ -95,18 +91,17 @@ pub(super) fn solve(known: &[Known], width: usize) -> Vec<Vec4> {
             size = 1.0 / (center - momentum / size);
         }
         next.rows_mut().zip(direction.rows_mut()).enumerate().for_each(|(y, (next, direction))| {
-            let [a, b, c, d] = [&from_left, &from_right, &from_up, &from_down].map(|share| share.row(y, 0, 0));
             let [l, r] = [-1, 1].map(|columns| values.row(y, columns, 0));
             let [u, o] = [-1, 1].map(|rows| values.row(y, 0, rows));
-            let (here, target) = (values.row(y, 0, 0), target.row(y, 0, 0));
+            let (here, row) = (values.row(y, 0, 0), rows.row(y, 0, 0));
             let count = next.len();
             let direction = &mut direction[..count];
-            let ([a, b, c, d], [l, r, u, o]) =
-                ([a, b, c, d].map(|share| &share[..count]), [l, r, u, o].map(|values| &values[..count]));
-            let (here, target) = (&here[..count], &target[..count]);
+            let [l, r, u, o] = [l, r, u, o].map(|values| &values[..count]);
+            let (here, row) = (&here[..count], &row[..count]);
             for x in 0..count {
-                let around = a[x] * l[x] + b[x] * r[x] + (c[x] * u[x] + d[x] * o[x]);
-                direction[x] = (target[x] - here[x]) + around + momentum * direction[x];
+                let (share, target) = row[x];
+                let around = share.x * l[x] + share.y * r[x] + (share.z * u[x] + share.w * o[x]);
+                direction[x] = (target - here[x]) + around + momentum * direction[x];
                 next[x] = here[x] + size * direction[x];
             }
         });

@@ -60,7 +60,7 @@ pub enum Scheduler {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Reuse {
     /// As [`Reuse::Always`], unless a trial shows that it does not pay; but neither on GPUs, where it has not been
-    /// measured, nor in scenes with emitters, glass and a hierarchy, nor without one on lavapipe before Mesa 23.1.
+    /// measured, nor in scenes with emitters, glass or mirrors, and a hierarchy, nor without one on lavapipe before Mesa 23.1.
     #[default]
     Auto,
     /// Where diffuse surfaces light each other. Not with [`Accel::None`].

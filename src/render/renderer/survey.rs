@@ -53,10 +53,10 @@ impl Places {
         let place = |p: usize| Some(self.all[p]).filter(|place| *place != Vec3::ZERO);
         let (here, there) = (place(pixel)?, place(neighbour)?);
         // On a plane, what pixels in a row show lies on a line.
-        let way = (there - here).normalize_or_zero();
-        let from = before.and_then(place).map(|p| (here - p).normalize_or_zero());
-        let onward = after.and_then(place).map(|p| (p - there).normalize_or_zero());
-        let bend = match [from, onward].map(|other| other.map(|other| (way - other).length_squared())) {
+        let way = there - here;
+        let from = before.and_then(place).map(|p| bend(way, here - p));
+        let onward = after.and_then(place).map(|p| bend(way, p - there));
+        let bend = match [from, onward] {
             [Some(one), Some(other)] => one + other,
             [Some(one), None] | [None, Some(one)] => 2.0 * one,
             [None, None] => f32::MAX,
@@ -64,6 +64,12 @@ impl Places {
         // A class is a factor of 8.
         Some((((bend.max(1e-6) * 1e6).log2() / 3.0) as usize).min(CLASSES - 1))
     }
+}
+
+/// The square of the distance between two directions, given by vectors of any length.
+fn bend(a: Vec3, b: Vec3) -> f32 {
+    let lengths = (a.length_squared() * b.length_squared()).sqrt();
+    if lengths > 0.0 { 2.0 - 2.0 * a.dot(b) / lengths } else { 4.0 }
 }
 
 impl Renderer {

@@ -14,7 +14,7 @@ use super::Renderer;
 /// Whether paths may serve several pixels, in a scene that needs these features. It depends on neither scheduler nor on
 /// what else is compiled, so that the image does not.
 ///
-/// With lamps, glass and a tree it does not pay: the noise of caustics is left, and a trial that is lost makes the rest slower
+/// With lamps, glass or mirrors, and a tree it does not pay: the noise of caustics is left, and a trial that is lost makes the rest slower
 /// (by 1.3). Without a tree rays are cheap, and lanes wait for each other instead, which does not pay where a driver executes
 /// the branches that no lane takes (twice the time of one that skips them). Brute force is for comparison, not for speed.
 pub(super) fn may_reuse(needed: &Features, reuse: Reuse, facts: &DriverFacts) -> bool {
