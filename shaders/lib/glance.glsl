@@ -8,8 +8,7 @@
 // Light through glass is left to the paths: there every path chooses its way at random, and further ones cost more than they
 // gain. So is that of the background, which is hardly ever much brighter than what is before it.
 //
-// The glances of a sample come first, then the path: what they gather is in its light when it meets its second surface, and
-// with REUSE stays with its pixel.
+// The glances of a sample come first, then the path. With REUSE what they gather is kept apart: it stays with its pixel.
 //
 // The state of a path: how many glances of its sample are still to come after it, whether the path follows on them, and what
 // it is itself.

@@ -6,8 +6,8 @@
 // (src/render/renderer/gradients.rs).
 //
 // A slot has 3 texels: that sum, and the two of differences. Each is there with the difference between the two samples of
-// the trial (reuse.glsl), from which the host learns how large its noise is; the first with that of what the pixel's light by
-// second hits would be without the others. The film holds the same for all other light of the pixel.
+// the trial (reuse.glsl), from which the host learns how large its noise is; the first with that of what this
+// light would be without the group. The film holds the same for all other light of the pixel.
 //
 // Which differences are small depends on the surfaces. Before a rendering the host surveys them by a sample of each pixel
 // that is not light, but the place of the diffuse surface at its centre, also if that is seen in mirrors; 0 where there is

@@ -117,6 +117,7 @@ layout(push_constant, std430) uniform Push {
     uint reused_halves;     // halves of the image whose paths serve several pixels, a bit each, see reuse.glsl
     uint shifted;           // 1: groups lie elsewhere, see pixel_order.glsl
     uint band_rows;         // of pixels, in the film buffer, if groups may be shifted
+    uint alike;             // 1: pixels of a group sample lights alike, see reuse.glsl
     uint surveys;           // 1: a sample is the place at its pixel's centre, see gradient.glsl
 };
 

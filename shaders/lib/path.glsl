@@ -19,7 +19,7 @@ struct Path {
     vec3 origin;
     vec3 direction;
     int leaving;        // id of the primitive the ray starts on (with INSIDE on a sphere's inner side), or -1
-    vec3 throughput;
+    vec3 throughput;    // with REUSE: below 0 if light from where the ray goes does not count
     uint hits;          // surface hits so far
     uint index;         // of the sample in its pixel
     vec3 normal;        // with REUSE: at the start of the ray; 0 as long as nothing diffuse has been met
@@ -87,7 +87,7 @@ ShadowRay direct_light(Arrival a, uint index, uint key) {
     if (SINGLE_POINT) {
         light = point_sample(vec3(POINT_X, POINT_Y, POINT_Z), vec3(POINT_R, POINT_G, POINT_B), a.outside, a.normal);
     } else {
-        if (ALIKE_LIGHT && a.first && reused_halves != 0u) index = index_of_sample(index);
+        if (ALIKE_LIGHT && a.first && alike != 0u) index = index_of_sample(index);
         vec2 u = sample_pair(key, index, pair_choice(a.hits), a.hits);
         vec2 uv = vec2(0.0);
         if (EMITTER_COUNT > 0u) uv = sample_pair(key, index, pair_light(a.hits), a.hits);
@@ -111,7 +111,10 @@ ShadowRay direct_light(Arrival a, uint index, uint key) {
 // gives a shadow ray. Returns false when the path ends here.
 bool path_arrive(Path path, int id, float t, uint key, inout vec3 radiance, out Arrival a, out ShadowRay shadow) {
     bool met = id >= 0;
-    if (HAS_BACKGROUND && !met && !is_glance(path.glances)) radiance += path.throughput * background.rgb;
+    vec3 throughput = path.throughput;
+    // A direction that its pixel gets no light from, although it does from what is shared.
+    if (REUSE && SMOOTH_NORMALS && any(lessThan(throughput, vec3(0.0)))) throughput = vec3(0.0);
+    if (HAS_BACKGROUND && !met && !is_glance(path.glances)) radiance += throughput * background.rgb;
     a.id = met ? id : (SPHERE_COUNT + FACET_COUNT > 0u ? 0 : TREE_ID);
     a.surface = surface_at(a.id, path.origin, path.direction, met ? t : 0.0);
     a.front = dot(path.direction, a.surface.normal) <= 0.0;
@@ -124,7 +127,7 @@ bool path_arrive(Path path, int id, float t, uint key, inout vec3 radiance, out 
             weight *= mis_weight(path.pdf, light_pdf(path.origin, a.surface.light, t, cos_light));
         }
         // A grazing hit has no cosine, and an infinite density on the light's side: it adds nothing.
-        if (weight > 0.0) radiance += path.throughput * a.surface.color * weight;
+        if (weight > 0.0) radiance += throughput * a.surface.color * weight;
     }
 
     bool diffuse = HAS_DIFFUSE && kind == KIND_DIFFUSE;
@@ -137,8 +140,8 @@ bool path_arrive(Path path, int id, float t, uint key, inout vec3 radiance, out 
     }
     vec3 weight = HAS_DIELECTRIC && kind > 0.0 ? vec3(1.0) : a.surface.color;
     if (MUTATION == MUTATE_ALBEDO) weight *= 1.01;
-    a.gives = REUSE && path.second && diffuse && alive && path.throughput != vec3(0.0);
-    a.throughput = (a.gives ? vec3(1.0) : path.throughput) * weight;
+    a.gives = REUSE && path.second && diffuse && alive && throughput != vec3(0.0);
+    a.throughput = (a.gives ? vec3(1.0) : throughput) * weight;
     float strongest = upper(upper(a.throughput.x, a.throughput.y), a.throughput.z);
     alive = alive && strongest > 0.0;
     a.normal = a.front ? a.surface.shading : -a.surface.shading;
@@ -153,7 +156,7 @@ bool path_arrive(Path path, int id, float t, uint key, inout vec3 radiance, out 
     // A path of MAX_DEPTH hits may still meet light with its last ray.
     a.last = a.hits == MAX_DEPTH || (!INDIRECT && diffuse);
     alive = alive && (LIGHT_AFTER_LAST_HIT || !a.last);
-    if (ROULETTE_DEPTH > 0u && a.hits >= ROULETTE_DEPTH) {
+    if (ROULETTE_DEPTH > 0u && a.hits >= ROULETTE_DEPTH && !(REUSE && surveys != 0u)) {
         // A path is safe while its throughput is above ¼: ending strong paths costs more in noise than it saves.
         float survive = lower(4.0 * strongest, 0.95);
         uvec2 sequence = glance_sequence(path.glances, key, path.index);
@@ -180,7 +183,10 @@ void path_depart(inout Path path, Arrival a, bool alive, Camera camera, uvec2 at
     if (HAS_MIRROR && kind == KIND_MIRROR) next = mirror_sample(path.direction, a.surface.shading);
     if (HAS_DIELECTRIC && kind > 0.0) next = dielectric_sample(path.direction, a.normal, a.front, kind, u.x, crossed);
     // A shading normal may send the ray to the wrong side of the surface: nothing is there to be seen.
-    if (SMOOTH_NORMALS) a.throughput = (dot(next, a.up) > 0.0) != crossed ? a.throughput : vec3(0.0);
+    if (SMOOTH_NORMALS && (dot(next, a.up) > 0.0) == crossed) {
+        // The throughput of x still counts for the second hits of others.
+        a.throughput = REUSE && a.first && kind == KIND_DIFFUSE ? -a.throughput : vec3(0.0);
+    }
     vec3 start = HAS_DIELECTRIC && crossed ? a.surface.position - a.up * a.surface.offset : a.outside;
     path.origin = alive ? start : vec3(0.0);
     path.direction = alive ? next : first;

@@ -13,8 +13,8 @@
 //
 // x is where a path first meets a diffuse surface: mirrors and glass may come before.
 //
-// At x all members of a group sample lights alike, with the same random numbers: what they get from there errs alike, and
-// the difference between two of them is known well, as that of the light by second hits is (gradient.glsl).
+// If gradients are made (gradient.glsl), all members of a group sample lights at x alike, with the same random numbers: what
+// they get from there errs alike, and the difference between two of them is known well, as that of the light by y is.
 //
 // All that pays where the light at x makes most of the noise; elsewhere it only costs time. So before a rendering there is a
 // trial of TRIAL samples in some tiles, of which the film notes how far they are from each other (gradient.glsl). The host

@@ -29,7 +29,7 @@ Meeting meeting_none() {
 
 // The path arrives at its second hit, with the light from its first one.
 Meeting meeting_at(Path p, Arrival a, float t, vec3 direct, vec3 first_up) {
-    return Meeting(p.origin, float(p.hits), p.leaving, p.normal, first_up, p.throughput, end_of_segment(a, t),
+    return Meeting(p.origin, float(p.hits), p.leaving, p.normal, first_up, abs(p.throughput), end_of_segment(a, t),
                    a.gives ? a.up : vec3(0.0), direct, a.gives);
 }
 
@@ -92,7 +92,7 @@ void differences(vec3 gathered, bool there, out vec3 right, out vec3 down) {
 }
 
 // All light of the lane's pixel for one sample: `light` is that of its path, or what leaves y if that is given away.
-// To be called by all lanes. The part of it that comes by the second hits of the group is `gathered`; it would be `unshared`
+// To be called by all lanes. The part of it that comes by what the group shares is `gathered`; it would be `unshared`
 // without the others.
 vec3 shared_light(Meeting m, vec3 light, vec3 glanced, inout uint shadow_rays, inout uint loops, out vec3 gathered,
                   out vec3 unshared) {
@@ -122,7 +122,7 @@ vec3 shared_light(Meeting m, vec3 light, vec3 glanced, inout uint shadow_rays, i
     if (GLANCES > 0u) own += glanced;
     unshared = m.beta * given;
     gathered = m.beta * sum;
-    if (ALIKE_LIGHT) {
+    if (ALIKE_LIGHT && alike != 0u) {
         unshared += m.direct;
         gathered += m.direct;
     } else {

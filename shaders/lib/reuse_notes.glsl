@@ -42,7 +42,7 @@ void path_clear(uint path, bool wanted, bool reusing) {
         path_store_compactly(path, ROW_FIRST_NORMAL, vec4(0.0));
         path_store_compactly(path, ROW_SECOND_NORMAL, vec4(0.0));
     }
-    if (GLANCES > 0u) path_store_compactly(path, ROW_GLANCED, vec4(0.0));
+    if (GLANCES > 0u && REUSE) path_store_compactly(path, ROW_GLANCED, vec4(0.0));
 }
 
 // Notes a(x, y) of a path's y and of the x of a member of its group.
@@ -60,9 +60,9 @@ void note_second_hit(uint path, Path p, Arrival a, float t, vec3 direct) {
     [[dont_unroll]] for (uint row = ROW_FIRST; row <= ROW_DIRECT; ++row) {
         vec4 value = vec4(p.origin, intBitsToFloat(p.leaving));
         if (row == ROW_FIRST_NORMAL) value = vec4(p.normal, float(p.hits));
-        if (row == ROW_SECOND) value = vec4(y, p.throughput.y);
-        if (row == ROW_SECOND_NORMAL) value = vec4(a.gives ? a.up : vec3(0.0), p.throughput.z);
-        if (row == ROW_DIRECT) value = vec4(direct, p.throughput.x);
+        if (row == ROW_SECOND) value = vec4(y, abs(p.throughput.y));
+        if (row == ROW_SECOND_NORMAL) value = vec4(a.gives ? a.up : vec3(0.0), abs(p.throughput.z));
+        if (row == ROW_DIRECT) value = vec4(direct, abs(p.throughput.x));
         path_store(path, row, value);
     }
     vec3 direction;
@@ -83,7 +83,7 @@ ShadowRay connect(uint from, vec3 y, vec3 normal, uint to, out float value) {
 }
 
 // All light of a path's pixel for one sample, and PATH_ENDED; or PATH_OPEN if any path of the group that is wanted has
-// not ended: either all of a group have a sample or none. The part of it that comes by the second hits of the group is
+// not ended: either all of a group have a sample or none. The part of it that comes by what the group shares is
 // `gathered`; it would be `unshared` without the others.
 vec4 shared_light(uint path, out vec3 gathered, out vec3 unshared) {
     bool complete = true;
@@ -115,7 +115,7 @@ vec4 shared_light(uint path, out vec3 gathered, out vec3 unshared) {
         vec3 beta = vec3(direct_row.w, path_load(path, ROW_SECOND).w, path_load(path, ROW_SECOND_NORMAL).w);
         unshared = beta * given;
         gathered = beta * sum;
-        if (ALIKE_LIGHT) {
+        if (ALIKE_LIGHT && alike != 0u) {
             unshared += direct;
             gathered += direct;
         } else {

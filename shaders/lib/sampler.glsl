@@ -6,7 +6,8 @@
 // index k·2^(10l), 32 pairs in 16 texels; a point of any index is the XOR of one row of each level, because the
 // sequence is linear over GF(2). Hits beyond SOBOL_HITS draw independent numbers.
 //
-// Pixels that share their paths (reuse.glsl) share a scramble too. Each of them then uses points of its own, and as
+// Pixels that share their paths (reuse.glsl) share a scramble too. Each of them then uses points of its own (but for lights at
+// first hits, if gradients are made), and as
 // those of one pixel are well spread, so are those of all together (src/render/sobol.rs). The three highest bits of
 // a sample's index tell which of them it is.
 
@@ -51,6 +52,7 @@ uint owen_reversed(uint x, uint key) {
 // Marks the index of a sample as one of a member of a group; that of member 0 stays as it is.
 uint index_of_member(uint index, uint member) { return index | member << MEMBER_SHIFT; }
 
+// The index of the sample alone, the same for all members.
 uint index_of_sample(uint index) { return bitfieldExtract(index, 0, int(MEMBER_SHIFT)); }
 
 // The table: levels from the highest down, the lowest once for each member.

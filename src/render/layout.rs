@@ -114,6 +114,7 @@ pub(crate) struct Push {
     pub reused_halves: u32,
     pub shifted: u32,
     pub band_rows: u32,
+    pub alike: u32,
     pub surveys: u32,
 }
 
@@ -131,7 +132,7 @@ pub(crate) struct FilmSlot {
     pub sum: [f32; 3],
     pub count: u32,
     pub compensation: [f32; 3],
-    /// How far the first two samples are apart in the light that does not come by shared second hits.
+    /// How far the first two samples are apart in the light that does not come by what groups share.
     pub trial: f32,
     pub residue: [f32; 3],
     /// The state in which the pixel's samples begin.
@@ -162,7 +163,7 @@ pub(crate) mod queue {
     pub const MOST_GRADIENTS: u32 = 4096;
 }
 
-/// What a slot's pixel has gathered of light by second hits that it shares with its neighbours
+/// What a slot's pixel has gathered of light by what it shares with its neighbours
 /// (shaders/lib/gradient.glsl): its sum, and those of the differences from the neighbours on the right and below, each with
 /// the difference between the two samples of the trial.
 #[repr(C)]

@@ -244,11 +244,16 @@ impl Plan {
         self.span == self.spans.len()
     }
 
-    /// Hands out the whole pass once more, in smaller dispatches, for samples that ran out of loop budget.
-    pub fn repeat(&mut self) {
+    /// Hands out the whole pass once more, for samples that ran out of loop budget; in smaller dispatches if it was `in_vain`
+    /// the last time.
+    pub fn repeat(&mut self, pace: &Pace, in_vain: bool) {
+        if in_vain {
+            self.round_samples = (self.round_samples / 2).max(1);
+        } else if !self.repeating {
+            self.round_samples = self.samples.min(pace.most_samples);
+        }
         self.repeating = true;
         self.round_target = self.samples;
-        self.round_samples = (self.round_samples / 2).max(1);
         self.round_left = self.slots;
         self.go_to(0);
     }

@@ -60,7 +60,8 @@ pub enum Scheduler {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Reuse {
     /// As [`Reuse::Always`], unless a trial shows that it does not pay; but neither on GPUs, where it has not been
-    /// measured, nor in scenes with emitters, glass or mirrors, and a hierarchy, nor without one on lavapipe before Mesa 23.1.
+    /// measured, nor in scenes with a hierarchy and emitters together with glass or mirrors, nor without a hierarchy on
+    /// lavapipe before Mesa 23.1.
     #[default]
     Auto,
     /// Where diffuse surfaces light each other. Not with [`Accel::None`].
@@ -74,7 +75,8 @@ pub enum Reuse {
 /// it is smooth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Gradients {
-    /// Wherever paths are reused, from 3 samples per pixel on; but not with adaptive sampling.
+    /// Where paths are reused, from 3 samples per pixel on, unless a trial shows that most noise is of light that is not
+    /// shared; but not with adaptive sampling.
     #[default]
     Auto,
     /// Nowhere.

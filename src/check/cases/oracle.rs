@@ -5,7 +5,7 @@ use crate::check::scenes::{
 };
 use crate::check::{Case, CheckError, Lab, Measured};
 use crate::oracle::{self, OracleSettings};
-use crate::render::{RenderSettings, Reuse};
+use crate::render::{RenderSettings, Reuse, Scheduler};
 use crate::scene::{Normals, Scene};
 
 pub(super) const CASES: &[Case] = &[
@@ -52,7 +52,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "the same",
         threshold: 1.0,
         full_only: false,
-        measure: |lab| against_oracle_with(lab, &divided_room(), Reuse::Always),
+        measure: |lab| against_oracle_with(lab, &divided_room(), Reuse::Always, Scheduler::Queue),
     },
     Case {
         name: "oracle/reused-lanes",
@@ -61,7 +61,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "the same",
         threshold: 1.0,
         full_only: false,
-        measure: |lab| against_oracle_with(lab, &screened_room(), Reuse::Always),
+        measure: |lab| against_oracle_with(lab, &screened_room(), Reuse::Always, Scheduler::Inline),
     },
     Case {
         name: "oracle/reused-lamps",
@@ -70,7 +70,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "the same",
         threshold: 1.0,
         full_only: false,
-        measure: |lab| against_oracle_with(lab, &lamps(), Reuse::Always),
+        measure: |lab| against_oracle_with(lab, &lamps(), Reuse::Always, Scheduler::Auto),
     },
 ];
 
@@ -110,19 +110,19 @@ fn smooth_mesh() -> Scene {
 }
 
 fn against_oracle(lab: &Lab, scene: &Scene) -> Result<Measured, CheckError> {
-    against_oracle_with(lab, scene, Reuse::Auto)
+    against_oracle_with(lab, scene, Reuse::Auto, Scheduler::Auto)
 }
 
 /// Renders both. The device's noise comes from independent seeds, which under a stratified sampler is not the variance
 /// of its samples.
-fn against_oracle_with(lab: &Lab, scene: &Scene, reuse: Reuse) -> Result<Measured, CheckError> {
+fn against_oracle_with(lab: &Lab, scene: &Scene, reuse: Reuse, scheduler: Scheduler) -> Result<Measured, CheckError> {
     let mut scene = scene.clone();
     scene.size(32, lab.size(32, 512) as u32);
     let seeds = 8;
     let exact = oracle::render(&scene, &OracleSettings { samples: lab.size(96, 4096) as u32, seed: 11 });
     let mut images = Vec::new();
     for seed in 0..seeds {
-        let settings = RenderSettings { seed, reuse, ..lab.settings(&scene) };
+        let settings = RenderSettings { seed, reuse, scheduler, ..lab.settings(&scene) };
         let image = lab.render_with(&scene, &settings)?;
         images.push([0, 1, 2].map(|c| image.channel(c)));
     }

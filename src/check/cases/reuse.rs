@@ -1,11 +1,11 @@
 //! Paths that serve several pixels, and images made from differences between these, against the same without.
 
 use crate::check::lab::Rendered;
-use crate::check::scenes::{Build, diffuse, divided_room, icosphere, mirrored_wall, screened_room, v};
+use crate::check::scenes::{Build, diffuse, divided_room, icosphere, lamps, mirrored_wall, screened_room, v};
 use crate::check::statistics::z_score;
 use crate::check::{Case, CheckError, Lab, Measured};
-use crate::render::{Gradients, RenderSettings, Renderer, Reuse};
-use crate::scene::Scene;
+use crate::render::{Gradients, RenderSettings, Renderer, Reuse, Scheduler};
+use crate::scene::{Normals, Scene};
 
 pub(super) const CASES: &[Case] = &[
     Case {
@@ -15,7 +15,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "deviation of the image's contrast in standard errors",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, divided_room(), [SHARED, ALONE]),
+        measure: |lab| contrast(lab, divided_room(), Scheduler::Queue, [SHARED, ALONE]),
     },
     Case {
         name: "reuse/lanes",
@@ -24,25 +24,43 @@ pub(super) const CASES: &[Case] = &[
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, screened_room(), [SHARED, ALONE]),
-    },
-    Case {
-        name: "reuse/mirrors",
-        what: "stripes of mirrors and balls of glass, depth 3: only light met after as many hits is shared",
-        oracle: "each path by itself",
-        quantity: "the same",
-        threshold: 4.0,
-        full_only: false,
-        measure: |lab| contrast(lab, mirrored_wall(), [SHARED, ALONE]),
+        measure: |lab| contrast(lab, screened_room(), Scheduler::Inline, [SHARED, ALONE]),
     },
     Case {
         name: "reuse/mirrors-paths",
-        what: "the same room with a tree: paths meet in memory",
+        what: "stripes of mirrors, a ball of glass and a body, depth 3: only light met after as many hits is shared",
         oracle: "each path by itself",
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, with_tree(mirrored_wall()), [SHARED, ALONE]),
+        measure: |lab| contrast(lab, with_body(mirrored_wall(), Normals::Flat), Scheduler::Queue, [SHARED, ALONE]),
+    },
+    Case {
+        name: "reuse/mirrors-lanes",
+        what: "the same without the body",
+        oracle: "each path by itself",
+        quantity: "the same",
+        threshold: 4.0,
+        full_only: false,
+        measure: |lab| contrast(lab, mirrored_wall(), Scheduler::Inline, [SHARED, ALONE]),
+    },
+    Case {
+        name: "reuse/smooth-paths",
+        what: "a coarse body with smooth normals: what a pixel's own path may not use, it gets from others",
+        oracle: "each path by itself",
+        quantity: "the same",
+        threshold: 4.0,
+        full_only: false,
+        measure: |lab| contrast(lab, with_body(screened_room(), Normals::Smooth), Scheduler::Queue, [SHARED, ALONE]),
+    },
+    Case {
+        name: "reuse/smooth-lanes",
+        what: "the same in the lanes of a subgroup",
+        oracle: "each path by itself",
+        quantity: "the same",
+        threshold: 4.0,
+        full_only: false,
+        measure: |lab| contrast(lab, with_body(screened_room(), Normals::Smooth), Scheduler::Inline, [SHARED, ALONE]),
     },
     Case {
         name: "gradients/paths",
@@ -51,7 +69,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "deviation of the image's contrast in standard errors",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, divided_room(), [COMPARED, SHARED]),
+        measure: |lab| contrast(lab, divided_room(), Scheduler::Queue, [COMPARED, SHARED]),
     },
     Case {
         name: "gradients/lanes",
@@ -60,14 +78,37 @@ pub(super) const CASES: &[Case] = &[
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, screened_room(), [COMPARED, SHARED]),
+        measure: |lab| contrast(lab, screened_room(), Scheduler::Inline, [COMPARED, SHARED]),
+    },
+    Case {
+        name: "gradients/lamps-paths",
+        what: "a room with lamps, which neighbours sample alike, a mirror and glass: paths meet in memory",
+        oracle: "each path by itself",
+        quantity: "the same",
+        threshold: 4.0,
+        full_only: false,
+        measure: |lab| contrast(lab, lamps(), Scheduler::Queue, [COMPARED, ALONE]),
+    },
+    Case {
+        name: "gradients/lamps-lanes",
+        what: "the same in the lanes of a subgroup",
+        oracle: "each path by itself",
+        quantity: "the same",
+        threshold: 4.0,
+        full_only: false,
+        measure: |lab| contrast(lab, lamps(), Scheduler::Inline, [COMPARED, ALONE]),
     },
 ];
 
-/// With a body of many triangles.
-fn with_tree(mut scene: Scene) -> Scene {
-    let (positions, triangles) = icosphere(v(0.0, -1.5, -4.0), 0.5, 2);
-    scene.mesh(&positions, &triangles, diffuse(0.5));
+/// With a body of few triangles.
+fn with_body(mut scene: Scene, normals: Normals) -> Scene {
+    let center = v(0.0, -1.25, -4.5);
+    let (positions, triangles) = icosphere(center, 0.7, 1);
+    let mesh = scene.mesh(&positions, &triangles, diffuse(0.75));
+    if normals == Normals::Smooth {
+        mesh.vertex_normals = positions.iter().map(|p| (*p - center).normalize().as_vec3().as_dvec3()).collect();
+        mesh.normals = normals;
+    }
     scene
 }
 
@@ -80,10 +121,15 @@ const SEEDS: u32 = 12;
 
 /// How far the contrast of the scene's image is from that of one that is made in another way. Contrast is the sum of all
 /// pixels, each times how much brighter than the mean it is in a third image, of other seeds.
-fn contrast(lab: &Lab, mut scene: Scene, [one, another]: [Way; 2]) -> Result<Measured, CheckError> {
+fn contrast(
+    lab: &Lab,
+    mut scene: Scene,
+    scheduler: Scheduler,
+    [one, another]: [Way; 2],
+) -> Result<Measured, CheckError> {
     scene.size(32, lab.size(40, 1024) as u32);
     let images = |(reuse, gradients): Way, first_seed: u32| -> Result<Vec<Vec<f64>>, CheckError> {
-        let settings = RenderSettings { reuse, gradients, ..lab.settings(&scene) };
+        let settings = RenderSettings { reuse, gradients, scheduler, ..lab.settings(&scene) };
         let mut renderer = Renderer::new(&lab.context, &scene, &settings)?;
         let mut image = |seed| {
             renderer.set_seed(seed);

@@ -145,6 +145,7 @@ fn push_constants() {
         ("reused_halves", offset_of!(Push, reused_halves)),
         ("shifted", offset_of!(Push, shifted)),
         ("band_rows", offset_of!(Push, band_rows)),
+        ("alike", offset_of!(Push, alike)),
         ("surveys", offset_of!(Push, surveys)),
     ]
     .map(|(name, offset)| (name.to_owned(), offset));

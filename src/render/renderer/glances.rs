@@ -24,8 +24,9 @@ const SAMPLE: u32 = glance::GLANCING | glance::PATH_FOLLOWS | (glance::GLANCES -
 const SEED: u32 = 0x9216_d5d9;
 
 /// A lamp's edge needs them if it is brighter than the rest of the image by this. Apart from each other, lamp and rest vary
-/// more than the sum of both where they are alike: with n glances, if the lamp is less than 2n/(n − 1) times as bright.
-const CONTRAST: f64 = 2.3;
+/// more than the sum of both where they are alike: with n glances, if the lamp is less than 2n/(n − 1) times as bright, 2.13
+/// with 16.
+const CONTRAST: f64 = 2.2;
 /// The rest is estimated from one sample of every so many tiles.
 const REST_STEP: u32 = 15;
 

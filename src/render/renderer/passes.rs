@@ -111,10 +111,11 @@ impl Renderer {
             }
             if in_flight.is_empty() && plan.is_over() && done < end && !watch.stop {
                 // Samples that ran out of loop budget are done again, as long as that gets any further.
-                if done_before_repeat.replace(done) == Some(done) && plan.is_finest() {
+                let in_vain = done_before_repeat.replace(done) == Some(done);
+                if in_vain && plan.is_finest() {
                     return Err(RenderError::Stuck { budget: self.loop_budget });
                 }
-                plan.repeat();
+                plan.repeat(&self.pace, in_vain);
             }
             watch.report(done, seconds, from_nothing && plan.in_first_round());
         }
@@ -209,6 +210,7 @@ impl Renderer {
             tile_step: work.tile_step,
             reused_halves: self.reused_halves(),
             shifted: u32::from(self.shifted),
+            alike: u32::from(self.makes_gradients()),
             ..self.push
         };
         let ticket = self.timeline.submit(|r| {

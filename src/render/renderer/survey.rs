@@ -68,8 +68,8 @@ impl Places {
 
 /// The square of the distance between two directions, given by vectors of any length.
 fn bend(a: Vec3, b: Vec3) -> f32 {
-    let lengths = (a.length_squared() * b.length_squared()).sqrt();
-    if lengths > 0.0 { 2.0 - 2.0 * a.dot(b) / lengths } else { 4.0 }
+    let cos = a.dot(b) / (a.length() * b.length());
+    if cos.is_finite() { 2.0 - 2.0 * cos } else { 4.0 }
 }
 
 impl Renderer {

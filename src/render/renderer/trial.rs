@@ -14,9 +14,10 @@ use super::Renderer;
 /// Whether paths may serve several pixels, in a scene that needs these features. It depends on neither scheduler nor on
 /// what else is compiled, so that the image does not.
 ///
-/// With lamps, glass or mirrors, and a tree it does not pay: the noise of caustics is left, and a trial that is lost makes the rest slower
-/// (by 1.3). Without a tree rays are cheap, and lanes wait for each other instead, which does not pay where a driver executes
-/// the branches that no lane takes (twice the time of one that skips them). Brute force is for comparison, not for speed.
+/// With a tree and lamps together with glass or mirrors it hardly pays: the noise of caustics is left, and a trial that is lost
+/// makes the rest slower (by 1.3). Without a tree rays are cheap, and lanes wait for each other instead, which does not pay
+/// where a driver executes the branches that no lane takes (twice the time of one that skips them). Brute force is for
+/// comparison, not for speed.
 pub(super) fn may_reuse(needed: &Features, reuse: Reuse, facts: &DriverFacts) -> bool {
     needed.can_reuse()
         && !needed.brute_force
@@ -104,9 +105,10 @@ impl ReuseTrial {
     /// Takes over a tile of the film after the trial: how far the two samples of its pixels are apart, and those of what they
     /// gather.
     ///
-    /// What n pixels gather from the same second hits has the noise of one path divided by n in common. What each has besides
-    /// shows in the differences between neighbours, to which two contribute. Pixels with glances are left out: the noise of a
-    /// lamp's edge falls faster with further samples.
+    /// What n pixels gather from the same second hits has the noise of one path divided by n in common. (That of lights which
+    /// all sample alike is not divided, but spread over many pixels by gradients, by which it falls at least as much.) What
+    /// each has besides shows in the differences between neighbours, to which two contribute. Pixels with glances are left
+    /// out: the noise of a lamp's edge falls faster with further samples.
     fn judge(&mut self, slots: &[FilmSlot], gradients: &[GradientSlot]) {
         let mut tallies = if let Self::Over(before) = *self { before } else { [Tally::default(); 2] };
         let square = |x: f32| f64::from(x).powi(2);
