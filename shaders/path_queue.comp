@@ -185,7 +185,7 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         h.radiance = begins ? vec3(0.0) : h.radiance;
         h.gives = h.gives && !begins;
         h.dying = !alive && later;
-        if (GLANCES > 0u && REUSE && goes_on && next_state(h.path.glances) == GLANCED) {
+        if (REUSE && goes_on && ends_glances(h.path.glances)) {
             path_store(region + h.slot, ROW_GLANCED, vec4(h.radiance, 0.0));
             h.radiance = vec3(0.0);
         }

@@ -103,7 +103,7 @@ void main() {
                 radiance = vec3(0.0);
                 glanced = vec3(0.0);
             }
-            if (GLANCES > 0u && REUSE && !alive && goes_on && next_state(path.glances) == GLANCED) {
+            if (REUSE && !alive && goes_on && ends_glances(path.glances)) {
                 glanced = radiance;
                 radiance = vec3(0.0);
             }
@@ -118,7 +118,7 @@ void main() {
             loops = subgroupMax(loops) + 1u;
             doubtful_loops = subgroupMax(doubtful_loops);
             vec3 gathered, unshared;
-            vec3 light = shared_light(ended.meeting, ended.light, ended.glanced, counts.shadow_rays, loops, gathered, unshared);
+            vec3 light = shared_light(ended, counts.shadow_rays, loops, gathered, unshared);
             within_budget = LOOP_BUDGET == 0u || subgroupMax(loops + doubtful_loops) < LOOP_BUDGET;
             vec3 right = vec3(0.0);
             vec3 down = vec3(0.0);

@@ -34,6 +34,9 @@ bool sample_goes_on(uint state) { return GLANCES > 0u && (state & (GLANCES_LEFT 
 // The state of that one.
 uint next_state(uint state) { return (state & GLANCES_LEFT) != 0u ? state - 1u : GLANCED; }
 
+// Whether what comes next is no glance: what they have gathered is complete.
+bool ends_glances(uint state) { return GLANCES > 0u && next_state(state) == GLANCED; }
+
 // What light of a lamp counts.
 float glance_weight(uint state) {
     if (GLANCES == 0u || state == 0u || (state & SCATTERED) != 0u) return 1.0;

@@ -61,8 +61,8 @@ bool spheres_occlude(ShadowRay ray) {
     return any_sphere(ray.origin, ray.direction, ray.distance, ray.leaving);
 }
 
-// Where they first meet a diffuse surface, the members of a group of pixels sample lights alike (reuse.glsl).
-const bool ALIKE_LIGHT = REUSE && LIGHT_COUNT > 0u && !SINGLE_POINT;
+// Whether the members of a group of pixels sample lights alike where they first meet a diffuse surface (reuse.glsl).
+bool lights_alike() { return REUSE && LIGHT_COUNT > 0u && !SINGLE_POINT && alike != 0u; }
 
 // What arriving at a surface leaves for the departure.
 struct Arrival {
@@ -87,7 +87,7 @@ ShadowRay direct_light(Arrival a, uint index, uint key) {
     if (SINGLE_POINT) {
         light = point_sample(vec3(POINT_X, POINT_Y, POINT_Z), vec3(POINT_R, POINT_G, POINT_B), a.outside, a.normal);
     } else {
-        if (ALIKE_LIGHT && a.first && alike != 0u) index = index_of_sample(index);
+        if (lights_alike() && a.first) index = index_of_sample(index);
         vec2 u = sample_pair(key, index, pair_choice(a.hits), a.hits);
         vec2 uv = vec2(0.0);
         if (EMITTER_COUNT > 0u) uv = sample_pair(key, index, pair_light(a.hits), a.hits);

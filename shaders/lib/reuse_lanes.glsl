@@ -91,13 +91,12 @@ void differences(vec3 gathered, bool there, out vec3 right, out vec3 down) {
     }
 }
 
-// All light of the lane's pixel for one sample: `light` is that of its path, or what leaves y if that is given away.
-// To be called by all lanes. The part of it that comes by what the group shares is `gathered`; it would be `unshared`
-// without the others.
-vec3 shared_light(Meeting m, vec3 light, vec3 glanced, inout uint shadow_rays, inout uint loops, out vec3 gathered,
-                  out vec3 unshared) {
+// All light of the lane's pixel for one sample, whose path has ended. To be called by all lanes. The part of it that comes by
+// what the group shares is `gathered`; it would be `unshared` without the others.
+vec3 shared_light(EndedPath ended, inout uint shadow_rays, inout uint loops, out vec3 gathered, out vec3 unshared) {
+    Meeting m = ended.meeting;
     uint me = gl_SubgroupInvocationID % MEMBERS;
-    vec3 given = m.gives ? light : vec3(0.0);
+    vec3 given = m.gives ? ended.light : vec3(0.0);
     vec3 sum = vec3(0.0);
     [[dont_unroll]] for (uint from = 0u; from < MEMBERS; ++from) {
         ShadowRay ray = ShadowRay(m.x, m.nx, 0.0, m.leaving, vec3(0.0), false);
@@ -118,11 +117,11 @@ vec3 shared_light(Meeting m, vec3 light, vec3 glanced, inout uint shadow_rays, i
         if (value > 0.0) sum += theirs * (value / all);
     }
     loops += MEMBERS;
-    vec3 own = m.gives ? vec3(0.0) : light;
-    if (GLANCES > 0u) own += glanced;
+    vec3 own = m.gives ? vec3(0.0) : ended.light;
+    if (GLANCES > 0u) own += ended.glanced;
     unshared = m.beta * given;
     gathered = m.beta * sum;
-    if (ALIKE_LIGHT && alike != 0u) {
+    if (lights_alike()) {
         unshared += m.direct;
         gathered += m.direct;
     } else {

@@ -115,7 +115,7 @@ vec4 shared_light(uint path, out vec3 gathered, out vec3 unshared) {
         vec3 beta = vec3(direct_row.w, path_load(path, ROW_SECOND).w, path_load(path, ROW_SECOND_NORMAL).w);
         unshared = beta * given;
         gathered = beta * sum;
-        if (ALIKE_LIGHT && alike != 0u) {
+        if (lights_alike()) {
             unshared += direct;
             gathered += direct;
         } else {
