@@ -5,6 +5,7 @@ mod buffers;
 mod glances;
 mod gradients;
 mod passes;
+mod schedule;
 mod survey;
 mod trial;
 
@@ -27,7 +28,7 @@ use super::film::{Film, slot_count, slots_of_row};
 use super::kernels;
 use super::layout::{Push, constant, queue};
 use super::plan::{Pace, Rounds};
-use super::settings::{Adaptive, Gradients, RenderSettings, Scheduler};
+use super::settings::{Adaptive, Gradients, RenderSettings};
 use super::sobol;
 use super::space::RenderSpace;
 use super::statistics::{Progress, RenderStatistics};
@@ -36,13 +37,9 @@ use super::view::View;
 use buffers::{Buffers, Shape};
 use gradients::Certainties;
 use passes::Watch;
+use schedule::Job;
 use survey::Places;
 use trial::ReuseTrial;
-
-/// Expected records that a ray reads in the tree (its SAH cost) from which on it pays to let rays wait for each other.
-/// Lavapipe 22.3.6 and 25.0.7: at 2 to 3 that takes 1.2 to 1.4 times the time, at 7 as long, at 10 less by a tenth, at 20
-/// by a fifth to a third.
-const FAR_WALK: f64 = 8.0;
 
 /// Submissions in flight.
 const IN_FLIGHT: usize = 2;
@@ -116,15 +113,15 @@ impl Renderer {
             features.clone()
         };
         let reuse = trial::may_reuse(&needed, settings.reuse, &facts);
-        // The lanes of a group are in one subgroup, or its paths meet in memory.
-        let groups_fit = subgroup.is_multiple_of(sobol::MEMBERS as u32);
-        let walks_far = tables.tree.as_ref().is_some_and(|tree| tree.sah_cost >= FAR_WALK);
-        let queued = !features.brute_force
-            && match settings.scheduler {
-                Scheduler::Auto => facts.queue && (walks_far || (reuse && !groups_fit)),
-                Scheduler::Inline => reuse && !groups_fit,
-                Scheduler::Queue => features.tree || reuse,
-            };
+        let job = Job {
+            features: &features,
+            facts: &facts,
+            sah_cost: tables.tree.as_ref().map(|tree| tree.sah_cost),
+            samples: f64::from(scene.film.width) * f64::from(scene.film.height) * f64::from(settings.samples),
+            reuse,
+            groups_fit: subgroup.is_multiple_of(sobol::MEMBERS as u32),
+        };
+        let queued = job.is_queued(settings.scheduler);
         let sobol = sobol::table(features.sobol_levels, if reuse { sobol::MEMBERS } else { 1 });
 
         let (width, height) = (scene.film.width, scene.film.height);

@@ -43,8 +43,9 @@ pub enum Accel {
 /// How rays that need the tree are scheduled. Both give the same bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Scheduler {
-    /// On CPU drivers [`Scheduler::Queue`] for scenes with a tree, unless it is small; else [`Scheduler::Inline`]. Where
-    /// paths are reused and groups of eight do not fit into a subgroup, always the former.
+    /// On CPU drivers [`Scheduler::Queue`] for scenes with a tree, unless it is small or there are few samples to take, for
+    /// which the larger kernel does not pay; else [`Scheduler::Inline`]. Where paths are reused and groups of eight do not
+    /// fit into a subgroup, always the former.
     #[default]
     Auto,
     /// Each lane walks the tree at once.
