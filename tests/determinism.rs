@@ -4,8 +4,9 @@
 mod common;
 
 use common::{assert_same_bits, context, render, render_counted, shipped};
-use photolith::render::{Feature, Glances, Reuse, Scheduler};
-use photolith::scene::Surface;
+use glam::DVec3;
+use photolith::render::{Beams, Feature, Glances, Reuse, Scheduler};
+use photolith::scene::{Material, Normals, Sphere, Surface};
 use photolith::{Film, RenderSettings, Scene};
 
 const SAMPLES: u32 = 32;
@@ -167,6 +168,34 @@ fn emitters_and_roulette() {
     for (what, settings) in variants("cornell", &scene, Reuse::Auto).into_iter().filter(schedulers) {
         assert_same_bits(&render(&context, &scene, &settings), &expected, &what);
     }
+}
+
+/// A glass cat under a lamp: light is traced from the lamp as well, which rays through the tree outlast a small budget in turn.
+#[test]
+fn beams_through_a_mesh() {
+    let context = context();
+    let mut scene = shipped("cat", (48, 40), SAMPLES);
+    scene.lights.clear();
+    let lamp = scene.materials.len() as u32;
+    scene.materials.push(Material { name: "lamp".to_owned(), surface: Surface::Emitter { radiance: [50.0; 3] } });
+    scene.spheres.push(Sphere { center: DVec3::new(-5.0, 45.0, 15.0), radius: 5.0, material: lamp, inward: false });
+    for mesh in &mut scene.meshes {
+        mesh.normals = Normals::Flat;
+        mesh.triangle_materials.fill(lamp + 1);
+    }
+    scene.materials.push(Material { name: "glass".to_owned(), surface: Surface::Dielectric { ior: 1.5 } });
+    let base = RenderSettings::of(&scene);
+    let (expected, statistics) = render_counted(&context, &scene, &base);
+    assert!(statistics.beams > 0 && statistics.reused_samples == 0, "{statistics:?}");
+    let off = render(&context, &scene, &RenderSettings { beams: Beams::Off, ..base });
+    let differing = off.sums().iter().zip(expected.sums()).filter(|(a, b)| a != b).count();
+    assert!(differing > 50, "beams light {differing} pixels");
+    for (what, settings) in variants("cat", &scene, Reuse::Auto) {
+        assert_same_bits(&render(&context, &scene, &settings), &expected, &format!("glass cat, {what}"));
+    }
+    // A sample and a beam fit in, but not several beams.
+    let tight = RenderSettings { scheduler: Scheduler::Inline, loop_budget: Some(600), ..RenderSettings::of(&scene) };
+    assert_same_bits(&render(&context, &scene, &tight), &expected, "glass cat, beams one by one");
 }
 
 /// More samples go on where fewer ended: the first of them are the same.

@@ -14,6 +14,9 @@ vec2 filter_offset(vec2 u) {
     return radius * cos_sin_2pi(u.y);
 }
 
+// Density of one coordinate of that offset, if normally distributed.
+float normal_density(float x) { return 0.7978846 * exp(-2.0 * x * x); }
+
 // What the directions of camera rays need of the frame. To be fetched once: lavapipe 22 fetches a push constant in a
 // loop for each lane on its own, thirty instructions for each number.
 struct Camera {

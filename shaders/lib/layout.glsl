@@ -66,6 +66,7 @@ const uint MUTATE_DOUBT = 23u;
 const uint MUTATE_ALL_MARGINS = 24u;
 const uint MUTATE_GLANCES = 25u;
 const uint MUTATE_GRADIENTS = 26u;
+const uint MUTATE_BEAMS = 27u;
 
 // ---- bindings
 layout(binding = 0) uniform usamplerBuffer tree_texels;    // 3 texels a record, then 1, see intersect/tree.glsl
@@ -119,6 +120,7 @@ layout(push_constant, std430) uniform Push {
     uint band_rows;         // of pixels, in the film buffer, if groups may be shifted
     uint alike;             // 1: pixels of a group sample lights alike, see reuse.glsl
     uint surveys;           // 1: a sample is the place at its pixel's centre, see gradient.glsl
+    float beam_scale;       // 0: paths leave no light to beams, see light/beam.glsl
 };
 
 #endif

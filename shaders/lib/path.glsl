@@ -12,7 +12,7 @@
 #include "bsdf/diffuse.glsl"
 #include "bsdf/mirror.glsl"
 #include "bsdf/dielectric.glsl"
-#include "light/choice.glsl"
+#include "light/beam.glsl"
 
 // A path's next ray and what it has gathered.
 struct Path {
@@ -24,6 +24,8 @@ struct Path {
     uint index;         // of the sample in its pixel
     vec3 normal;        // with REUSE: at the start of the ray; 0 as long as nothing diffuse has been met
     float pdf;          // the ray's density per solid angle there; 0: no light sampling competes with it
+    float x2;           // with beams: square of the distance at which the camera sees the first hit, if that is diffuse, else
+                        // 0: no beams compete with it, see light/beam.glsl
     bool second;        // the ray starts at the first diffuse hit
     uint glances;       // its state, see glance.glsl
 };
@@ -47,7 +49,7 @@ bool glances_leave(float kind, uint hits) { return HAS_MIRROR && kind == KIND_MI
 Path path_begin(Camera camera, uvec2 at, uint key, uint index, uint glances) {
     uvec2 sequence = glance_sequence(glances, key, index);
     vec2 u = sample_pair(sequence.x, sequence.y, PAIR_PIXEL, 0u);
-    return Path(vec3(0.0), camera_direction(camera, at, u), -1, vec3(1.0), 0u, index, vec3(0.0), 0.0, false, glances);
+    return Path(vec3(0.0), camera_direction(camera, at, u), -1, vec3(1.0), 0u, index, vec3(0.0), 0.0, 0.0, false, glances);
 }
 
 // The only light is a point light, held in constants.
@@ -126,6 +128,11 @@ bool path_arrive(Path path, int id, float t, uint key, inout vec3 radiance, out 
             float cos_light = -dot(path.direction, a.surface.normal);
             weight *= mis_weight(path.pdf, light_pdf(path.origin, a.surface.light, t, cos_light));
         }
+        if (HAS_BEAMS && path.pdf == 0.0 && path.x2 > 0.0 && path.hits <= BEAM_HITS && a.surface.light >= 0) {
+            vec3 y = path.origin + t * path.direction;
+            float cos_light = -dot(path.direction, a.surface.normal);
+            weight /= 1.0 + beams_per_path(a.surface.light, y, -path.direction, cos_light, path.x2);
+        }
         // A grazing hit has no cosine, and an infinite density on the light's side: it adds nothing.
         if (weight > 0.0) radiance += throughput * a.surface.color * weight;
     }
@@ -199,6 +206,10 @@ void path_depart(inout Path path, Arrival a, bool alive, Camera camera, uvec2 at
     path.second = REUSE && alive && a.first && kind == KIND_DIFFUSE;
     if (REUSE) path.normal = alive && (kind == KIND_DIFFUSE || !a.first) ? a.normal : vec3(0.0);
     if (EMITTER_COUNT > 0u) path.pdf = alive && kind == KIND_DIFFUSE ? diffuse_pdf(dot(a.normal, next)) : 0.0;
+    if (HAS_BEAMS) {
+        if (hit == 1u && kind == KIND_DIFFUSE) path.x2 = dot(a.outside, a.outside);
+        if (hit == 0u) path.x2 = 0.0;
+    }
 }
 
 #endif

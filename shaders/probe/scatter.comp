@@ -17,7 +17,7 @@ void scatter(uint i) {
     vec4 n = input_floats(5u * i + 3u);
     uvec4 sample_of = probe_in[5u * i + 4u];
     uint key = pixel_key(sample_of.x);
-    Path path = Path(o.xyz, d.xyz, floatBitsToInt(d.w), w.xyz, floatBitsToUint(w.w), sample_of.y, n.xyz, n.w, false, 0u);
+    Path path = Path(o.xyz, d.xyz, floatBitsToInt(d.w), w.xyz, floatBitsToUint(w.w), sample_of.y, n.xyz, n.w, 0.0, false, 0u);
     uint steps = 0u;
     float t;
     int id = closest_hit(path.origin, path.direction, path.leaving, t, steps);

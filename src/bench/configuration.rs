@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use crate::render::{
-    Accel, Adaptive, Feature, Glances, Gradients, RenderSettings, Reuse, Sampler, Scheduler, TriangleTest,
+    Accel, Adaptive, Beams, Feature, Glances, Gradients, RenderSettings, Reuse, Sampler, Scheduler, TriangleTest,
 };
 
 use super::error::BenchError;
@@ -32,8 +32,9 @@ impl Configuration {
 ///
 /// Keys: `sampler` (sobol, independent, pcg), `accel` (bvh, none), `intersection` (watertight, moller-trumbore),
 /// `sampling` (uniform, adaptive: with the same mean number of samples), `scheduler` (auto, inline, queue),
-/// `reuse` (auto, always, off), `gradients` (auto, off), `glances` (auto, off), `features` (specialised, general, or `+` and one of
-/// [`Feature::ALL`] that is compiled although not needed), `roulette` (off, or the first hit), `device` (index, name or UUID).
+/// `reuse` (auto, always, off), `gradients`, `glances`, `beams` (auto, off), `features` (specialised, general, or `+` and
+/// one of [`Feature::ALL`] that is compiled although not needed), `roulette` (off, or the first hit), `device` (index, name
+/// or UUID).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Vary {
     key: Key,
@@ -49,13 +50,14 @@ enum Key {
     Reuse,
     Gradients,
     Glances,
+    Beams,
     Sampling,
     Features,
     Roulette,
     Device,
 }
 
-const KEYS: [(&str, Key, &str); 11] = [
+const KEYS: [(&str, Key, &str); 12] = [
     ("sampler", Key::Sampler, "sobol, independent or pcg"),
     ("accel", Key::Accel, "bvh or none"),
     ("intersection", Key::Intersection, "watertight or moller-trumbore"),
@@ -63,6 +65,7 @@ const KEYS: [(&str, Key, &str); 11] = [
     ("reuse", Key::Reuse, "auto, always or off"),
     ("gradients", Key::Gradients, "auto or off"),
     ("glances", Key::Glances, "auto or off"),
+    ("beams", Key::Beams, "auto or off"),
     ("sampling", Key::Sampling, "uniform or adaptive"),
     (
         "features",
@@ -100,6 +103,8 @@ impl Key {
             (Self::Gradients, "off") => s.gradients = Gradients::Off,
             (Self::Glances, "auto") => s.glances = Glances::Auto,
             (Self::Glances, "off") => s.glances = Glances::Off,
+            (Self::Beams, "auto") => s.beams = Beams::Auto,
+            (Self::Beams, "off") => s.beams = Beams::Off,
             (Self::Sampling, "uniform") => s.adaptive = None,
             // How many in the mean is the benchmark's, like the number of samples.
             (Self::Sampling, "adaptive") => s.adaptive = Some(Adaptive { noise: 0.0, mean_samples: None }),

@@ -22,7 +22,7 @@ use photolith::{Context, RenderSettings};
 
 use super::exit;
 use super::options::{
-    AccelArg, DeviceOptions, GlancesArg, GradientsArg, IntersectionArg, ReuseArg, SamplerArg, SceneOptions,
+    AccelArg, BeamsArg, DeviceOptions, GlancesArg, GradientsArg, IntersectionArg, ReuseArg, SamplerArg, SceneOptions,
     SchedulerArg, Size,
 };
 use samples::SampleCounts;
@@ -56,8 +56,8 @@ pub struct BenchArgs {
     max_depth: Option<u32>,
 
     /// Set a setting, or several values of it side by side; may be repeated. Keys: sampler, accel, intersection,
-    /// scheduler, reuse (auto, always, off), gradients (auto, off), glances (auto, off), sampling (uniform, adaptive), features (specialised,
-    /// general, +mirror and the like), roulette (off, N), device
+    /// scheduler, reuse (auto, always, off), gradients, glances, beams (auto, off), sampling (uniform, adaptive), features
+    /// (specialised, general, +mirror and the like), roulette (off, N), device
     #[arg(long, value_name = "KEY=VALUE,...")]
     vary: Vec<Vary>,
 
@@ -262,6 +262,7 @@ fn load(args: &BenchArgs, path: &Path) -> anyhow::Result<(Scene, RenderSettings)
         reuse: ReuseArg::Auto,
         gradients: GradientsArg::Auto,
         glances: GlancesArg::Auto,
+        beams: BeamsArg::Auto,
         general: false,
     };
     let (scene, settings) = options.load(path)?;

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use anyhow::Context as _;
 use clap::{Args, ValueEnum};
-use photolith::render::{Accel, Glances, Gradients, MAX_SAMPLES, Reuse, Sampler, Scheduler, TriangleTest};
+use photolith::render::{Accel, Beams, Glances, Gradients, MAX_SAMPLES, Reuse, Sampler, Scheduler, TriangleTest};
 use photolith::scene::Scene;
 use photolith::{Context, ContextOptions, RenderSettings, Validation};
 
@@ -89,6 +89,10 @@ pub struct SceneOptions {
     #[arg(long, value_enum, default_value_t = GlancesArg::Auto)]
     pub glances: GlancesArg,
 
+    /// Whether light is traced from lamps through glass and by mirrors, too, where caustics may be
+    #[arg(long, value_enum, default_value_t = BeamsArg::Auto)]
+    pub beams: BeamsArg,
+
     /// Compile every feature, needed or not (changes no bit of the image)
     #[arg(long)]
     pub general: bool,
@@ -154,6 +158,15 @@ pub enum GradientsArg {
     Off,
 }
 
+/// Light traced from lamps.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum BeamsArg {
+    /// In scenes with lamps, and glass or mirrors, unless sampling is adaptive
+    Auto,
+    /// Never
+    Off,
+}
+
 /// Glances at lamps.
 #[derive(Clone, Copy, ValueEnum)]
 pub enum GlancesArg {
@@ -214,6 +227,10 @@ impl SceneOptions {
             glances: match self.glances {
                 GlancesArg::Auto => Glances::Auto,
                 GlancesArg::Off => Glances::Off,
+            },
+            beams: match self.beams {
+                BeamsArg::Auto => Beams::Auto,
+                BeamsArg::Off => Beams::Off,
             },
             general: self.general,
             ..RenderSettings::of(&scene)

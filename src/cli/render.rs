@@ -249,6 +249,7 @@ fn report(
         "reused_samples": s.reused_samples,
         "glancing_pixels": s.glancing_pixels,
         "gradients": s.gradients,
+        "beams": s.beams,
         "reuse_gain": s.reuse_gain,
         "tree_steps": s.tree_steps,
         "bad_samples": s.bad_samples,

@@ -16,9 +16,13 @@ pub struct Specialization {
 }
 
 impl Specialization {
-    /// Sets an unsigned constant.
+    /// Sets an unsigned constant, which may have had another value.
     pub fn uint(&mut self, id: u32, value: u32) -> &mut Self {
-        self.entries.push((id, value));
+        // Vulkan wants each of them once.
+        match self.entries.iter_mut().find(|entry| entry.0 == id) {
+            Some(entry) => entry.1 = value,
+            None => self.entries.push((id, value)),
+        }
         self
     }
 
@@ -39,7 +43,7 @@ impl Specialization {
 
     /// The value of a constant, if it is set.
     pub(super) fn value(&self, id: u32) -> Option<u32> {
-        self.entries.iter().rev().find(|&&(i, _)| i == id).map(|&(_, value)| value)
+        self.entries.iter().find(|&&(i, _)| i == id).map(|&(_, value)| value)
     }
 
     /// Number of constants that are set.

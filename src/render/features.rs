@@ -157,6 +157,18 @@ impl Features {
         self.tree && self.emitter && (self.dielectric || self.mirror)
     }
 
+    /// Whether light may be traced from lamps: to what the camera sees of diffuse surfaces, by way of glass and mirrors. Smooth
+    /// normals do not let it back the way that it came.
+    pub fn may_have_beams(&self) -> bool {
+        self.emitter
+            && (self.dielectric || self.mirror)
+            && self.diffuse
+            && self.indirect
+            && self.max_depth > 1
+            && !self.smooth_normals
+            && !self.brute_force
+    }
+
     /// Whether vectors of 512 bits pay on a CPU (see [`prefer_wide_vectors`](crate::gpu::prefer_wide_vectors)): without a
     /// hierarchy, and where lamps are to be sampled, which is much to compute (.91 of the time with 64 lamps; a mesh under one
     /// takes as long with either). Where paths are reused under point lights in a scene with a hierarchy, lavapipe 22.3.6 takes
@@ -253,6 +265,16 @@ impl Features {
                 self.emitter,
                 "from 4 samples on, unless switched off, where edges of bright lamps are seen directly or in mirrors",
                 "no surface emits",
+            ),
+            plain(
+                "beams",
+                self.may_have_beams(),
+                "traced from lamps, unless switched off or sampling is adaptive: glass or mirrors may make caustics",
+                if self.emitter && (self.dielectric || self.mirror) {
+                    "not with smooth normals, without indirect light or a hierarchy"
+                } else {
+                    "no lamps together with glass or mirrors"
+                },
             ),
             plain("brute force", self.brute_force, "no hierarchy was asked for", "the hierarchy is used"),
             plain("smooth normals", self.smooth_normals, "a mesh has them", "no mesh has them"),

@@ -18,6 +18,10 @@ const PATH_TRACE: Kernel =
 const PATH_QUEUE: Kernel =
     Kernel { name: "path_queue", spirv: include_bytes!(concat!(env!("OUT_DIR"), "/path_queue.spv")) };
 
+/// Traces light from lamps (shaders/light_trace.comp).
+pub(crate) const LIGHT_TRACE: Kernel =
+    Kernel { name: "light_trace", spirv: include_bytes!(concat!(env!("OUT_DIR"), "/light_trace.spv")) };
+
 /// The kernel of a scheduler.
 pub(crate) const fn built_in(queued: bool) -> Kernel {
     if queued { PATH_QUEUE } else { PATH_TRACE }

@@ -60,6 +60,8 @@ pub(crate) mod constant {
     pub const FACETS_ACROSS_Y: u32 = 209;
     /// Centre of the lights' grid, and its size.
     pub const LIGHT_GRID: u32 = 210;
+    pub const BEAM_TARGETS: u32 = 214;
+    pub const BEAM_TEXELS: u32 = 215;
 }
 
 /// Binding numbers.
@@ -77,6 +79,8 @@ pub(crate) mod binding {
     /// The same as `PATHS`, to read.
     pub const PATH_TEXELS: u32 = 8;
     pub const GRADIENTS: u32 = 9;
+    /// What beams light.
+    pub const BEAMS: u32 = 10;
 }
 
 /// What a dispatch counts, in the order of the shader's indices.
@@ -116,6 +120,7 @@ pub(crate) struct Push {
     pub band_rows: u32,
     pub alike: u32,
     pub surveys: u32,
+    pub beam_scale: f32,
 }
 
 /// Material kinds; a positive kind is a dielectric's index of refraction.
@@ -137,6 +142,24 @@ pub(crate) struct FilmSlot {
     pub residue: [f32; 3],
     /// The state in which the pixel's samples begin.
     pub glances: u32,
+}
+
+/// A pixel that a beam lights (shaders/light_trace.comp).
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable, Default, PartialEq)]
+pub(crate) struct BeamNote {
+    pub light: [f32; 3],
+    /// Its number, or one of those below.
+    pub pixel: u32,
+}
+
+impl BeamNote {
+    /// Most notes of a beam.
+    pub const MOST: u32 = 16;
+    /// The beam has no further ones.
+    pub const NO_PIXEL: u32 = u32::MAX;
+    /// The loop budget was spent before the beam ended.
+    pub const UNFINISHED: u32 = u32::MAX - 1;
 }
 
 /// States of a path (shaders/lib/glance.glsl).

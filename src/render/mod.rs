@@ -1,8 +1,10 @@
 //! From a scene to a film: what the scene needs, how it is cut into dispatches, and the loop that runs them.
 
+mod alias;
 mod allocation;
 #[cfg(test)]
 mod allocation_tests;
+mod beams;
 pub(crate) mod bindings;
 pub(crate) mod driver;
 mod error;
@@ -39,7 +41,9 @@ pub use features::{Feature, Features};
 pub use film::Film;
 pub use mutation::Mutation;
 pub use renderer::Renderer;
-pub use settings::{Accel, Adaptive, Glances, Gradients, RenderSettings, Reuse, Sampler, Scheduler, TriangleTest};
+pub use settings::{
+    Accel, Adaptive, Beams, Glances, Gradients, RenderSettings, Reuse, Sampler, Scheduler, TriangleTest,
+};
 pub use sobol::MAX_SAMPLES;
 pub use statistics::{AdaptiveStatistics, Progress, RenderStatistics};
 

@@ -56,11 +56,13 @@ pub enum Mutation {
     DoubleGlances = 25,
     /// Differences from the pixels below have the wrong sign.
     InvertedGradients = 26,
+    /// Beams count all light of their chains, although paths find a part of it.
+    DoubleBeams = 27,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 26] = [
+    pub const ALL: [Self; 27] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -87,6 +89,7 @@ impl Mutation {
         Self::NoMargins,
         Self::DoubleGlances,
         Self::InvertedGradients,
+        Self::DoubleBeams,
     ];
 
     /// What is broken, in words.
@@ -118,6 +121,7 @@ impl Mutation {
             Self::NoMargins => "boxes not widened at all",
             Self::DoubleGlances => "light of lamps that glances gather counted for their paths too",
             Self::InvertedGradients => "differences from the pixels below with the wrong sign",
+            Self::DoubleBeams => "all light of caustics counted for beams, a part of it for paths too",
         }
     }
 }

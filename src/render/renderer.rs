@@ -1,6 +1,7 @@
 //! A scene on the device, ready to be rendered.
 
 mod adaptive;
+mod beams;
 mod buffers;
 mod glances;
 mod gradients;
@@ -26,7 +27,7 @@ use super::error::RenderError;
 use super::features::Features;
 use super::film::{Film, slot_count, slots_of_row};
 use super::kernels;
-use super::layout::{Push, constant, queue};
+use super::layout::{Push, binding, constant, queue};
 use super::plan::{Pace, Rounds};
 use super::settings::{Adaptive, Gradients, RenderSettings};
 use super::sobol;
@@ -34,6 +35,7 @@ use super::space::RenderSpace;
 use super::statistics::{Progress, RenderStatistics};
 use super::tables::Tables;
 use super::view::View;
+use beams::BeamTracer;
 use buffers::{Buffers, Shape};
 use gradients::Certainties;
 use passes::Watch;
@@ -76,6 +78,7 @@ pub struct Renderer {
     // Dropped before the buffers they refer to; the timeline first, which waits for the device.
     timeline: Timeline,
     pipeline: Pipeline,
+    beams: Option<BeamTracer>,
     buffers: Buffers,
     device: Arc<Device>,
     statistics: RenderStatistics,
@@ -112,7 +115,8 @@ impl Renderer {
         } else {
             features.clone()
         };
-        let reuse = trial::may_reuse(&needed, settings.reuse, &facts);
+        let beam_targets = beams::targets(&needed, &tables, settings);
+        let reuse = trial::may_reuse(&needed, settings.reuse, &facts) && beam_targets == 0;
         let job = Job {
             features: &features,
             facts: &facts,
@@ -161,27 +165,45 @@ impl Renderer {
         let glances = glances::of_sample(&needed, &tables, settings);
         specialization.uint(constant::GLANCES, glances);
         specialization.bool(constant::REUSE, reuse).uint(constant::SUBGROUP_LANES, subgroup);
+        specialization.uint(constant::BEAM_TARGETS, beam_targets);
         let built_in = kernels::built_in(queued);
         let stage = built_in.name;
         let spirv = kernels::spirv(&built_in, settings)?;
         let layout = bindings::layout(device, &buffers::BINDINGS)?;
+        let beam_layout = (beam_targets > 0).then(|| BeamTracer::layout(device)).transpose()?;
         let mut timeline = Timeline::new(device, IN_FLIGHT)?;
         let row_slots = slots_of_row(width);
         let shape = Shape { slots, row_slots, slots_per_group, regions, reuse, notes: queued && reuse };
         // The driver works on the shader while buffers are made and filled. (On the main thread the former, which
         // allocates much more: the heaps of other threads grow in small steps.)
-        let (pipeline, pipeline_seconds, buffers) = std::thread::scope(|scope| {
+        let (pipeline, beams, pipeline_seconds, buffers) = std::thread::scope(|scope| {
             let filling = std::thread::Builder::new()
                 .spawn_scoped(scope, || Buffers::new(device, &layout, &mut timeline, &tables, &sobol, &shape))
                 .map_err(RenderError::Thread)?;
             let start = Instant::now();
+            let of_beams =
+                |layout| BeamTracer::pipeline(device, layout, &specialization, facts.workgroup_size, settings);
+            let of_beams = match &beam_layout {
+                Some(layout) => Some(
+                    std::thread::Builder::new()
+                        .spawn_scoped(scope, move || of_beams(layout).map(|pipeline| (layout, pipeline)))
+                        .map_err(RenderError::Thread)?,
+                ),
+                None => None,
+            };
             let pipeline = Pipeline::new(device, stage, &spirv, &specialization, &layout);
+            let beams = of_beams.map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic)));
             let seconds = start.elapsed().as_secs_f64();
             let buffers = filling.join().unwrap_or_else(|panic| resume_unwind(panic))?;
-            Ok::<_, RenderError>((pipeline?, seconds, buffers))
+            Ok::<_, RenderError>((pipeline?, beams.transpose()?, seconds, buffers))
         })?;
+        let beams = beams.map(|(layout, pipeline)| {
+            let own = [(binding::FILM, &buffers.bands[0].film), (binding::COUNTERS, &buffers.counters)];
+            BeamTracer::new(device, layout, pipeline, facts.workgroup_size, &buffers.tables.and(&own))
+        });
 
-        let push = push_constants(scene, settings);
+        let beam_scale = if beams.is_some() { beams::scale(&View::of(scene)) } else { 0.0 };
+        let push = Push { beam_scale, ..push_constants(scene, settings) };
         let mut renderer = Self {
             settings: settings.clone(),
             features,
@@ -211,12 +233,14 @@ impl Renderer {
             stage,
             timeline,
             pipeline,
+            beams: beams.transpose()?,
             buffers,
             device: Arc::clone(device),
             statistics: RenderStatistics::default(),
         };
         let warm_up_start = Instant::now();
         renderer.warm_up()?;
+        renderer.warm_up_beams()?;
         renderer.statistics.compile_seconds = pipeline_seconds + warm_up_start.elapsed().as_secs_f64();
         renderer.statistics.setup_seconds = start.elapsed().as_secs_f64();
         Ok(renderer)
@@ -291,7 +315,10 @@ impl Renderer {
     pub fn render(&mut self, mut on_progress: impl FnMut(&Progress) -> ControlFlow<()>) -> Result<Film, RenderError> {
         let RenderStatistics { setup_seconds, compile_seconds, .. } = self.statistics;
         self.statistics = RenderStatistics { setup_seconds, compile_seconds, ..RenderStatistics::default() };
-        let mut watch = Watch::new(self.settings.time_limit, &mut on_progress);
+        // Beams come last.
+        let for_paths = if self.beams.is_some() { 0.9 } else { 1.0 };
+        let limit = self.settings.time_limit.map(|limit| limit.mul_f64(for_paths));
+        let mut watch = Watch::new(limit, &mut on_progress);
         self.clear_film()?;
         self.reuse = self.reuse.anew();
         self.near_lamps.clear();
@@ -316,6 +343,9 @@ impl Renderer {
         let mut film = self.read_film()?;
         if self.makes_gradients() {
             self.use_gradients(&mut film)?;
+        }
+        if let Some(light) = self.light_of_beams(self.statistics.samples)? {
+            film.add(&light);
         }
         Ok(film)
     }

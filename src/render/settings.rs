@@ -95,6 +95,18 @@ pub enum Glances {
     Off,
 }
 
+/// Whether light is traced from lamps through glass and by mirrors to the first diffuse surface (shaders/lib/light/beam.glsl),
+/// where paths from the camera find it by chance only. Images stay exact in the mean; bright dots of caustics go.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Beams {
+    /// In scenes with lamps, and glass or mirrors, and diffuse surfaces that light each other; but neither with adaptive
+    /// sampling, smooth normals, [`Reuse::Always`], nor [`Accel::None`].
+    #[default]
+    Auto,
+    /// Nowhere.
+    Off,
+}
+
 /// Samples where they do most for the noise of the image, until it is low enough.
 ///
 /// The noise of an image is √(mean of v/(x² + 0.01)) over pixels and channels: x is the radiance, v the variance that
@@ -156,6 +168,8 @@ pub struct RenderSettings {
     pub gradients: Gradients,
     /// Whether samples look several times at the edges of lamps.
     pub glances: Glances,
+    /// Whether light is traced from lamps.
+    pub beams: Beams,
     /// Stop after this time, or once every pixel has a sample if that takes longer.
     pub time_limit: Option<Duration>,
     /// Compile every feature, needed or not: for tests and benchmarks, the image is the same.

@@ -9,6 +9,7 @@ use crate::accel::{self, Aabb, Packed, Primitive, Texel, TreeStatistics};
 use crate::gpu::Specialization;
 use crate::scene::{self, Scene, Sphere, Surface};
 
+use super::beams::BeamTable;
 use super::driver::DriverFacts;
 use super::facets::{self, Facet};
 use super::features::Features;
@@ -37,6 +38,10 @@ pub(crate) enum Origin {
 pub(crate) struct Tables {
     pub shapes: Vec<[f32; 4]>,
     pub lights: LightTable,
+    /// Follows the lights' texels.
+    pub beams: BeamTable,
+    /// Texels of lights before it.
+    beam_texels: u32,
     light_count: u32,
     emitter_count: u32,
     /// Whether emitters may be seen in the image directly.
@@ -135,7 +140,10 @@ impl Tables {
             first_triangle += mesh.triangles.len();
         }
         let lights = lights.into_vec();
-        let light_table = LightTable::of(&lights);
+        let mut light_table = LightTable::of(&lights);
+        let beams = BeamTable::of(scene, space, &lights[points..]);
+        let beam_texels = light_table.texels.len() as u32;
+        light_table.texels.extend(&beams.texels);
         let view = View::of(scene);
         let mut tables = Self {
             shapes,
@@ -144,6 +152,8 @@ impl Tables {
             emitter_count: (lights.len() - points) as u32,
             shows_emitters: lights.iter().any(|l| view.may_show(l)),
             lights: light_table,
+            beams,
+            beam_texels,
             tree_texels: Vec::new(),
             tree: None,
             records: Vec::new(),
@@ -233,6 +243,7 @@ impl Tables {
             .uint(constant::LIGHT_ENTRIES, self.lights.grid.entries)
             .uint(constant::LIGHT_CELLS, self.lights.grid.cells)
             .uint(constant::LIGHT_DEPTH, self.lights.grid.depth)
+            .uint(constant::BEAM_TEXELS, self.beam_texels)
             .uint(constant::LIGHT_LOOPS, self.lights.grid.loops())
             .uint(constant::SOBOL_LEVELS, features.sobol_levels)
             .uint(constant::TREE_BOX_COUNT, self.tree_boxes.len() as u32)

@@ -6,7 +6,7 @@ use crate::check::scenes::{
 use crate::check::{Case, CheckError, Lab, Measured};
 use crate::oracle::{self, OracleSettings};
 use crate::render::{RenderSettings, Reuse, Scheduler};
-use crate::scene::{Normals, Scene};
+use crate::scene::{Normals, PixelFilter, Scene};
 
 pub(super) const CASES: &[Case] = &[
     Case {
@@ -72,7 +72,57 @@ pub(super) const CASES: &[Case] = &[
         full_only: false,
         measure: |lab| against_oracle_with(lab, &lamps(), Reuse::Always, Scheduler::Auto),
     },
+    Case {
+        name: "oracle/caustics",
+        what: "lamps before, beside and within glass and mirrors of spheres and meshes: paths and beams share their light",
+        oracle: "path tracer in f64",
+        quantity: "the same",
+        threshold: 1.0,
+        full_only: false,
+        measure: |lab| against_oracle(lab, &caustics()),
+    },
+    Case {
+        name: "oracle/caustics-within",
+        what: "a camera and a body within glass, and a mirror: light comes from another medium; Gaussian filter",
+        oracle: "path tracer in f64",
+        quantity: "the same",
+        threshold: 1.0,
+        full_only: false,
+        measure: |lab| against_oracle(lab, &within_glass()),
+    },
 ];
+
+/// A room whose light comes by way of glass and mirrors, with a tree.
+fn caustics() -> Scene {
+    let mut scene = empty();
+    scene.integrator.max_depth = 6;
+    scene.cuboid(v(-3.0, -2.0, -8.0), v(3.0, 2.5, 2.0), diffuse(0.5));
+    scene.quad([v(-1.5, 2.25, -6.5), v(1.5, 2.25, -6.5), v(1.5, 2.25, -3.5), v(-1.5, 2.25, -3.5)], emitter(3.0));
+    // A lamp within glass, and one that a target reaches behind.
+    scene.sphere(v(-1.5, -1.25, -5.0), 0.75, glass(1.5));
+    scene.sphere(v(-1.5, -1.25, -5.0), 0.5, emitter(2.0));
+    scene.quad([v(2.25, -0.5, -6.0), v(2.25, -0.5, -4.5), v(2.25, 1.0, -4.5), v(2.25, 1.0, -6.0)], emitter(2.0));
+    scene.sphere(v(2.0, -1.25, -5.25), 0.625, mirror(0.875));
+    let (positions, triangles) = icosphere(v(0.25, -1.0, -4.75), 0.75, 1);
+    scene.mesh(&positions, &triangles, glass(1.5));
+    let (positions, triangles) = icosphere(v(-0.25, 0.75, -6.0), 0.625, 1);
+    scene.mesh(&positions, &triangles, mirror(0.9375));
+    scene
+}
+
+/// What the camera sees is in glass with it, and the light is not.
+fn within_glass() -> Scene {
+    let mut scene = empty();
+    scene.film.filter = PixelFilter::Gaussian;
+    scene.integrator.max_depth = 5;
+    scene.sphere(v(0.0, 0.0, -3.0), 4.0, glass(1.5));
+    scene.sphere(v(0.0, -0.5, -5.0), 1.25, diffuse(0.75));
+    scene.quad([v(-1.5, -2.0, -5.5), v(1.5, -2.0, -5.5), v(1.5, -2.0, -3.5), v(-1.5, -2.0, -3.5)], diffuse(0.625));
+    scene.sphere(v(1.75, 0.5, -4.5), 0.5, mirror(0.875));
+    scene.quad([v(-4.0, 6.0, -7.0), v(4.0, 6.0, -7.0), v(4.0, 6.0, 1.0), v(-4.0, 6.0, 1.0)], emitter(2.0));
+    scene.sphere(v(-9.0, 0.0, -3.0), 3.0, emitter(1.5));
+    scene
+}
 
 fn nested_glass() -> Scene {
     let mut scene = empty();

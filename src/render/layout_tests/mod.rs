@@ -5,8 +5,8 @@ mod reflect;
 use std::collections::BTreeMap;
 use std::mem::offset_of;
 
-use super::kernels::built_in;
-use super::layout::{Counters, FilmSlot, GradientSlot, Push, binding, constant, glance, queue};
+use super::kernels::{LIGHT_TRACE, built_in};
+use super::layout::{BeamNote, Counters, FilmSlot, GradientSlot, Push, binding, constant, glance, queue};
 use super::sobol;
 use super::spheres::MAX_CONSTANT_SPHERES;
 use super::tiles::{TILE, half_of};
@@ -55,6 +55,8 @@ fn expected_constants() -> BTreeMap<String, u32> {
         ("EXACT_FACETS", constant::EXACT_FACETS),
         ("FACETS_ACROSS_X", constant::FACETS_ACROSS_X),
         ("FACETS_ACROSS_Y", constant::FACETS_ACROSS_Y),
+        ("BEAM_TARGETS", constant::BEAM_TARGETS),
+        ("BEAM_TEXELS", constant::BEAM_TEXELS),
     ];
     let mut all: BTreeMap<_, _> = features.into_iter().map(|(name, id)| (name.to_owned(), id)).collect();
     let mut add = |prefix: &str, base: u32, names: &[&str]| {
@@ -77,9 +79,9 @@ fn expected_constants() -> BTreeMap<String, u32> {
     all
 }
 
-/// The path tracing kernels.
+/// The path tracing kernels, and that of beams.
 fn kernels() -> Vec<(&'static str, Interface)> {
-    [false, true].map(built_in).map(|kernel| (kernel.name, interface(kernel.spirv))).into()
+    [built_in(false), built_in(true), LIGHT_TRACE].map(|kernel| (kernel.name, interface(kernel.spirv))).into()
 }
 
 /// A kernel may leave out what it does not use: none may have a constant that the host does not know of or knows by
@@ -106,7 +108,7 @@ fn specialization_constants() {
 
 #[test]
 fn bindings() {
-    let expected = [
+    let all = [
         (binding::TREE, "tree_texels", false),
         (binding::SHAPES, "shape_texels", false),
         (binding::SOBOL, "sobol_texels", false),
@@ -118,10 +120,12 @@ fn bindings() {
         (binding::QUEUE_POOL, "QueuePool", true),
         (binding::PATH_TEXELS, "path_texels", false),
         (binding::GRADIENTS, "gradient_texels", false),
+        (binding::BEAMS, "beam_texels", false),
     ]
     .map(|(number, name, storage)| (0, number, name.to_owned(), storage));
     for (kernel, interface) in kernels() {
-        assert_eq!(interface.bindings, expected, "{kernel}");
+        let known = if kernel == LIGHT_TRACE.name { all.len() } else { all.len() - 1 };
+        assert_eq!(interface.bindings, all[..known], "{kernel}");
     }
 }
 
@@ -147,6 +151,7 @@ fn push_constants() {
         ("band_rows", offset_of!(Push, band_rows)),
         ("alike", offset_of!(Push, alike)),
         ("surveys", offset_of!(Push, surveys)),
+        ("beam_scale", offset_of!(Push, beam_scale)),
     ]
     .map(|(name, offset)| (name.to_owned(), offset));
     for (kernel, interface) in kernels() {
@@ -184,6 +189,12 @@ fn records() {
     // A block of the sampler's table holds the glances of a whole number of samples.
     assert!(glances.contains("1024u / max(GLANCES, 1u)") && 1024 % glance::GLANCES == 0);
     assert!(layout.contains(&format!("const uint PATH_ROWS = {}u;", queue::PATH_ROWS)));
+    let light_trace = include_str!("../../../shaders/light_trace.comp");
+    assert!(light_trace.contains(&format!("const uint NO_PIXEL = {:#x}u;", BeamNote::NO_PIXEL)));
+    assert!(light_trace.contains(&format!("const uint UNFINISHED = {:#x}u;", BeamNote::UNFINISHED)));
+    let beam = include_str!("../../../shaders/lib/light/beam.glsl");
+    assert!(beam.contains(&format!("const uint BEAM_HITS = {}u;", BeamNote::MOST + 1)));
+    assert_eq!((offset_of!(BeamNote, pixel), size_of::<BeamNote>()), (12, 16));
     for (name, offset) in [
         ("COUNT_SAMPLES", offset_of!(Counters, samples)),
         ("COUNT_BAD", offset_of!(Counters, bad)),

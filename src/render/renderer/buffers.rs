@@ -57,7 +57,7 @@ pub(super) struct Buffers {
     pub queue_pool: Buffer,
     /// What the queue's paths note.
     _paths: Buffer,
-    _tables: TableBuffers,
+    pub tables: TableBuffers,
 }
 
 impl Buffers {
@@ -118,6 +118,6 @@ impl Buffers {
             bands.push(Band { first: first as u32, slots: count as u32, set, film, gradients });
             first += count;
         }
-        Ok(Self { bands, counters, readbacks, queue_pool, _paths: paths, _tables: tables })
+        Ok(Self { bands, counters, readbacks, queue_pool, _paths: paths, tables })
     }
 }

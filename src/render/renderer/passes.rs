@@ -322,7 +322,7 @@ impl Renderer {
     }
 }
 
-fn mapped(buffer: &Buffer) -> Result<&[u8], RenderError> {
+pub(super) fn mapped(buffer: &Buffer) -> Result<&[u8], RenderError> {
     buffer.mapped().ok_or_else(|| RenderError::Settings("the driver does not map read-back memory".to_owned()))
 }
 

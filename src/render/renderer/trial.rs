@@ -15,9 +15,9 @@ use super::Renderer;
 /// what else is compiled, so that the image does not.
 ///
 /// With a tree and lamps together with glass or mirrors it hardly pays: the noise of caustics is left, and a trial that is lost
-/// makes the rest slower (by 1.3). Without a tree rays are cheap, and lanes wait for each other instead, which does not pay
-/// where a driver executes the branches that no lane takes (twice the time of one that skips them). Brute force is for
-/// comparison, not for speed.
+/// makes the rest slower (by 1.3). (Where beams take most of that noise paths cannot be shared, see `beams::targets`.) Without
+/// a tree rays are cheap, and lanes wait for each other instead, which does not pay where a driver executes the branches that
+/// no lane takes (twice the time of one that skips them). Brute force is for comparison, not for speed.
 pub(super) fn may_reuse(needed: &Features, reuse: Reuse, facts: &DriverFacts) -> bool {
     needed.can_reuse()
         && !needed.brute_force

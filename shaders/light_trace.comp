@@ -1,0 +1,254 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_vote : require
+#extension GL_KHR_shader_subgroup_arithmetic : require
+// Light traced from lamps through glass and mirrors: see lib/light/beam.glsl. An invocation traces beams, and notes for each the
+// pixels that it lights and by how much. The host adds these up in the order of the beams, so that the image has the same bits
+// however they are scheduled (src/render/renderer/beams.rs).
+
+#include "lib/path.glsl"
+#include "lib/counting.glsl"
+#include "lib/trace.glsl"
+
+layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
+
+// For each beam of the dispatch BEAM_NOTES notes: light, and its pixel (as bits).
+layout(rgba32f, binding = 10) uniform imageBuffer beam_texels;
+
+// In place of a pixel: there are no further notes; the loop budget was spent before the beam ended.
+const uint NO_PIXEL = 0xffffffffu;
+const uint UNFINISHED = 0xfffffffeu;
+// Beams whose random numbers are spread evenly together: the table's lowest level.
+const uint BLOCK = 1024u;
+
+// A point on an emitter, off its surface, and its normal there.
+void emitter_point(int light, vec2 u, out vec3 point, out vec3 normal) {
+    int row = light_row(light);
+    vec4 a = texelFetch(light_texels, row);
+    vec4 b = texelFetch(light_texels, row + 1);
+    if (a.w == LIGHT_SPHERE || a.w == LIGHT_INWARD) {
+        float z = 1.0 - 2.0 * u.y;
+        vec3 m = vec3(sqrt(upper(1.0 - z * z, 0.0)) * cos_sin_2pi(u.x), z);
+        float slack = 1e-6 * (b.w + abs(a.x) + abs(a.y) + abs(a.z));
+        bool inward = a.w == LIGHT_INWARD;
+        point = a.xyz + (inward ? b.w - slack : b.w + slack) * m;
+        normal = inward ? -m : m;
+        return;
+    }
+    vec3 c = texelFetch(light_texels, row + 2).xyz;
+    float root = sqrt(u.x);
+    vec2 w = a.w == LIGHT_PARALLELOGRAM ? u : vec2(root * (1.0 - u.y), root * u.y);
+    vec3 p0 = (1.0 - w.x - w.y) * a.xyz;
+    vec3 p1 = w.x * b.xyz;
+    vec3 p2 = w.y * c;
+    normal = normalize(cross(b.xyz - a.xyz, c - a.xyz));
+    const float gamma7 = 4.2e-7;
+    vec3 p = p0 + p1 + p2;
+    point = p + normal * (2.0 * gamma7 * dot(abs(p0) + abs(p1) + abs(p2), abs(normal)));
+}
+
+// A direction from y towards a target, or by the cosine from within it.
+vec3 beam_direction(vec4 target, vec3 y, vec3 normal, vec2 u) {
+    vec3 to = target.xyz - y;
+    float d2 = dot(to, to);
+    float sin2_max = target.w * target.w / d2;
+    if (!(sin2_max < 1.0)) return diffuse_sample(normal, u);
+    float depth = u.y * cone_depth(sin2_max);
+    float sin2 = depth * (2.0 - depth);
+    vec3 axis = to * inversesqrt(d2);
+    vec3 tangent, bitangent;
+    basis(axis, tangent, bitangent);
+    vec2 disc = sqrt(upper(sin2, 0.0)) * cos_sin_2pi(u.x);
+    return normalize(tangent * disc.x + bitangent * disc.y + axis * (1.0 - depth));
+}
+
+// One of the places at integers that a normal distribution around them (camera.glsl) reaches x from, chosen by u in proportion
+// to its density at x; `sum` is that of all.
+int nearby_center(float x, float u, out float sum) {
+    const int reach = 3;        // pixels; samples are not further from their pixel
+    int first = int(floor(x)) - reach + 1;
+    sum = 0.0;
+    [[unroll]] for (int i = 0; i < 2 * reach; ++i) sum += normal_density(x - float(first + i));
+    float left = u * sum;
+    int chosen = first;
+    [[unroll]] for (int i = 0; i + 1 < 2 * reach; ++i) {
+        left -= normal_density(x - float(first + i));
+        if (left >= 0.0) chosen = first + i + 1;
+    }
+    return chosen;
+}
+
+// The pixel which x is noted for, and what the light of a surface there counts per area, if the surface faces the camera by 1;
+// NO_PIXEL if the camera does not see it.
+uint pixel_at(Camera camera, vec3 x, vec2 u, out float importance) {
+    float depth = dot(x, camera.forward);
+    vec2 plane = vec2(dot(x, camera.right) / dot(camera.right, camera.right),
+                      dot(x, camera.up) / dot(camera.up, camera.up)) / depth;
+    vec2 p = vec2((plane.x + 1.0) / camera.column, (1.0 - plane.y) / camera.row);
+    float d2 = dot(x, x);
+    // Of a pixel at distance 1.
+    float area = camera.column * camera.row * sqrt(dot(camera.right, camera.right) * dot(camera.up, camera.up));
+    float cosine = depth * inversesqrt(d2);
+    importance = 1.0 / (d2 * cosine * cosine * cosine * area);
+    // What is far from the image may be beyond all integers.
+    vec2 size = vec2(float(width), float(height));
+    vec2 beyond = abs(p - 0.5 * size) - 0.5 * size;
+    if (!(depth > 0.0 && beyond.x < 4.0 && beyond.y < 4.0)) return NO_PIXEL;
+    ivec2 at = ivec2(floor(p));
+    if (FILTER == 1u) {
+        vec2 sum;
+        at = ivec2(nearby_center(p.x - 0.5, u.x, sum.x), nearby_center(p.y - 0.5, u.y, sum.y));
+        importance *= sum.x * sum.y;
+    }
+    bool seen = at.x >= 0 && at.y >= 0 && at.x < int(width) && at.y < int(height);
+    return seen ? uint(at.y) * width + uint(at.x) : NO_PIXEL;
+}
+
+// A beam on its way.
+struct Beam {
+    int light;          // its lamp
+    vec3 y;             // where it left that
+    vec3 direction;     // and in which direction
+    float cos_light;
+    vec3 power;         // that it carries
+    uint key;           // of its random numbers
+    uint index;
+    uint hits;          // surface hits so far
+    uint notes;         // and notes
+    vec3 origin;        // its next ray
+    vec3 toward;
+    int leaving;
+};
+
+// Beam `number`, and whether it carries anything.
+Beam beam_begin(uint number, out bool alive) {
+    Beam b;
+    b.key = hash(number / BLOCK ^ hash(seed ^ 0x5be0cd19u));
+    b.index = number % BLOCK;
+    // A lamp with a target.
+    const float pairs = float(EMITTER_COUNT * BEAM_TARGETS);
+    float place = sample_pair(b.key, b.index, PAIR_PIXEL, 0u).x * pairs;
+    uint pair = uint(lower(place, pairs - 0.5));
+    vec4 entry = texelFetch(light_texels, int(BEAM_TEXELS + BEAM_TARGETS + pair));
+    pair = place - float(pair) < entry.x ? pair : floatBitsToUint(entry.y);
+    b.light = int(FIRST_EMITTER + pair / BEAM_TARGETS);
+    vec3 normal;
+    emitter_point(b.light, sample_pair(b.key, b.index, pair_light(1u), 1u), b.y, normal);
+    vec2 u = sample_pair(b.key, b.index, pair_choice(1u), 1u);
+    b.direction = beam_direction(beam_target(pair % BEAM_TARGETS), b.y, normal, u);
+    b.cos_light = dot(normal, b.direction);
+    float pdf = b.cos_light > 0.0 ? beam_pdf(b.light, b.y, b.direction, b.cos_light) : 0.0;
+    alive = pdf > 0.0;
+    b.power = texelFetch(light_texels, light_row(b.light) + 3).xyz * (emitter_area(b.light) * b.cos_light / pdf);
+    b.hits = 0u;
+    b.notes = 0u;
+    b.origin = b.y;
+    b.toward = b.direction;
+    b.leaving = -1;
+    return b;
+}
+
+// Numbers for the choice of a pixel near what a beam lights.
+vec2 sample_near(Beam b) {
+    uint h = hash(hash(b.key ^ 0x1f83d9abu) + b.index * 0x9e3779b9u + b.hits * 0x63d83595u);
+    return vec2(unit_float(h), unit_float(hash(h)));
+}
+
+// Notes something of a beam of the dispatch.
+void note(uint beam, uint number, uint pixel, vec3 light) {
+    imageStore(beam_texels, int(beam * BEAM_NOTES + number), vec4(light, uintBitsToFloat(pixel)));
+}
+
+void main() {
+    // A lane whose beam has ended goes on with its next one.
+    uint stride = gl_NumWorkGroups.x * gl_WorkGroupSize.x;
+    uint next = gl_GlobalInvocationID.x;
+    uint last = end_slot - first_slot;
+    uint current = next;
+    bool alive = false;
+    Beam beam;
+    Camera camera = frame_camera();
+    Counts counts = Counts(0u, 0u, 0u, 0u, 0u, 0u, 0u);
+    uint loops = 0u;
+    while (subgroupAny(alive || next < last)) {
+        loops += 1u;
+        if (!alive && next < last) {
+            current = next;
+            next += stride;
+            beam = beam_begin(first_slot + current, alive);
+            if (!alive) note(current, 0u, NO_PIXEL, vec3(0.0));
+        }
+        bool travels = alive;
+        beam.hits += 1u;
+        counts.rays += travels ? 1u : 0u;
+        float t;
+        int id = closest_hit(beam.origin, beam.toward, beam.leaving, t, loops);
+        bool met = id >= 0;
+        id = met ? id : (SPHERE_COUNT + FACET_COUNT > 0u ? 0 : TREE_ID);
+        Surface surface = surface_at(id, beam.origin, beam.toward, met ? t : 0.0);
+        bool front = dot(beam.toward, surface.normal) <= 0.0;
+        vec3 up = front ? surface.normal : -surface.normal;
+        vec3 outside = surface.position + up * surface.offset;
+        float kind = surface.kind;
+        alive = alive && met && kind != KIND_EMITTER;
+
+        // What it lights is seen if it has met glass or a mirror first; other light is left to paths.
+        float x2 = dot(outside, outside);
+        float importance;
+        vec2 near = FILTER == 1u ? sample_near(beam) : vec2(0.0);
+        uint pixel = pixel_at(camera, outside, near, importance);
+        vec3 to_camera = -outside * inversesqrt(x2);
+        float facing = dot(up, to_camera);
+        bool diffuse = kind == KIND_DIFFUSE;
+        alive = alive && !(diffuse && beam.hits == 1u);
+        bool shows = alive && diffuse && pixel != NO_PIXEL && facing > 0.0;
+        int leaving = leaving_id(id, surface, front);
+        ShadowRay ray = ShadowRay(outside, to_camera, sqrt(x2), leaving, vec3(0.0), shows);
+        counts.shadow_rays += shows ? 1u : 0u;
+        bool hidden = true;
+        bool walks = shows && segment_needs_tree(ray, hidden);
+        hidden = hidden_in_scene(ray, walks, hidden, loops);
+        if (shows && !hidden) {
+            float r = beams_per_path(beam.light, beam.y, beam.direction, beam.cos_light, x2);
+            float weight = MUTATION == MUTATE_BEAMS ? 1.0 : r / (1.0 + r);
+            vec3 light = beam.power * surface.color * (weight * facing * importance / PI);
+            bool good = is_finite(light.x + light.y + light.z);
+            counts.bad += good ? 0u : 1u;
+            if (good) note(current, beam.notes++, pixel, light);
+        }
+        alive = alive && beam.hits < MAX_DEPTH && beam.hits < BEAM_HITS;
+
+        bool crossed = false;
+        vec2 u = sample_pair(beam.key, beam.index, pair_direction(beam.hits), beam.hits);
+        vec3 onward = mirror_sample(beam.toward, surface.normal);
+        vec3 share = surface.color;
+        if (diffuse) {
+            onward = diffuse_sample(up, u);
+            float survive = upper(upper(share.x, share.y), share.z);
+            alive = alive && sample_independent(beam.key, beam.index, beam.hits) < survive;
+            share *= 1.0 / survive;
+        }
+        if (HAS_DIELECTRIC && kind > 0.0) {
+            onward = dielectric_sample(beam.toward, up, front, kind, u.x, crossed);
+            // Paths leave out that radiance changes with the square of the index of refraction, which cancels out if lamp
+            // and surface are in the same medium.
+            float eta = front ? kind : 1.0 / kind;
+            share = vec3(crossed ? 1.0 / (eta * eta) : 1.0);
+        }
+        if (travels && !alive && beam.notes < BEAM_NOTES) note(current, beam.notes, NO_PIXEL, vec3(0.0));
+        beam.power *= share;
+        beam.origin = crossed ? surface.position - up * surface.offset : outside;
+        beam.toward = onward;
+        beam.leaving = leaving_id(id, surface, front != crossed);
+        // A walk may have ended too early.
+        if (LOOP_BUDGET > 0u && loops >= LOOP_BUDGET) {
+            if (travels) note(current, 0u, UNFINISHED, vec3(0.0));
+            for (; next < last; next += stride) note(next, 0u, UNFINISHED, vec3(0.0));
+            break;
+        }
+    }
+    if (PATH_STATS) counts.steps = walked_steps;
+    add_counts(counts);
+}

@@ -1,0 +1,185 @@
+//! Light traced from lamps through glass and by mirrors (shaders/light_trace.comp), added to what paths have found.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use crate::gpu::{Access, BindingKind, BindingLayout, BindingSet, Buffer, Device, Pipeline, Specialization, Usage};
+
+use super::super::bindings::{self, FLOAT4};
+use super::super::error::RenderError;
+use super::super::features::Features;
+use super::super::kernels::{self, LIGHT_TRACE};
+use super::super::layout::{BeamNote, Counters, Push, binding, constant};
+use super::super::settings::{Beams, RenderSettings, Reuse};
+use super::super::tables::Tables;
+use super::super::view::View;
+use super::Renderer;
+use super::passes::mapped;
+
+/// Beams for each sample of the image. Twice and four times as many cost what they gain (glass and mirror balls, glass meshes, 64
+/// lamps; lavapipe 25.0.7), half as many gain as much.
+const BEAMS_PER_SAMPLE: f64 = 1.0 / 16.0;
+/// Beams of a dispatch.
+const DISPATCH: u32 = 1 << 15;
+/// Beams that an invocation traces: a lane whose beam has ended need not wait for the others.
+const BEAMS_PER_INVOCATION: u32 = 16;
+/// What they see, besides what all kernels do.
+const BINDINGS: [(u32, BindingKind); 1] = [(binding::BEAMS, BindingKind::StorageTexels)];
+
+/// The number of targets that beams have, which paths are to know of: 0 for no beams. It depends on nothing that is compiled
+/// without being needed, so that the image does not.
+pub(super) fn targets(needed: &Features, tables: &Tables, settings: &RenderSettings) -> u32 {
+    // What adaptive sampling finds of the noise is that of paths; and light that pixels share would have to be shared with
+    // beams for each of them apart.
+    let wanted = settings.beams == Beams::Auto && settings.adaptive.is_none() && settings.reuse != Reuse::Always;
+    if wanted && needed.may_have_beams() { tables.beams.targets } else { 0 }
+}
+
+/// What density beams have where paths have 1 (`beam_scale` of the shaders).
+pub(super) fn scale(view: &View) -> f32 {
+    (BEAMS_PER_SAMPLE * std::f64::consts::PI * 4.0 * view.right.length() * view.up.length()) as f32
+}
+
+/// What tracing beams takes on the device.
+pub(super) struct BeamTracer {
+    pipeline: Pipeline,
+    workgroup: u32,
+    set: BindingSet,
+    notes: Buffer,
+    /// Where the host cannot read the notes themselves.
+    readback: Option<Buffer>,
+}
+
+/// Bytes of what so many beams note.
+fn notes_bytes(beams: usize) -> u64 {
+    beams as u64 * u64::from(BeamNote::MOST) * size_of::<BeamNote>() as u64
+}
+
+impl BeamTracer {
+    /// The kernel, for which `paths` has what scene and features say.
+    pub fn pipeline(
+        device: &Arc<Device>,
+        layout: &BindingLayout,
+        paths: &Specialization,
+        workgroup: u32,
+        settings: &RenderSettings,
+    ) -> Result<Pipeline, RenderError> {
+        let mut specialization = paths.clone();
+        specialization.uint(constant::WORKGROUP, workgroup).uint(constant::GLANCES, 0).bool(constant::REUSE, false);
+        let spirv = kernels::spirv(&LIGHT_TRACE, settings)?;
+        Ok(Pipeline::new(device, LIGHT_TRACE.name, &spirv, &specialization, layout)?)
+    }
+
+    /// What the kernel sees.
+    pub fn layout(device: &Arc<Device>) -> Result<Arc<BindingLayout>, RenderError> {
+        Ok(bindings::layout(device, &BINDINGS)?)
+    }
+
+    /// With its buffers; `bound` are those of the path tracer that all kernels see.
+    pub fn new(
+        device: &Arc<Device>,
+        layout: &Arc<BindingLayout>,
+        pipeline: Pipeline,
+        workgroup: u32,
+        bound: &[(u32, &Buffer)],
+    ) -> Result<Self, RenderError> {
+        let bytes = notes_bytes(DISPATCH as usize);
+        let notes = Buffer::new(device, "beams", bytes, Usage::StorageTexel(FLOAT4))?;
+        let readback = match notes.mapped() {
+            Some(_) => None,
+            None => Some(Buffer::new(device, "beams readback", bytes, Usage::Readback)?),
+        };
+        let mut all = bound.to_vec();
+        all.push((binding::BEAMS, &notes));
+        let set = BindingSet::new(layout, &all)?;
+        Ok(Self { pipeline, workgroup, set, notes, readback })
+    }
+}
+
+impl Renderer {
+    /// Traces beams for so many samples of the image. Returns what they add to the mean of each pixel; `None` if there are
+    /// none to trace.
+    pub(super) fn light_of_beams(&mut self, samples: u64) -> Result<Option<Vec<[f32; 3]>>, RenderError> {
+        if self.beams.is_none() || samples == 0 {
+            return Ok(None);
+        }
+        let pixels = self.width as usize * self.height as usize;
+        // Whole blocks of evenly spread numbers, each of another scramble.
+        let beams =
+            ((samples as f64 * BEAMS_PER_SAMPLE) as u64).clamp(1, u64::from(u32::MAX / 2)).next_multiple_of(1024);
+        let mut sums = vec![[0.0f64; 3]; pixels];
+        let mut first = 0u64;
+        while first < beams {
+            let end = beams.min(first + u64::from(DISPATCH));
+            let span = first as u32..end as u32;
+            self.trace_beams(&span, BEAMS_PER_INVOCATION)?;
+            // What did not fit into the loop budget beside others may alone.
+            if self.is_unfinished(&span)? {
+                self.trace_beams(&span, 1)?;
+                if self.is_unfinished(&span)? {
+                    return Err(RenderError::Stuck { budget: self.loop_budget });
+                }
+            }
+            for beam in self.notes_of_beams(&span)?.chunks_exact(BeamNote::MOST as usize) {
+                for note in beam.iter().take_while(|note| note.pixel != BeamNote::NO_PIXEL) {
+                    if let Some(sum) = sums.get_mut(note.pixel as usize) {
+                        for (s, x) in sum.iter_mut().zip(note.light) {
+                            *s += f64::from(x);
+                        }
+                    }
+                }
+            }
+            first = end;
+        }
+        self.statistics.beams = beams;
+        Ok(Some(sums.into_iter().map(|sum| sum.map(|s| (s / beams as f64) as f32)).collect()))
+    }
+
+    /// What the beams of these numbers, which have just been traced, have noted: [`BeamNote::MOST`] for each.
+    fn notes_of_beams(&self, span: &Range<u32>) -> Result<&[BeamNote], RenderError> {
+        let Some(tracer) = &self.beams else { return Ok(&[]) };
+        let source = tracer.readback.as_ref().unwrap_or(&tracer.notes);
+        Ok(bytemuck::cast_slice(&mapped(source)?[..notes_bytes(span.len()) as usize]))
+    }
+
+    /// Whether one of them ran out of loop budget.
+    fn is_unfinished(&self, span: &Range<u32>) -> Result<bool, RenderError> {
+        let notes = self.notes_of_beams(span)?;
+        Ok(notes.iter().step_by(BeamNote::MOST as usize).any(|first| first.pixel == BeamNote::UNFINISHED))
+    }
+
+    /// Traces the beams of these numbers, so many with each invocation, and brings them to the host.
+    fn trace_beams(&mut self, span: &Range<u32>, per_invocation: u32) -> Result<(), RenderError> {
+        let Some(tracer) = &self.beams else { return Ok(()) };
+        let push = Push { first_slot: span.start, end_slot: span.end, ..self.push };
+        let (counters, read_counters) = (&self.buffers.counters, &self.buffers.readbacks[0]);
+        let ticket = self.timeline.submit(|r| {
+            r.timed(LIGHT_TRACE.name, |r| {
+                let groups = (span.len() as u32).div_ceil(per_invocation * tracer.workgroup);
+                r.dispatch(&tracer.pipeline, &tracer.set, bytemuck::bytes_of(&push), [groups, 1, 1]);
+            });
+            r.barrier(Access::Compute, Access::Transfer);
+            match &tracer.readback {
+                Some(readback) => r.copy(&tracer.notes, 0, readback, 0, notes_bytes(span.len())),
+                None => r.barrier(Access::Compute, Access::Host),
+            }
+            r.copy(counters, 0, read_counters, 0, size_of::<Counters>() as u64);
+            r.barrier(Access::Transfer, Access::Transfer);
+            r.clear(counters);
+            r.barrier(Access::Transfer, Access::Compute);
+            r.barrier(Access::Transfer, Access::Host);
+        })?;
+        self.finish(&ticket, 0)
+    }
+
+    /// Compiles the kernel for good, as [`Renderer::warm_up`] does.
+    pub(super) fn warm_up_beams(&mut self) -> Result<(), RenderError> {
+        let Some(tracer) = &self.beams else { return Ok(()) };
+        let push = Push { end_slot: 0, ..self.push };
+        let ticket = self
+            .timeline
+            .submit(|r| r.dispatch(&tracer.pipeline, &tracer.set, bytemuck::bytes_of(&push), [1, 1, 1]))?;
+        self.timeline.wait(&ticket)?;
+        Ok(())
+    }
+}
