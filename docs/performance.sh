@@ -24,6 +24,7 @@ plot scheduler $scenes/cat.toml --size 64x64 --samples 8..32 --vary scheduler=qu
 plot reuse $scenes/cat.toml --size 96x96 --samples 4..64 --vary reuse=auto,off
 plot gradients $scenes/cat.toml --size 96x96 --samples 4..64 --vary gradients=auto,off
 plot glances $scenes/cornell.toml --size 96x96 --samples 8..128 --vary glances=auto,off
+plot beams $scenes/cornell.toml --size 96x96 --samples 4..64 --vary beams=auto,off
 plot hierarchy $scenes/cat.toml --size 24x24 --samples 1,2,4 --seeds 3 --vary accel=bvh,none
 table rays $scenes/cat.toml --rays
 plot triangles --growth triangles --max 10000000

@@ -22,7 +22,7 @@ struct FilmPixel {
 
 // How a slot's samples begin, see glance.glsl.
 uint film_glances(uint slot) {
-    return GLANCES > 0u ? imageLoad(film_texels, int(FILM_ROWS * (slot - band_first)) + 2).w : 0u;
+    return MULTIPLE ? imageLoad(film_texels, int(FILM_ROWS * (slot - band_first)) + 2).w : 0u;
 }
 
 // Samples of a slot so far.

@@ -10,8 +10,12 @@
 //
 // The glances of a sample come first, then the path. With REUSE what they gather is kept apart: it stays with its pixel.
 //
-// The state of a path: how many glances of its sample are still to come after it, whether the path follows on them, and what
-// it is itself.
+// Where the camera sees glass or a mirror first, and light of lamps may be met by way of it, pixels are many times as noisy as
+// others. There a sample is the mean of several whole paths, if beams (light/beam.glsl) take the noise of caustics elsewhere.
+// Which pixels these are, and how many paths, the host finds from rays with other random numbers too.
+//
+// The state of a path: how many glances, or paths, of its sample are still to come after it, whether the path follows on
+// glances, and what it is itself.
 
 #ifndef GLANCE_GLSL
 #define GLANCE_GLSL
@@ -22,14 +26,22 @@ const uint GLANCING = 0x80000000u;      // a glance
 const uint SCATTERED = 0x40000000u;     // it has left what no glance leaves: all light counts
 const uint PATH_FOLLOWS = 0x20000000u;  // a glance of a sample that is not of glances only
 const uint GLANCED = 0x10000000u;       // the path that follows on glances
+const uint REPEATED = 0x08000000u;      // one of several paths of a sample,
+const uint REPEATS_SHIFT = 16u;         // of so many
+const uint REPEATS_MASK = 0xffu;
 const uint GLANCES_LEFT = 0xffffu;
 // Mirrors that a glance follows light through; lamps behind more of them are seen by the paths.
 const uint GLANCE_MIRRORS = 4u;
 
 bool is_glance(uint state) { return GLANCES > 0u && (state & GLANCING) != 0u; }
+bool is_repeated(uint state) { return REPEATS && (state & REPEATED) != 0u; }
+uint repeats(uint state) { return (state >> REPEATS_SHIFT) & REPEATS_MASK; }
 
 // Whether a path that has ended is followed by another of the same sample.
-bool sample_goes_on(uint state) { return GLANCES > 0u && (state & (GLANCES_LEFT | PATH_FOLLOWS)) != 0u; }
+bool sample_goes_on(uint state) { return MULTIPLE && (state & (GLANCES_LEFT | PATH_FOLLOWS)) != 0u; }
+
+// What all light of a path counts.
+float path_weight(uint state) { return is_repeated(state) ? 1.0 / float(repeats(state)) : 1.0; }
 
 // The state of that one.
 uint next_state(uint state) { return (state & GLANCES_LEFT) != 0u ? state - 1u : GLANCED; }
@@ -39,17 +51,18 @@ bool ends_glances(uint state) { return GLANCES > 0u && next_state(state) == GLAN
 
 // What light of a lamp counts.
 float glance_weight(uint state) {
-    if (GLANCES == 0u || state == 0u || (state & SCATTERED) != 0u) return 1.0;
+    if (GLANCES == 0u || state == 0u || (state & (SCATTERED | REPEATED)) != 0u) return 1.0;
     return is_glance(state) ? 1.0 / float(GLANCES) : (MUTATION == MUTATE_GLANCES ? 1.0 : 0.0);
 }
 
-// Key and index of a path's random numbers: glances are a sequence of their own. Its blocks of 1024 points are scrambled
-// apart, which the lowest level of the sampler's table suffices for.
+// Key and index of a path's random numbers: glances are a sequence of their own, and so are several paths of a sample. Its
+// blocks of 1024 points are scrambled apart, which the lowest level of the sampler's table suffices for.
 uvec2 glance_sequence(uint state, uint key, uint index) {
-    if (!is_glance(state)) return uvec2(key, index);
-    const uint samples = 1024u / max(GLANCES, 1u);
+    if (!is_glance(state) && !is_repeated(state)) return uvec2(key, index);
+    uint of_sample = is_repeated(state) ? repeats(state) : max(GLANCES, 1u);
+    uint samples = 1024u / of_sample;
     uint block_key = (key ^ 0x6a09e667u) + index / samples * 0x9e3779b1u;
-    return uvec2(block_key, index % samples * GLANCES + (state & GLANCES_LEFT));
+    return uvec2(block_key, index % samples * of_sample + (state & GLANCES_LEFT));
 }
 
 #endif

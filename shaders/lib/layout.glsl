@@ -34,7 +34,9 @@ layout(constant_id = 24) const uint MUTATION = 0u;         // tests only: breaks
 layout(constant_id = 25) const uint EMITTER_COUNT = 0u;    // emitters among them
 layout(constant_id = 27) const uint REGIONS = 64u;         // for notes of paths, which workgroups share; a multiple of 32
 layout(constant_id = 28) const uint ENOUGH_LANES = 5u;     // with fewer at work, a subgroup turns to what else there is
+layout(constant_id = 63) const bool REPEATS = false;       // a sample may be several whole paths, see glance.glsl
 layout(constant_id = 62) const uint GLANCES = 0u;          // of a sample, where a lamp's edge is seen, see glance.glsl
+const bool MULTIPLE = GLANCES > 0u || REPEATS;             // of several paths of any kind
 layout(constant_id = 57) const bool REUSE = false;         // paths serve several pixels, see reuse.glsl
 layout(constant_id = 31) const uint FACET_COUNT = 0u;      // flat polygons held in constants, see intersect/facet.glsl
 layout(constant_id = 30) const uint LIGHT_LOOPS = 0u;      // loop iterations that choosing lights takes at a hit

@@ -49,7 +49,7 @@ bool glances_leave(float kind, uint hits) { return HAS_MIRROR && kind == KIND_MI
 Path path_begin(Camera camera, uvec2 at, uint key, uint index, uint glances) {
     uvec2 sequence = glance_sequence(glances, key, index);
     vec2 u = sample_pair(sequence.x, sequence.y, PAIR_PIXEL, 0u);
-    return Path(vec3(0.0), camera_direction(camera, at, u), -1, vec3(1.0), 0u, index, vec3(0.0), 0.0, 0.0, false, glances);
+    return Path(vec3(0.0), camera_direction(camera, at, u), -1, vec3(path_weight(glances)), 0u, index, vec3(0.0), 0.0, 0.0, false, glances);
 }
 
 // The only light is a point light, held in constants.
@@ -145,6 +145,10 @@ bool path_arrive(Path path, int id, float t, uint key, inout vec3 radiance, out 
         radiance = alive && diffuse ? a.surface.position : vec3(0.0);
         alive = alive && HAS_MIRROR && kind == KIND_MIRROR;
     }
+    if (REPEATS && surveys != 0u) {
+        radiance = vec3(alive && !diffuse ? (kind == KIND_MIRROR ? 1.0 : 2.0) : 0.0);
+        alive = false;
+    }
     vec3 weight = HAS_DIELECTRIC && kind > 0.0 ? vec3(1.0) : a.surface.color;
     if (MUTATION == MUTATE_ALBEDO) weight *= 1.01;
     a.gives = REUSE && path.second && diffuse && alive && throughput != vec3(0.0);
@@ -165,7 +169,7 @@ bool path_arrive(Path path, int id, float t, uint key, inout vec3 radiance, out 
     alive = alive && (LIGHT_AFTER_LAST_HIT || !a.last);
     if (ROULETTE_DEPTH > 0u && a.hits >= ROULETTE_DEPTH && !(REUSE && surveys != 0u)) {
         // A path is safe while its throughput is above ¼: ending strong paths costs more in noise than it saves.
-        float survive = lower(4.0 * strongest, 0.95);
+        float survive = lower(4.0 * strongest / path_weight(path.glances), 0.95);
         uvec2 sequence = glance_sequence(path.glances, key, path.index);
         alive = alive && sample_independent(sequence.x, sequence.y, a.hits) < survive;
         a.throughput *= 1.0 / survive;
@@ -198,11 +202,11 @@ void path_depart(inout Path path, Arrival a, bool alive, Camera camera, uvec2 at
     path.origin = alive ? start : vec3(0.0);
     path.direction = alive ? next : first;
     path.leaving = alive ? leaving_id(a.id, a.surface, a.front != crossed) : -1;
-    path.throughput = alive ? a.throughput : vec3(1.0);
+    path.throughput = alive ? a.throughput : vec3(path_weight(glances));
     path.hits = alive ? (a.last ? MAX_DEPTH : a.hits) : 0u;
     path.index = index;
-    bool scattered = alive && glances != 0u && !glances_leave(kind, a.hits);
-    if (GLANCES > 0u) path.glances = glances | (scattered ? SCATTERED : 0u);
+    bool scattered = alive && glances != 0u && !is_repeated(glances) && !glances_leave(kind, a.hits);
+    if (MULTIPLE) path.glances = glances | (scattered ? SCATTERED : 0u);
     path.second = REUSE && alive && a.first && kind == KIND_DIFFUSE;
     if (REUSE) path.normal = alive && (kind == KIND_DIFFUSE || !a.first) ? a.normal : vec3(0.0);
     if (EMITTER_COUNT > 0u) path.pdf = alive && kind == KIND_DIFFUSE ? diffuse_pdf(dot(a.normal, next)) : 0.0;

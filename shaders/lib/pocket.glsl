@@ -106,7 +106,7 @@ void pocket_put(inout Pocket p, Held h, ShadowRay shadow, bool waits, bool later
         p.toward[n] = toward;                       \
         p.light[n] = light;                         \
         if (REUSE) p.normal[n].xyz = h.path.normal; \
-        if (GLANCES > 0u) p.glances[n] = h.path.glances; \
+        if (MULTIPLE) p.glances[n] = h.path.glances; \
         if (EMITTER_COUNT > 0u) p.normal[n].w = h.path.pdf; \
         if (HAS_BEAMS) p.x2[n] = h.path.x2;         \
     }
@@ -135,7 +135,7 @@ void pocket_take(inout Pocket p, inout Held h) {
         radiance = mix(radiance, p.radiance[n], here);                 \
         light = mix(light, p.light[n], here);                          \
         if (REUSE) normal.xyz = mix(normal.xyz, p.normal[n].xyz, here.xyz); \
-        if (GLANCES > 0u) glances = here.x ? p.glances[n] : glances; \
+        if (MULTIPLE) glances = here.x ? p.glances[n] : glances; \
         if (EMITTER_COUNT > 0u) normal.w = here.w ? p.normal[n].w : normal.w; \
         if (HAS_BEAMS) x2 = here.x ? p.x2[n] : x2;                     \
     }

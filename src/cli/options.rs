@@ -85,11 +85,11 @@ pub struct SceneOptions {
     #[arg(long, value_enum, default_value_t = GradientsArg::Auto)]
     pub gradients: GradientsArg,
 
-    /// Whether samples look several times at lamps whose edges are seen
+    /// Whether samples look several times at lamps whose edges are seen, and at what is seen through glass
     #[arg(long, value_enum, default_value_t = GlancesArg::Auto)]
     pub glances: GlancesArg,
 
-    /// Whether light is traced from lamps through glass and by mirrors, too, where caustics may be
+    /// Whether light is also traced from lamps, through glass and by mirrors
     #[arg(long, value_enum, default_value_t = BeamsArg::Auto)]
     pub beams: BeamsArg,
 

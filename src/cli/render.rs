@@ -248,6 +248,7 @@ fn report(
         "shadow_rays": s.shadow_rays,
         "reused_samples": s.reused_samples,
         "glancing_pixels": s.glancing_pixels,
+        "repeating_pixels": s.repeating_pixels,
         "gradients": s.gradients,
         "beams": s.beams,
         "reuse_gain": s.reuse_gain,

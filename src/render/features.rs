@@ -267,6 +267,12 @@ impl Features {
                 "no surface emits",
             ),
             plain(
+                "several paths",
+                self.may_have_beams() && self.dielectric,
+                "of a sample, unless beams or glances are switched off, in pixels that show glass or a mirror",
+                "beams and glass are not both there",
+            ),
+            plain(
                 "beams",
                 self.may_have_beams(),
                 "traced from lamps, unless switched off or sampling is adaptive: glass or mirrors may make caustics",

@@ -39,6 +39,7 @@ pub(crate) mod constant {
     pub const LIGHT_CELLS: u32 = 60;
     pub const LIGHT_DEPTH: u32 = 61;
     pub const GLANCES: u32 = 62;
+    pub const REPEATS: u32 = 63;
     pub const REUSE: u32 = 57;
     pub const SUBGROUP_LANES: u32 = 58;
     pub const FACET_COUNT: u32 = 31;
@@ -170,6 +171,10 @@ pub(crate) mod glance {
     pub const GLANCING: u32 = 1 << 31;
     /// With a path after the last of them.
     pub const PATH_FOLLOWS: u32 = 1 << 29;
+    /// One of several whole paths, with the number of those that follow.
+    pub const REPEATED: u32 = 1 << 27;
+    /// Of so many.
+    pub const REPEATS_SHIFT: u32 = 16;
 }
 
 /// What shaders/path_queue.comp is written for.

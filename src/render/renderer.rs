@@ -2,10 +2,12 @@
 
 mod adaptive;
 mod beams;
+mod beginnings;
 mod buffers;
 mod glances;
 mod gradients;
 mod passes;
+mod repeats;
 mod schedule;
 mod survey;
 mod trial;
@@ -70,8 +72,10 @@ pub struct Renderer {
     places: Places,
     /// How certain differences between pixels are, by their class.
     certainties: Certainties,
-    /// Pixels whose samples look several times at lamps, row by row; none if there are no such pixels.
-    near_lamps: Vec<bool>,
+    /// Whether samples may be several paths.
+    repeats: bool,
+    /// The states in which the samples of each pixel begin, row by row; none if all do as one path.
+    beginnings: Vec<u32>,
     /// By how much variance must fall in the trial.
     reuse_is_worth: f64,
     stage: &'static str,
@@ -166,6 +170,8 @@ impl Renderer {
         specialization.uint(constant::GLANCES, glances);
         specialization.bool(constant::REUSE, reuse).uint(constant::SUBGROUP_LANES, subgroup);
         specialization.uint(constant::BEAM_TARGETS, beam_targets);
+        let repeats = repeats::may_repeat(&needed, beam_targets, settings);
+        specialization.bool(constant::REPEATS, repeats);
         let built_in = kernels::built_in(queued);
         let stage = built_in.name;
         let spirv = kernels::spirv(&built_in, settings)?;
@@ -227,7 +233,8 @@ impl Renderer {
             shifted: false,
             places: Places::default(),
             certainties: Certainties::default(),
-            near_lamps: Vec::new(),
+            repeats,
+            beginnings: Vec::new(),
             reuse: if reuse { ReuseTrial::of(settings.reuse) } else { ReuseTrial::Never },
             reuse_is_worth: trial::worth(&needed),
             stage,
@@ -321,9 +328,8 @@ impl Renderer {
         let mut watch = Watch::new(limit, &mut on_progress);
         self.clear_film()?;
         self.reuse = self.reuse.anew();
-        self.near_lamps.clear();
         self.survey()?;
-        self.look_for_lamps()?;
+        self.find_beginnings()?;
         self.try_reuse()?;
         let film = match self.settings.adaptive {
             None => self.render_uniform(&mut watch)?,

@@ -84,19 +84,20 @@ pub enum Gradients {
     Off,
 }
 
-/// Whether samples look several times at lamps whose edges are seen (shaders/lib/glance.glsl). Images stay exact in the
-/// mean.
+/// Whether samples look several times at lamps whose edges are seen, and, where beams are traced, at what is seen through
+/// glass (shaders/lib/glance.glsl). Images stay exact in the mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Glances {
-    /// In scenes with emitters, in the pixels that need it, from 4 samples per pixel on.
+    /// In scenes with emitters, in the pixels that need it, from 4 samples per pixel on: 16 short rays where the edge of a
+    /// lamp is seen; else 4 paths where glass is, and 2 where a mirror is if there is glass as well.
     #[default]
     Auto,
     /// Nowhere.
     Off,
 }
 
-/// Whether light is traced from lamps through glass and by mirrors to the first diffuse surface (shaders/lib/light/beam.glsl),
-/// where paths from the camera find it by chance only. Images stay exact in the mean; bright dots of caustics go.
+/// Whether light is traced from lamps through glass and by mirrors to diffuse surfaces (shaders/lib/light/beam.glsl), where
+/// paths from the camera find it by chance only. Images stay exact in the mean; bright dots of caustics go.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Beams {
     /// In scenes with lamps, and glass or mirrors, and diffuse surfaces that light each other; but neither with adaptive

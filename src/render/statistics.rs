@@ -61,6 +61,8 @@ pub struct RenderStatistics {
     /// Pixels whose samples look several times at lamps (see [`Glances`](super::Glances)). How they were found is in no
     /// other number but the times.
     pub glancing_pixels: u64,
+    /// Pixels whose samples are several paths (see [`Glances`](super::Glances)), which other numbers count as one.
+    pub repeating_pixels: u64,
     /// Beams of light traced from lamps (see [`Beams`](super::Beams)).
     pub beams: u64,
     /// Closest-hit rays.

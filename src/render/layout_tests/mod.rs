@@ -42,6 +42,7 @@ fn expected_constants() -> BTreeMap<String, u32> {
         ("PATH_STATS", constant::PATH_STATS),
         ("REGIONS", constant::REGIONS),
         ("GLANCES", constant::GLANCES),
+        ("REPEATS", constant::REPEATS),
         ("REUSE", constant::REUSE),
         ("SUBGROUP_LANES", constant::SUBGROUP_LANES),
         ("ENOUGH_LANES", constant::ENOUGH_LANES),
@@ -186,8 +187,10 @@ fn records() {
     let glances = include_str!("../../../shaders/lib/glance.glsl");
     assert!(glances.contains(&format!("const uint GLANCING = {:#x}u;", glance::GLANCING)));
     assert!(glances.contains(&format!("const uint PATH_FOLLOWS = {:#x}u;", glance::PATH_FOLLOWS)));
-    // A block of the sampler's table holds the glances of a whole number of samples.
-    assert!(glances.contains("1024u / max(GLANCES, 1u)") && 1024 % glance::GLANCES == 0);
+    assert!(glances.contains(&format!("const uint REPEATED = {:#010x}u;", glance::REPEATED)));
+    assert!(glances.contains(&format!("const uint REPEATS_SHIFT = {}u;", glance::REPEATS_SHIFT)));
+    // A block of the sampler's table holds the glances, or the paths, of a whole number of samples.
+    assert!(glances.contains("uint samples = 1024u / of_sample;") && 1024 % glance::GLANCES == 0);
     assert!(layout.contains(&format!("const uint PATH_ROWS = {}u;", queue::PATH_ROWS)));
     let light_trace = include_str!("../../../shaders/light_trace.comp");
     assert!(light_trace.contains(&format!("const uint NO_PIXEL = {:#x}u;", BeamNote::NO_PIXEL)));

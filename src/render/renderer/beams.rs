@@ -65,7 +65,11 @@ impl BeamTracer {
         settings: &RenderSettings,
     ) -> Result<Pipeline, RenderError> {
         let mut specialization = paths.clone();
-        specialization.uint(constant::WORKGROUP, workgroup).uint(constant::GLANCES, 0).bool(constant::REUSE, false);
+        specialization
+            .uint(constant::WORKGROUP, workgroup)
+            .uint(constant::GLANCES, 0)
+            .bool(constant::REPEATS, false)
+            .bool(constant::REUSE, false);
         let spirv = kernels::spirv(&LIGHT_TRACE, settings)?;
         Ok(Pipeline::new(device, LIGHT_TRACE.name, &spirv, &specialization, layout)?)
     }

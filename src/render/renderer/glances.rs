@@ -1,12 +1,9 @@
 //! Where samples look several times at lamps (shaders/lib/glance.glsl): where an image of a few glances has edges.
 
-use std::mem::take;
-
 use rayon::prelude::*;
 
 use super::super::error::RenderError;
 use super::super::features::Features;
-use super::super::film::pixel_of_slot;
 use super::super::layout::{FilmSlot, glance};
 use super::super::plan::Work;
 use super::super::settings::{Glances, RenderSettings};
@@ -17,9 +14,9 @@ use super::trial::ReuseTrial;
 /// Glances of a pixel from which edges are found.
 const FIRST_GLANCES: u32 = 4;
 /// Renderings of fewer samples per pixel do without: finding the edges takes about as long as half a sample.
-const FEWEST_SAMPLES: u32 = 4;
+pub(super) const FEWEST_SAMPLES: u32 = 4;
 /// How a sample with glances begins.
-const SAMPLE: u32 = glance::GLANCING | glance::PATH_FOLLOWS | (glance::GLANCES - 1);
+pub(super) const SAMPLE: u32 = glance::GLANCING | glance::PATH_FOLLOWS | (glance::GLANCES - 1);
 /// What the seed is changed by (XOR) for these, so that what is found does not depend on the image's random numbers.
 const SEED: u32 = 0x9216_d5d9;
 
@@ -36,45 +33,22 @@ pub(super) fn of_sample(needed: &Features, tables: &Tables, settings: &RenderSet
     if settings.glances == Glances::Auto && seen { glance::GLANCES } else { 0 }
 }
 
-/// A slot that is empty, but for the state in which its samples are to begin.
-fn empty_slot(state: u32) -> FilmSlot {
-    FilmSlot { glances: state, ..FilmSlot::default() }
-}
-
 impl Renderer {
-    /// Before a rendering, the film being empty: finds the pixels whose samples need glances.
-    pub(super) fn look_for_lamps(&mut self) -> Result<(), RenderError> {
+    /// The pixels, row by row, whose samples need glances; none if there are none to be made. Overwrites the film.
+    pub(super) fn look_for_lamps(&mut self) -> Result<Vec<bool>, RenderError> {
         if self.glances == 0 || self.settings.samples < FEWEST_SAMPLES {
-            return Ok(());
+            return Ok(Vec::new());
         }
-        let near = self.beforehand(|renderer| {
+        self.beforehand(|renderer| {
             renderer.push.seed ^= SEED;
             renderer.reuse = ReuseTrial::Never;
             renderer.edges_of_lamps()
-        })?;
-        self.statistics.glancing_pixels = near.iter().filter(|near| **near).count() as u64;
-        self.near_lamps = near;
-        self.empty_film()
-    }
-
-    /// No samples in the film, whose pixels' samples are to begin as they should.
-    pub(super) fn empty_film(&mut self) -> Result<(), RenderError> {
-        self.clear_film()?;
-        if self.near_lamps.is_empty() {
-            return Ok(());
-        }
-        let (width, height, near) = (self.width, self.height, take(&mut self.near_lamps));
-        let filled = self.fill_film(|slot| {
-            let pixel = pixel_of_slot(slot, width, height);
-            empty_slot(if pixel.is_some_and(|p| near[p]) { SAMPLE } else { 0 })
-        });
-        self.near_lamps = near;
-        filled
+        })
     }
 
     /// Pixels near the edges of bright lamps.
     fn edges_of_lamps(&mut self) -> Result<Vec<bool>, RenderError> {
-        self.fill_film(|_| empty_slot(glance::GLANCING | (FIRST_GLANCES - 1)))?;
+        self.fill_film(|_| FilmSlot::beginning(glance::GLANCING | (FIRST_GLANCES - 1)))?;
         let mean = |sum: &[f64; 3]| sum.map(|x| x * f64::from(glance::GLANCES / FIRST_GLANCES));
         let seen: Vec<_> = self.film_of_one_sample()?.sums().iter().map(mean).collect();
         if seen.iter().all(|x| *x == seen[0]) {
