@@ -161,7 +161,7 @@ pub enum GradientsArg {
 /// Light traced from lamps.
 #[derive(Clone, Copy, ValueEnum)]
 pub enum BeamsArg {
-    /// In scenes with lamps, and glass or mirrors, unless sampling is adaptive
+    /// In scenes with lamps, and glass or mirrors
     Auto,
     /// Never
     Off,

@@ -275,7 +275,7 @@ impl Features {
             plain(
                 "beams",
                 self.may_have_beams(),
-                "traced from lamps, unless switched off or sampling is adaptive: glass or mirrors may make caustics",
+                "traced from lamps, unless switched off: glass or mirrors may make caustics",
                 if self.emitter && (self.dielectric || self.mirror) {
                     "not with smooth normals, without indirect light or a hierarchy"
                 } else {

@@ -51,10 +51,10 @@ impl Film {
     }
 
     /// Adds something to the mean of each pixel.
-    pub(crate) fn add(&mut self, corrections: &[[f32; 3]]) {
+    pub(crate) fn add(&mut self, corrections: impl IntoIterator<Item = [f32; 3]>) {
         for ((sum, &n), correction) in self.sums.iter_mut().zip(&self.counts).zip(corrections) {
             for (s, c) in sum.iter_mut().zip(correction) {
-                *s += f64::from(n) * f64::from(*c);
+                *s += f64::from(n) * f64::from(c);
             }
         }
     }

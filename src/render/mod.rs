@@ -4,6 +4,7 @@ mod alias;
 mod allocation;
 #[cfg(test)]
 mod allocation_tests;
+mod beam_light;
 mod beams;
 pub(crate) mod bindings;
 pub(crate) mod driver;

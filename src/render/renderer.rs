@@ -350,9 +350,7 @@ impl Renderer {
         if self.makes_gradients() {
             self.use_gradients(&mut film)?;
         }
-        if let Some(light) = self.light_of_beams(self.statistics.samples)? {
-            film.add(&light);
-        }
+        self.add_beams(&mut film)?;
         Ok(film)
     }
 }

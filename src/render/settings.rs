@@ -100,8 +100,8 @@ pub enum Glances {
 /// paths from the camera find it by chance only. Images stay exact in the mean; bright dots of caustics go.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Beams {
-    /// In scenes with lamps, and glass or mirrors, and diffuse surfaces that light each other; but neither with adaptive
-    /// sampling, smooth normals, [`Reuse::Always`], nor [`Accel::None`].
+    /// In scenes with lamps, and glass or mirrors, and diffuse surfaces that light each other; but neither with smooth normals,
+    /// [`Reuse::Always`], nor [`Accel::None`].
     #[default]
     Auto,
     /// Nowhere.

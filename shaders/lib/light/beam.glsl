@@ -53,8 +53,10 @@ float beam_direction_pdf(vec4 target, vec3 y, vec3 direction, float cos_light) {
     float d2 = dot(to, to);
     float sin2 = target.w * target.w / d2;
     if (!(sin2 < 1.0)) return cos_light * (1.0 / PI);
-    float depth = cone_depth(sin2);
-    return dot(to, direction) >= (1.0 - depth) * sqrt(d2) ? 1.0 / (TWO_PI * depth) : 0.0;
+    // Not by the cosine, which is 1 for all directions to a far target.
+    vec3 aside = cross(to, direction);
+    bool within = dot(aside, aside) <= target.w * target.w && dot(to, direction) > 0.0;
+    return within ? 1.0 / (TWO_PI * cone_depth(sin2)) : 0.0;
 }
 
 // Density of beams with that direction, over all targets, times the probability of choosing the lamp; cos_light > 0.

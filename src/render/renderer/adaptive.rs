@@ -11,10 +11,15 @@ use super::super::tiles::TILE;
 use super::Renderer;
 use super::passes::Watch;
 
+/// The part of the wanted variance that beams may make up; they take little time.
+const BEAMS_PART: f64 = 0.125;
+
 impl Renderer {
     /// Renders until both halves of the image have reached the goal.
     pub(super) fn render_adaptive(&mut self, adaptive: &Adaptive, watch: &mut Watch<'_>) -> Result<Film, RenderError> {
-        let goal = Goal { variance: adaptive.noise.powi(2), mean_samples: adaptive.mean_samples.map(f64::from) };
+        let of_beams = if self.beams.is_some() { BEAMS_PART * adaptive.noise.powi(2) } else { 0.0 };
+        let variance = adaptive.noise.powi(2) - of_beams;
+        let goal = Goal { variance, mean_samples: adaptive.mean_samples.map(f64::from) };
         let ladder = Ladder::new(self.settings.samples, adaptive.mean_samples);
         let mut image = Progression::new(ladder, self.width, self.height);
         let pixels = u64::from(self.width) * u64::from(self.height);
@@ -42,7 +47,10 @@ impl Renderer {
             self.read_slots(&self.whole_film(), |first, slots| image.develop_partly(&mut film, first, slots))?;
         }
         let used: u64 = film.counts().iter().map(|&n| u64::from(n)).sum();
-        let noise = image.noise();
+        // With a number of samples for a goal there is one of beams too.
+        let beams = if adaptive.noise > 0.0 { of_beams } else { f64::INFINITY };
+        let beams = self.add_quiet_beams(&mut film, beams, watch)?;
+        let noise = image.noise().map(|(noise, noisiest_tile)| ((noise.powi(2) + beams).sqrt(), noisiest_tile));
         self.statistics.stopped = !complete && noise.is_none_or(|(noise, _)| noise > adaptive.noise);
         self.statistics.adaptive = noise.map(|(noise, noisiest_tile)| AdaptiveStatistics {
             noise,

@@ -5,20 +5,24 @@ use std::sync::Arc;
 
 use crate::gpu::{Access, BindingKind, BindingLayout, BindingSet, Buffer, Device, Pipeline, Specialization, Usage};
 
+use super::super::beam_light::BeamLight;
 use super::super::bindings::{self, FLOAT4};
 use super::super::error::RenderError;
 use super::super::features::Features;
+use super::super::film::Film;
 use super::super::kernels::{self, LIGHT_TRACE};
 use super::super::layout::{BeamNote, Counters, Push, binding, constant};
 use super::super::settings::{Beams, RenderSettings, Reuse};
 use super::super::tables::Tables;
 use super::super::view::View;
 use super::Renderer;
-use super::passes::mapped;
+use super::passes::{Watch, mapped};
 
 /// Beams for each sample of the image. Twice and four times as many cost what they gain (glass and mirror balls, glass meshes, 64
 /// lamps; lavapipe 25.0.7), half as many gain as much.
 const BEAMS_PER_SAMPLE: f64 = 1.0 / 16.0;
+/// Most beams: their numbers have 32 bits.
+const MOST_BEAMS: u64 = 1 << 31;
 /// Beams of a dispatch.
 const DISPATCH: u32 = 1 << 15;
 /// Beams that an invocation traces: a lane whose beam has ended need not wait for the others.
@@ -29,9 +33,8 @@ const BINDINGS: [(u32, BindingKind); 1] = [(binding::BEAMS, BindingKind::Storage
 /// The number of targets that beams have, which paths are to know of: 0 for no beams. It depends on nothing that is compiled
 /// without being needed, so that the image does not.
 pub(super) fn targets(needed: &Features, tables: &Tables, settings: &RenderSettings) -> u32 {
-    // What adaptive sampling finds of the noise is that of paths; and light that pixels share would have to be shared with
-    // beams for each of them apart.
-    let wanted = settings.beams == Beams::Auto && settings.adaptive.is_none() && settings.reuse != Reuse::Always;
+    // Light that pixels share would have to be shared with beams for each of them apart.
+    let wanted = settings.beams == Beams::Auto && settings.reuse != Reuse::Always;
     if wanted && needed.may_have_beams() { tables.beams.targets } else { 0 }
 }
 
@@ -48,6 +51,11 @@ pub(super) struct BeamTracer {
     notes: Buffer,
     /// Where the host cannot read the notes themselves.
     readback: Option<Buffer>,
+}
+
+/// Beams for samples of the image: whole blocks of evenly spread numbers, each of another scramble.
+fn beams_for(samples: u64, of_each: f64) -> u64 {
+    ((samples as f64 * of_each) as u64).max(1).next_multiple_of(1024).min(MOST_BEAMS)
 }
 
 /// Bytes of what so many beams note.
@@ -101,42 +109,65 @@ impl BeamTracer {
 }
 
 impl Renderer {
-    /// Traces beams for so many samples of the image. Returns what they add to the mean of each pixel; `None` if there are
-    /// none to trace.
-    pub(super) fn light_of_beams(&mut self, samples: u64) -> Result<Option<Vec<[f32; 3]>>, RenderError> {
-        if self.beams.is_none() || samples == 0 {
+    /// Traces beams for the samples that are done, and adds their light to the film.
+    pub(super) fn add_beams(&mut self, film: &mut Film) -> Result<(), RenderError> {
+        let beams = beams_for(self.statistics.samples, BEAMS_PER_SAMPLE);
+        self.add_beams_until(film, beams, |_, _| true).map(|_| ())
+    }
+
+    /// The same, with more beams until their part of the noise (see [`BeamLight::noise`]) is at most this, there is one for
+    /// each sample, or the watch says stop. Returns that part.
+    pub(super) fn add_quiet_beams(
+        &mut self,
+        film: &mut Film,
+        noise: f64,
+        watch: &mut Watch<'_>,
+    ) -> Result<f64, RenderError> {
+        let samples = self.statistics.samples;
+        let most = beams_for(samples, 1.0);
+        let mut last = watch.elapsed();
+        let light = self.add_beams_until(film, beams_for(samples, BEAMS_PER_SAMPLE), |light, film| {
+            watch.report(samples, (watch.elapsed() - last).as_secs_f64(), false);
+            last = watch.elapsed();
+            watch.stop || light.beams >= most || light.noise(film) <= noise
+        })?;
+        Ok(light.map_or(0.0, |light| light.noise(film)))
+    }
+
+    /// Traces so many beams, and as many again and again until they are enough; adds their light to the film. `None` if there
+    /// is nothing for beams to do.
+    fn add_beams_until(
+        &mut self,
+        film: &mut Film,
+        beams: u64,
+        mut enough: impl FnMut(&BeamLight, &Film) -> bool,
+    ) -> Result<Option<BeamLight>, RenderError> {
+        if self.beams.is_none() {
             return Ok(None);
         }
-        let pixels = self.width as usize * self.height as usize;
-        // Whole blocks of evenly spread numbers, each of another scramble.
-        let beams =
-            ((samples as f64 * BEAMS_PER_SAMPLE) as u64).clamp(1, u64::from(u32::MAX / 2)).next_multiple_of(1024);
-        let mut sums = vec![[0.0f64; 3]; pixels];
-        let mut first = 0u64;
-        while first < beams {
-            let end = beams.min(first + u64::from(DISPATCH));
-            let span = first as u32..end as u32;
-            self.trace_beams(&span, BEAMS_PER_INVOCATION)?;
-            // What did not fit into the loop budget beside others may alone.
-            if self.is_unfinished(&span)? {
-                self.trace_beams(&span, 1)?;
+        let mut light = BeamLight::new(self.width as usize * self.height as usize);
+        loop {
+            let last = light.beams + beams;
+            while light.beams < last {
+                let end = last.min(light.beams + u64::from(DISPATCH));
+                let span = light.beams as u32..end as u32;
+                self.trace_beams(&span, BEAMS_PER_INVOCATION)?;
+                // What did not fit into the loop budget beside others may alone.
                 if self.is_unfinished(&span)? {
-                    return Err(RenderError::Stuck { budget: self.loop_budget });
-                }
-            }
-            for beam in self.notes_of_beams(&span)?.chunks_exact(BeamNote::MOST as usize) {
-                for note in beam.iter().take_while(|note| note.pixel != BeamNote::NO_PIXEL) {
-                    if let Some(sum) = sums.get_mut(note.pixel as usize) {
-                        for (s, x) in sum.iter_mut().zip(note.light) {
-                            *s += f64::from(x);
-                        }
+                    self.trace_beams(&span, 1)?;
+                    if self.is_unfinished(&span)? {
+                        return Err(RenderError::Stuck { budget: self.loop_budget });
                     }
                 }
+                light.add(self.notes_of_beams(&span)?);
             }
-            first = end;
+            if last + beams > MOST_BEAMS || enough(&light, film) {
+                break;
+            }
         }
-        self.statistics.beams = beams;
-        Ok(Some(sums.into_iter().map(|sum| sum.map(|s| (s / beams as f64) as f32)).collect()))
+        self.statistics.beams = light.beams;
+        film.add(light.mean());
+        Ok(Some(light))
     }
 
     /// What the beams of these numbers, which have just been traced, have noted: [`BeamNote::MOST`] for each.

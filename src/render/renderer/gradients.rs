@@ -134,7 +134,7 @@ impl Renderer {
         let share = |p: usize| known.phases[p].iter().sum::<u32>() as f32 / film.counts()[p].max(1) as f32;
         let gradients = known.phases.iter().any(|[_, shifted]| *shifted > 0);
         let corrections: Vec<_> = known.corrections().iter().enumerate().map(|(p, c)| finite(share(p) * *c)).collect();
-        film.add(&corrections);
+        film.add(corrections);
         self.statistics.gradients = gradients;
         Ok(())
     }

@@ -60,7 +60,7 @@ impl<'a> Watch<'a> {
 
     /// The same, and the last dispatch took so many seconds. Stops too if another would not end in time, unless
     /// `uneven`: some pixels have no sample yet.
-    fn report(&mut self, done: u64, seconds: f64, uneven: bool) {
+    pub fn report(&mut self, done: u64, seconds: f64, uneven: bool) {
         self.tell(done);
         let late = self.limit.is_some_and(|limit| self.elapsed() + Duration::from_secs_f64(seconds) > limit);
         self.stop |= late && !uneven;
