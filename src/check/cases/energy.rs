@@ -20,7 +20,16 @@ pub(super) const CASES: &[Case] = &[
         quantity: "worst relative error over D",
         threshold: 1e-6,
         full_only: false,
-        measure: sphere_centre,
+        measure: |lab| sphere_centre(lab, Reuse::Off),
+    },
+    Case {
+        name: "energy/sphere-centre-shared",
+        what: "the same, where paths serve several pixels",
+        oracle: "the same: all points of a sphere see each other alike, so that each pixel gets an eighth of each path",
+        quantity: "worst relative error over D: of distances between points close to each other",
+        threshold: 1e-4,
+        full_only: false,
+        measure: |lab| sphere_centre(lab, Reuse::Always),
     },
     Case {
         name: "energy/sphere-1000-bounces",
@@ -107,11 +116,12 @@ fn shell(reflectance: f64, depth: u32, light: DVec3) -> Scene {
     scene
 }
 
-fn sphere_centre(lab: &Lab) -> Result<Measured, CheckError> {
+fn sphere_centre(lab: &Lab, reuse: Reuse) -> Result<Measured, CheckError> {
     let mut off = 0.0;
     for depth in [1, 8, 20] {
         let rho: f64 = 0.75;
-        let image = lab.render(&shell(rho, depth, DVec3::ZERO))?;
+        let scene = shell(rho, depth, DVec3::ZERO);
+        let image = lab.render_with(&scene, &RenderSettings { reuse, ..lab.settings(&scene) })?;
         let bounces = (1.0 - rho.powi(depth as i32)) / (1.0 - rho);
         let exact = 100.0 * rho / (4.0 * PI * PI * 4.0) * bounces;
         off = worst(image.channel(0).iter().map(|x| relative(*x, exact) / f64::from(depth)).chain([off]));
