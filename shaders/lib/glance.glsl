@@ -41,7 +41,9 @@ uint repeats(uint state) { return (state >> REPEATS_SHIFT) & REPEATS_MASK; }
 bool sample_goes_on(uint state) { return MULTIPLE && (state & (GLANCES_LEFT | PATH_FOLLOWS)) != 0u; }
 
 // What all light of a path counts.
-float path_weight(uint state) { return is_repeated(state) ? 1.0 / float(repeats(state)) : 1.0; }
+float path_weight(uint state) {
+    return is_repeated(state) && MUTATION != MUTATE_REPEATS ? 1.0 / float(repeats(state)) : 1.0;
+}
 
 // The state of that one.
 uint next_state(uint state) { return (state & GLANCES_LEFT) != 0u ? state - 1u : GLANCED; }

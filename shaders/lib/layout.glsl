@@ -69,6 +69,7 @@ const uint MUTATE_ALL_MARGINS = 24u;
 const uint MUTATE_GLANCES = 25u;
 const uint MUTATE_GRADIENTS = 26u;
 const uint MUTATE_BEAMS = 27u;
+const uint MUTATE_REPEATS = 28u;
 
 // ---- bindings
 layout(binding = 0) uniform usamplerBuffer tree_texels;    // 3 texels a record, then 1, see intersect/tree.glsl

@@ -58,11 +58,13 @@ pub enum Mutation {
     InvertedGradients = 26,
     /// Beams count all light of their chains, although paths find a part of it.
     DoubleBeams = 27,
+    /// Each of several paths of a sample counts as much as a whole sample.
+    WholeRepeats = 28,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 27] = [
+    pub const ALL: [Self; 28] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -90,6 +92,7 @@ impl Mutation {
         Self::DoubleGlances,
         Self::InvertedGradients,
         Self::DoubleBeams,
+        Self::WholeRepeats,
     ];
 
     /// What is broken, in words.
@@ -122,6 +125,7 @@ impl Mutation {
             Self::DoubleGlances => "light of lamps that glances gather counted for their paths too",
             Self::InvertedGradients => "differences from the pixels below with the wrong sign",
             Self::DoubleBeams => "all light of caustics counted for beams, a part of it for paths too",
+            Self::WholeRepeats => "several paths of a sample counted as so many samples",
         }
     }
 }
