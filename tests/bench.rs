@@ -165,6 +165,28 @@ fn a_feature_that_is_not_needed_costs_time_and_no_bits() {
     }
 }
 
+#[test]
+fn adaptive_sampling_is_measured_beside_uniform() {
+    let folder = folder();
+    let found = json(&bench(
+        folder.path(),
+        "scene.toml --size 64x48 --samples 16,64 --seeds 4 --vary sampling=uniform,adaptive --json",
+    ));
+    let all = found["scenes"][0]["configurations"].as_array().unwrap();
+    let rows: Vec<_> = all.iter().map(|c| c["rows"].as_array().unwrap()).collect();
+    for (uniform, adaptive) in rows[0].iter().zip(rows[1]) {
+        assert_eq!(uniform["samples"], adaptive["samples"]);
+        assert_ne!(uniform["mse"], adaptive["mse"]);
+        // About as many samples, where most good is done by them.
+        let ratio = number(&adaptive["rel_mse"]) / number(&uniform["rel_mse"]);
+        assert!((0.2..2.0).contains(&ratio), "{ratio}: {uniform} {adaptive}");
+        assert!(number(&adaptive["bias"]).abs() < 4.0 * number(&adaptive["bias_half_width"]), "{adaptive}");
+    }
+    let few = bench(folder.path(), "scene.toml --samples 2 --vary sampling=adaptive");
+    assert_eq!(few.status.code(), Some(2), "{few:?}");
+    assert!(String::from_utf8_lossy(&few.stderr).contains("at least 4 samples"), "{few:?}");
+}
+
 /// A tetrahedron over a floor of two triangles, which small meshes are turned into constants, and a bumpy sheet of
 /// 20,000, which is a tree: the rays that are written must meet what the f64 tests of all triangles find.
 #[test]

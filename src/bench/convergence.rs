@@ -18,6 +18,8 @@ const COUNTED_SAMPLES: u32 = 16;
 /// Where no noise is wanted of a reference, its variance is this share of the smallest mean squared error.
 const REFERENCE_SHARE: f64 = 0.25;
 
+/// Samples of a rendering that is not timed: adaptive sampling takes no fewer.
+const UNTIMED_SAMPLES: u32 = 4;
 /// With adaptive sampling, a pixel gets at most so many times the mean number of samples.
 const MOST_OVER_MEAN: u32 = 16;
 
@@ -109,7 +111,7 @@ impl<'a> Contender<'a> {
             Some(_) => Some(steps_per_ray(&context, &scene, &settings).map_err(fail)?),
         };
         // One rendering that is not timed: first-use costs of the driver.
-        render(&mut renderer, 1, 0).map_err(fail)?;
+        render(&mut renderer, most_samples.min(UNTIMED_SAMPLES), 0).map_err(fail)?;
         Ok(Self {
             configuration,
             device: [context.info().name.clone(), context.info().driver.clone()],
