@@ -257,7 +257,7 @@ impl Features {
             plain(
                 "gradients",
                 self.can_reuse() && !self.has_caustics(),
-                "where paths are reused and most noise is theirs, from 3 samples on, unless switched off or sampling is adaptive",
+                "where paths are reused and most noise is theirs, from 3 samples on, unless switched off",
                 "only where paths are reused",
             ),
             plain(

@@ -32,8 +32,10 @@ pub(crate) mod sobol;
 pub(crate) mod space;
 mod spheres;
 mod statistics;
+mod stopping;
 pub(crate) mod tables;
 mod tiles;
+mod twin_films;
 mod upload;
 mod view;
 

@@ -11,6 +11,7 @@ mod repeats;
 mod schedule;
 mod survey;
 mod trial;
+mod twins;
 
 use std::ops::ControlFlow;
 use std::panic::resume_unwind;
@@ -333,6 +334,7 @@ impl Renderer {
         self.try_reuse()?;
         let film = match self.settings.adaptive {
             None => self.render_uniform(&mut watch)?,
+            Some(adaptive) if self.makes_gradients() => self.render_twins(&adaptive, &mut watch)?,
             Some(adaptive) => self.render_adaptive(&adaptive, &mut watch)?,
         };
         self.statistics.count_pixels(&film);
@@ -346,10 +348,7 @@ impl Renderer {
         watch.total = u64::from(self.width) * u64::from(self.height) * u64::from(self.settings.samples);
         self.pass(&self.whole_film(), 0, self.settings.samples, watch)?;
         self.statistics.stopped = self.statistics.samples < watch.total;
-        let mut film = self.read_film()?;
-        if self.makes_gradients() {
-            self.use_gradients(&mut film)?;
-        }
+        let mut film = self.develop()?;
         self.add_beams(&mut film)?;
         Ok(film)
     }

@@ -77,7 +77,7 @@ pub enum Reuse {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Gradients {
     /// Where paths are reused, from 3 samples per pixel on, unless a trial shows that most noise is of light that is not
-    /// shared; but not with adaptive sampling.
+    /// shared. With adaptive sampling all pixels get the same number of samples there.
     #[default]
     Auto,
     /// Nowhere.
@@ -108,7 +108,8 @@ pub enum Beams {
     Off,
 }
 
-/// Samples where they do most for the noise of the image, until it is low enough.
+/// Samples where they do most for the noise of the image, until it is low enough; alike everywhere where noise is spread over
+/// neighbours (see [`Gradients`]).
 ///
 /// The noise of an image is √(mean of v/(x² + 0.01)) over pixels and channels: x is the radiance, v the variance that
 /// its estimate has by chance. It is the root of the `relMSE` that [`compare`](crate::image::metrics::compare) finds

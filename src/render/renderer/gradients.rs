@@ -8,6 +8,7 @@ use super::super::film::{Film, pixel_of_slot, rows_of_blocks};
 use super::super::layout::{GradientSlot, queue};
 use super::super::plan::Span;
 use super::super::screened_poisson::{Known, solve};
+use super::super::stopping::Stopping;
 use super::super::tiles::TILE;
 use super::Renderer;
 use super::passes::Watch;
@@ -24,46 +25,71 @@ const MOST_CERTAINTY: f32 = 32.0;
 
 /// Which samples are taken with groups of pixels as they are, and which with shifted ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Phases {
-    /// Samples until the groups change.
-    length: u32,
+enum Phases {
+    /// So many samples until the groups change.
+    Even(u32),
+    /// One half and the other of each doubling of the samples, or shorter if these are many.
+    OfDoublings,
 }
 
 impl Phases {
     /// Of a rendering: one half and the other, or shorter if there are many samples, or if it may end early.
     fn of(samples: u32, limited: bool) -> Self {
-        Self { length: samples.div_ceil(2).min(if limited { 2 } else { LONGEST_PHASE }) }
+        Self::Even(samples.div_ceil(2).min(if limited { 2 } else { LONGEST_PHASE }))
+    }
+
+    /// Samples of the phase that a sample belongs to, which begins at a multiple of them.
+    fn length(self, sample: u32) -> u32 {
+        match self {
+            Self::Even(length) => length,
+            Self::OfDoublings => (1 << sample.max(2).ilog2() >> 1).min(LONGEST_PHASE),
+        }
     }
 
     fn is_shifted(self, sample: u32) -> bool {
-        sample / self.length % 2 == 1
+        sample / self.length(sample) % 2 == 1
     }
 
     /// The end of the samples from `sample` on that are taken with the same groups.
     fn end(self, sample: u32) -> u32 {
-        (sample / self.length + 1).saturating_mul(self.length)
+        let length = self.length(sample);
+        (sample / length + 1).saturating_mul(length)
     }
 
     /// Samples of either kind among the first `count`, as far as gradients are noted.
     fn samples(self, count: u32) -> [u32; 2] {
         let count = count.min(queue::MOST_GRADIENTS);
-        let (pairs, rest) = (count / (2 * self.length), count % (2 * self.length));
-        [pairs * self.length + rest.min(self.length), pairs * self.length + rest.saturating_sub(self.length)]
+        // Before the last doubling, there are as many of either kind.
+        let before = match self {
+            Self::OfDoublings if count > 1 => 1 << count.ilog2(),
+            _ => 0,
+        };
+        let length = self.length(count);
+        let (pairs, rest) = ((count - before) / (2 * length), (count - before) % (2 * length));
+        let plain = before / 2 + pairs * length;
+        [plain + rest.min(length), plain + rest.saturating_sub(length)]
     }
 }
 
 impl Renderer {
     /// Whether a pass is to be made for gradients.
     pub(super) fn makes_gradients(&self) -> bool {
+        let samples = match &self.settings.adaptive {
+            None => self.settings.samples,
+            Some(adaptive) => Stopping::of_each(adaptive, self.settings.samples).most(),
+        };
+        let trial = self.reuse.together();
         self.gradients
-            && self.settings.adaptive.is_none()
-            && self.settings.samples >= FEWEST_SAMPLES
-            && self.reused_halves() != 0
-            && self.reuse.shares_most_noise()
+            && samples >= FEWEST_SAMPLES
+            && trial.halves(self.reuse_is_worth) != 0
+            && trial.shares_most_noise()
     }
 
     fn phases(&self) -> Phases {
-        Phases::of(self.settings.samples, self.settings.time_limit.is_some())
+        match self.settings.adaptive {
+            None => Phases::of(self.settings.samples, self.settings.time_limit.is_some()),
+            Some(_) => Phases::OfDoublings,
+        }
     }
 
     /// Brings the pixels of `spans` from `done` samples to `samples`, or less far if the watch says stop, with groups of
@@ -116,8 +142,17 @@ impl Renderer {
         log::debug!("certainty of differences: {:?}", self.certainties);
     }
 
+    /// Reads the whole film, and makes use of its gradients if there are any.
+    pub(super) fn develop(&mut self) -> Result<Film, RenderError> {
+        let mut film = self.read_film()?;
+        if self.makes_gradients() {
+            self.use_gradients(&mut film)?;
+        }
+        Ok(film)
+    }
+
     /// Makes use of the gradients of a film.
-    pub(super) fn use_gradients(&mut self, film: &mut Film) -> Result<(), RenderError> {
+    fn use_gradients(&mut self, film: &mut Film) -> Result<(), RenderError> {
         let (width, height) = (self.width, self.height);
         let mut noted = vec![GradientSlot::default(); width as usize * height as usize];
         self.read_gradients(&self.whole_film(), |first, slots| {
@@ -218,6 +253,12 @@ mod tests {
         for samples in [3, 4, 5, 16, 63, 64, 65, 1000] {
             let phases = Phases::of(samples, false);
             assert!(!phases.is_shifted(1) && phases.is_shifted(samples - 1) || samples > 128, "{samples}");
+        }
+        for rung in [2, 4, 8, 128, 256, 512, 4096] {
+            assert_eq!(Phases::OfDoublings.samples(rung), [rung / 2; 2]);
+        }
+        let evenly = [3, 4, 5, 16, 63, 64, 65, 1000].map(|samples| (samples, Phases::of(samples, false)));
+        for (samples, phases) in evenly.into_iter().chain([(1000, Phases::OfDoublings)]) {
             for count in 0..=samples {
                 let expected = [false, true].map(|p| (0..count).filter(|&s| phases.is_shifted(s) == p).count() as u32);
                 assert_eq!(phases.samples(count), expected);

@@ -178,19 +178,34 @@ impl Renderer {
 
     /// Fills the film with what `slot` gives for each. The device must be idle.
     pub(super) fn fill_film(&mut self, slot: impl Fn(u32) -> FilmSlot + Sync) -> Result<(), RenderError> {
+        self.fill(|band| &mut band.film, slot)
+    }
+
+    /// Fills what neighbours have in common, likewise.
+    pub(super) fn fill_gradients(&mut self, slot: impl Fn(u32) -> GradientSlot + Sync) -> Result<(), RenderError> {
+        self.fill(|band| &mut band.gradients, slot)
+    }
+
+    /// Fills one of the buffers of each band.
+    fn fill<T: Pod + Send>(
+        &mut self,
+        of: impl Fn(&mut Band) -> &mut Buffer,
+        slot: impl Fn(u32) -> T + Sync,
+    ) -> Result<(), RenderError> {
         for band in &mut self.buffers.bands {
-            let bytes = u64::from(band.slots) * size_of::<FilmSlot>() as u64;
+            let (first, bytes) = (band.first, u64::from(band.slots) * size_of::<T>() as u64);
+            let buffer = of(band);
             let fill = |target: &mut [u8]| {
-                let slots: &mut [FilmSlot] = bytemuck::cast_slice_mut(target);
-                slots.par_iter_mut().enumerate().for_each(|(i, s)| *s = slot(band.first + i as u32));
+                let slots: &mut [T] = bytemuck::cast_slice_mut(target);
+                slots.par_iter_mut().enumerate().for_each(|(i, s)| *s = slot(first + i as u32));
             };
-            if let Some(film) = band.film.mapped_mut() {
-                fill(&mut film[..bytes as usize]);
+            if let Some(target) = buffer.mapped_mut() {
+                fill(&mut target[..bytes as usize]);
                 continue;
             }
             let staging = staging(&self.device, bytes, fill)?;
             let ticket = self.timeline.submit(|r| {
-                r.copy(&staging, 0, &band.film, 0, bytes);
+                r.copy(&staging, 0, buffer, 0, bytes);
                 r.barrier(Access::Transfer, Access::Compute);
             })?;
             self.timeline.wait(&ticket)?;

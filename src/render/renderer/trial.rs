@@ -126,7 +126,7 @@ impl ReuseTrial {
     }
 
     /// With what came of it for both halves together.
-    fn together(self) -> Self {
+    pub fn together(self) -> Self {
         match self {
             Self::Over([a, b]) => Self::Over([a.and(b); 2]),
             same => same,
@@ -174,9 +174,11 @@ fn every_nth_tile<T: Copy>(slots: &[T]) -> impl Iterator<Item = T> {
 }
 
 impl Renderer {
-    /// A bit for each half of the image, whether its paths serve several pixels; the same for both without adaptive sampling.
+    /// A bit for each half of the image, whether its paths serve several pixels; the same for both unless each decides how the
+    /// other is sampled.
     pub(super) fn reused_halves(&self) -> u32 {
-        let trial = if self.settings.adaptive.is_some() { self.reuse } else { self.reuse.together() };
+        let apart = self.settings.adaptive.is_some() && !self.makes_gradients();
+        let trial = if apart { self.reuse } else { self.reuse.together() };
         trial.halves(self.reuse_is_worth)
     }
 
