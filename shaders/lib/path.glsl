@@ -159,9 +159,10 @@ bool path_arrive(Path path, int id, float t, uint key, inout vec3 radiance, out 
     a.up = a.front ? a.surface.normal : -a.surface.normal;
     a.outside = a.surface.position + a.up * a.surface.offset;
 
+    uvec2 sequence = glance_sequence(path.glances, key, path.index);
     shadow = ShadowRay(vec3(0.0), vec3(0.0, 0.0, 1.0), 0.0, -1, vec3(0.0), false);
     if (HAS_DIFFUSE) {
-        shadow = direct_light(a, path.index, key);
+        shadow = direct_light(a, sequence.y, sequence.x);
         shadow.wanted = shadow.wanted && alive && diffuse;
     }
     // A path of MAX_DEPTH hits may still meet light with its last ray.
@@ -170,7 +171,6 @@ bool path_arrive(Path path, int id, float t, uint key, inout vec3 radiance, out 
     if (ROULETTE_DEPTH > 0u && a.hits >= ROULETTE_DEPTH && !(REUSE && surveys != 0u)) {
         // A path is safe while its throughput is above ¼: ending strong paths costs more in noise than it saves.
         float survive = lower(4.0 * strongest / path_weight(path.glances), 0.95);
-        uvec2 sequence = glance_sequence(path.glances, key, path.index);
         alive = alive && sample_independent(sequence.x, sequence.y, a.hits) < survive;
         a.throughput *= 1.0 / survive;
     }

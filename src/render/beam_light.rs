@@ -9,13 +9,19 @@ pub(crate) struct BeamLight {
     /// Beams so far.
     pub beams: u64,
     sums: Vec<[f64; 3]>,
+    /// None unless noise is asked for.
     squares: Vec<[f64; 3]>,
 }
 
 impl BeamLight {
     /// None yet, on so many pixels.
     pub fn new(pixels: usize) -> Self {
-        Self { beams: 0, sums: vec![[0.0; 3]; pixels], squares: vec![[0.0; 3]; pixels] }
+        Self { beams: 0, sums: vec![[0.0; 3]; pixels], squares: Vec::new() }
+    }
+
+    /// The same, such that [`Self::noise`] is known.
+    pub fn with_noise(pixels: usize) -> Self {
+        Self { squares: vec![[0.0; 3]; pixels], ..Self::new(pixels) }
     }
 
     /// Takes over beams: [`BeamNote::MOST`] notes of each.
@@ -24,12 +30,12 @@ impl BeamLight {
             self.beams += 1;
             for note in beam.iter().take_while(|note| note.pixel != BeamNote::NO_PIXEL) {
                 let pixel = note.pixel as usize;
-                let (Some(sum), Some(square)) = (self.sums.get_mut(pixel), self.squares.get_mut(pixel)) else {
-                    continue;
-                };
-                for ((sum, square), light) in sum.iter_mut().zip(square).zip(note.light.map(f64::from)) {
-                    *sum += light;
-                    *square += light * light;
+                let light = note.light.map(f64::from);
+                if let Some(sum) = self.sums.get_mut(pixel) {
+                    sum.iter_mut().zip(light).for_each(|(sum, light)| *sum += light);
+                }
+                if let Some(square) = self.squares.get_mut(pixel) {
+                    square.iter_mut().zip(light).for_each(|(square, light)| *square += light * light);
                 }
             }
         }
@@ -71,7 +77,7 @@ mod tests {
 
     #[test]
     fn light_and_noise_are_those_of_the_beams() {
-        let mut light = BeamLight::new(2);
+        let mut light = BeamLight::with_noise(2);
         // Pixel 0 gets 1, 0, 1, 0 and pixel 1 gets 0, 0.5 + 0.5, 0, 0; a pixel beyond the image nothing.
         let all: [&[(u32, f32)]; 4] = [&[(0, 1.0)], &[(1, 0.5), (1, 0.5)], &[(0, 1.0), (2, 7.0)], &[]];
         for notes in all {
@@ -90,9 +96,9 @@ mod tests {
 
     #[test]
     fn a_beam_of_all_notes_has_no_end_mark() {
-        let mut light = BeamLight::new(1);
+        let mut light = BeamLight::with_noise(1);
         light.add(&beam(&[(0, 1.0); BeamNote::MOST as usize]));
         assert_eq!(light.mean().collect::<Vec<_>>(), [[16.0, 32.0, 0.0]]);
-        assert_eq!(BeamLight::new(1).mean().collect::<Vec<_>>(), [[0.0; 3]]);
+        assert_eq!(BeamLight::with_noise(1).mean().collect::<Vec<_>>(), [[0.0; 3]]);
     }
 }

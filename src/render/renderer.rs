@@ -346,10 +346,18 @@ impl Renderer {
     /// The same number of samples in every pixel.
     fn render_uniform(&mut self, watch: &mut Watch<'_>) -> Result<Film, RenderError> {
         watch.total = u64::from(self.width) * u64::from(self.height) * u64::from(self.settings.samples);
-        self.pass(&self.whole_film(), 0, self.settings.samples, watch)?;
+        let (mut done, mut light) = (0, self.no_beams());
+        for samples in self.samples_between_beams() {
+            self.pass(&self.whole_film(), done, samples, watch)?;
+            if watch.stop {
+                break;
+            }
+            self.keep_up_with_beams(&mut light, watch)?;
+            done = samples;
+        }
         self.statistics.stopped = self.statistics.samples < watch.total;
         let mut film = self.develop()?;
-        self.add_beams(&mut film)?;
+        self.add_beams(&mut film, light, watch)?;
         Ok(film)
     }
 }

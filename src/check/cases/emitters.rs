@@ -78,6 +78,15 @@ pub(super) const CASES: &[Case] = &[
         measure: glances,
     },
     Case {
+        name: "emitters/edges-of-glass",
+        what: "edges of small balls of glass and mirror, where the first hits of a survey decide how pixels are sampled",
+        oracle: "the same without",
+        quantity: "deviation of the image's mean in standard errors",
+        threshold: 4.0,
+        full_only: false,
+        measure: edges_of_glass,
+    },
+    Case {
         name: "emitters/mirrored",
         what: "a lamp in a mirror box, seen after thousands of reflections, looked at several times a sample",
         oracle: "the same without",
@@ -175,7 +184,7 @@ fn with_and_without(lab: &Lab, scene: &Scene) -> Result<Measured, CheckError> {
         let mut mean = |seed: u32| {
             renderer.set_seed(seed);
             let rendered = Rendered::by(&mut renderer)?;
-            looked += rendered.statistics.glancing_pixels;
+            looked += rendered.statistics.glancing_pixels + rendered.statistics.repeating_pixels;
             Ok(rendered.mean()[1])
         };
         (0..12).map(&mut mean).collect()
@@ -201,6 +210,21 @@ fn glances(lab: &Lab) -> Result<Measured, CheckError> {
     }
     scene.integrator.russian_roulette = Some(2);
     scene.size(32, lab.size(32, 1024) as u32);
+    with_and_without(lab, &scene)
+}
+
+fn edges_of_glass(lab: &Lab) -> Result<Measured, CheckError> {
+    let mut scene = empty();
+    scene.background = [1.0; 3];
+    let mut rng = Rng::new(7);
+    for i in 0..400 {
+        let surface = if i % 8 == 0 { glass(1.5) } else { mirror(0.0) };
+        scene.sphere(v(rng.between(-1.7, 1.7), rng.between(-1.7, 1.7), -5.0), 0.06, surface);
+    }
+    // Behind the camera: what makes samples several paths.
+    scene.sphere(v(0.0, 3.0, 3.0), 0.5, emitter(10.0));
+    scene.sphere(v(3.0, 3.0, 4.0), 0.5, diffuse(0.5));
+    scene.size(32, lab.size(4, 16) as u32);
     with_and_without(lab, &scene)
 }
 

@@ -24,11 +24,15 @@ impl Renderer {
         let mut image = Progression::new(ladder, self.width, self.height);
         let pixels = u64::from(self.width) * u64::from(self.height);
         let mut rounds = 0;
+        let mut light = self.no_beams();
         let complete = loop {
             watch.total = (image.expected_samples() * pixels as f64) as u64;
             if image.wanting().next().is_some() {
                 self.raise(&mut image, watch)?;
                 rounds += 1;
+                if !watch.stop {
+                    self.keep_up_with_beams(&mut light, watch)?;
+                }
                 if image.wanting().next().is_some() {
                     break false;
                 }
@@ -49,7 +53,7 @@ impl Renderer {
         let used: u64 = film.counts().iter().map(|&n| u64::from(n)).sum();
         // With a number of samples for a goal there is one of beams too.
         let beams = if adaptive.noise > 0.0 { of_beams } else { f64::INFINITY };
-        let beams = self.add_quiet_beams(&mut film, beams, watch)?;
+        let beams = self.add_quiet_beams(&mut film, light, beams, watch)?;
         let noise = image.noise().map(|(noise, noisiest_tile)| ((noise.powi(2) + beams).sqrt(), noisiest_tile));
         self.statistics.stopped = !complete && noise.is_none_or(|(noise, _)| noise > adaptive.noise);
         self.statistics.adaptive = noise.map(|(noise, noisiest_tile)| AdaptiveStatistics {

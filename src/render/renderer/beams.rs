@@ -23,10 +23,14 @@ use super::passes::{Watch, mapped};
 const BEAMS_PER_SAMPLE: f64 = 1.0 / 16.0;
 /// Most beams: their numbers have 32 bits.
 const MOST_BEAMS: u64 = 1 << 31;
-/// Beams of a dispatch.
+/// Beams of a dispatch, if as many notes fit into a buffer.
 const DISPATCH: u32 = 1 << 15;
+/// Blocks of beams with numbers that are evenly spread.
+const BLOCK: u32 = 1024;
 /// Beams that an invocation traces: a lane whose beam has ended need not wait for the others.
 const BEAMS_PER_INVOCATION: u32 = 16;
+/// Samples per pixel after which the first beams are traced.
+const FIRST_BEAMS: u32 = 16;
 /// What they see, besides what all kernels do.
 const BINDINGS: [(u32, BindingKind); 1] = [(binding::BEAMS, BindingKind::StorageTexels)];
 
@@ -47,6 +51,8 @@ pub(super) fn scale(view: &View) -> f32 {
 pub(super) struct BeamTracer {
     pipeline: Pipeline,
     workgroup: u32,
+    /// Beams of a dispatch.
+    dispatch: u32,
     set: BindingSet,
     notes: Buffer,
     /// Where the host cannot read the notes themselves.
@@ -55,7 +61,7 @@ pub(super) struct BeamTracer {
 
 /// Beams for samples of the image: whole blocks of evenly spread numbers, each of another scramble.
 fn beams_for(samples: u64, of_each: f64) -> u64 {
-    ((samples as f64 * of_each) as u64).max(1).next_multiple_of(1024).min(MOST_BEAMS)
+    ((samples as f64 * of_each) as u64).max(1).next_multiple_of(u64::from(BLOCK)).min(MOST_BEAMS)
 }
 
 /// Bytes of what so many beams note.
@@ -95,7 +101,9 @@ impl BeamTracer {
         workgroup: u32,
         bound: &[(u32, &Buffer)],
     ) -> Result<Self, RenderError> {
-        let bytes = notes_bytes(DISPATCH as usize);
+        let most = device.info.max_texel_elements / u64::from(BeamNote::MOST);
+        let dispatch = (most.min(u64::from(DISPATCH)) as u32 / BLOCK).max(1) * BLOCK;
+        let bytes = notes_bytes(dispatch as usize);
         let notes = Buffer::new(device, "beams", bytes, Usage::StorageTexel(FLOAT4))?;
         let readback = match notes.mapped() {
             Some(_) => None,
@@ -104,15 +112,50 @@ impl BeamTracer {
         let mut all = bound.to_vec();
         all.push((binding::BEAMS, &notes));
         let set = BindingSet::new(layout, &all)?;
-        Ok(Self { pipeline, workgroup, set, notes, readback })
+        Ok(Self { pipeline, workgroup, dispatch, set, notes, readback })
     }
 }
 
 impl Renderer {
-    /// Traces beams for the samples that are done, and adds their light to the film.
-    pub(super) fn add_beams(&mut self, film: &mut Film) -> Result<(), RenderError> {
+    /// The light of no beam yet.
+    pub(super) fn no_beams(&self) -> BeamLight {
+        let pixels = if self.beams.is_some() { self.width as usize * self.height as usize } else { 0 };
+        if self.settings.adaptive.is_some() { BeamLight::with_noise(pixels) } else { BeamLight::new(pixels) }
+    }
+
+    /// Samples per pixel after which beams are traced, so that at no time too many of them are missing: they double.
+    pub(super) fn samples_between_beams(&self) -> impl Iterator<Item = u32> + use<> {
+        let samples = self.settings.samples;
+        let first = if self.beams.is_some() { FIRST_BEAMS.min(samples) } else { samples };
+        std::iter::successors(Some(first), move |&n| (n < samples).then(|| n.saturating_mul(2).min(samples)))
+    }
+
+    /// Traces as many beams as go with the samples that are done.
+    pub(super) fn keep_up_with_beams(
+        &mut self,
+        light: &mut BeamLight,
+        watch: &mut Watch<'_>,
+    ) -> Result<(), RenderError> {
         let beams = beams_for(self.statistics.samples, BEAMS_PER_SAMPLE);
-        self.add_beams_until(film, beams, |_, _| true).map(|_| ())
+        self.trace_beams_to(light, beams, watch)
+    }
+
+    /// The same when paths are over; adds the light of all beams to the film.
+    pub(super) fn add_beams(
+        &mut self,
+        film: &mut Film,
+        mut light: BeamLight,
+        watch: &mut Watch<'_>,
+    ) -> Result<(), RenderError> {
+        if self.beams.is_none() {
+            return Ok(());
+        }
+        watch.set_limit(self.settings.time_limit);
+        self.keep_up_with_beams(&mut light, watch)?;
+        self.statistics.stopped |= light.beams < beams_for(self.statistics.samples, BEAMS_PER_SAMPLE);
+        self.statistics.beams = light.beams;
+        film.add(light.mean());
+        Ok(())
     }
 
     /// The same, with more beams until their part of the noise (see [`BeamLight::noise`]) is at most this, there is one for
@@ -120,54 +163,46 @@ impl Renderer {
     pub(super) fn add_quiet_beams(
         &mut self,
         film: &mut Film,
+        mut light: BeamLight,
         noise: f64,
         watch: &mut Watch<'_>,
     ) -> Result<f64, RenderError> {
-        let samples = self.statistics.samples;
-        let most = beams_for(samples, 1.0);
-        let mut last = watch.elapsed();
-        let light = self.add_beams_until(film, beams_for(samples, BEAMS_PER_SAMPLE), |light, film| {
-            watch.report(samples, (watch.elapsed() - last).as_secs_f64(), false);
-            last = watch.elapsed();
-            watch.stop || light.beams >= most || light.noise(film) <= noise
-        })?;
-        Ok(light.map_or(0.0, |light| light.noise(film)))
-    }
-
-    /// Traces so many beams, and as many again and again until they are enough; adds their light to the film. `None` if there
-    /// is nothing for beams to do.
-    fn add_beams_until(
-        &mut self,
-        film: &mut Film,
-        beams: u64,
-        mut enough: impl FnMut(&BeamLight, &Film) -> bool,
-    ) -> Result<Option<BeamLight>, RenderError> {
         if self.beams.is_none() {
-            return Ok(None);
+            return Ok(0.0);
         }
-        let mut light = BeamLight::new(self.width as usize * self.height as usize);
-        loop {
-            let last = light.beams + beams;
-            while light.beams < last {
-                let end = last.min(light.beams + u64::from(DISPATCH));
-                let span = light.beams as u32..end as u32;
-                self.trace_beams(&span, BEAMS_PER_INVOCATION)?;
-                // What did not fit into the loop budget beside others may alone.
-                if self.is_unfinished(&span)? {
-                    self.trace_beams(&span, 1)?;
-                    if self.is_unfinished(&span)? {
-                        return Err(RenderError::Stuck { budget: self.loop_budget });
-                    }
-                }
-                light.add(self.notes_of_beams(&span)?);
-            }
-            if last + beams > MOST_BEAMS || enough(&light, film) {
-                break;
-            }
+        watch.set_limit(self.settings.time_limit);
+        let samples = self.statistics.samples;
+        let (beams, most) = (beams_for(samples, BEAMS_PER_SAMPLE), beams_for(samples, 1.0));
+        self.keep_up_with_beams(&mut light, watch)?;
+        while !watch.stop && light.beams < most && light.noise(film) > noise {
+            let more = light.beams + beams;
+            self.trace_beams_to(&mut light, more.min(most), watch)?;
         }
         self.statistics.beams = light.beams;
         film.add(light.mean());
-        Ok(Some(light))
+        Ok(light.noise(film))
+    }
+
+    /// Traces beams until there are so many, or the watch says stop after a dispatch: any number of them is right in the mean,
+    /// but none at all.
+    fn trace_beams_to(&mut self, light: &mut BeamLight, beams: u64, watch: &mut Watch<'_>) -> Result<(), RenderError> {
+        let Some(dispatch) = self.beams.as_ref().map(|tracer| tracer.dispatch) else { return Ok(()) };
+        while light.beams < beams && (light.beams == 0 || !watch.stop) {
+            let start = watch.elapsed();
+            let end = beams.min(light.beams + u64::from(dispatch));
+            let span = light.beams as u32..end as u32;
+            self.trace_beams(&span, BEAMS_PER_INVOCATION)?;
+            // What did not fit into the loop budget beside others may alone.
+            if self.is_unfinished(&span)? {
+                self.trace_beams(&span, 1)?;
+                if self.is_unfinished(&span)? {
+                    return Err(RenderError::Stuck { budget: self.loop_budget });
+                }
+            }
+            light.add(self.notes_of_beams(&span)?);
+            watch.report(self.statistics.samples, (watch.elapsed() - start).as_secs_f64(), false);
+        }
+        Ok(())
     }
 
     /// What the beams of these numbers, which have just been traced, have noted: [`BeamNote::MOST`] for each.

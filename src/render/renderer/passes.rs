@@ -29,18 +29,25 @@ pub(super) struct Watch<'a> {
     pub total: u64,
     /// No further dispatch may begin.
     pub stop: bool,
+    /// Because who watches said so.
+    interrupted: bool,
 }
 
 impl<'a> Watch<'a> {
     /// Begins now.
     pub fn new(limit: Option<Duration>, on_progress: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Self {
         let start = Instant::now();
-        Self { start, last_finished: start, limit, on_progress, total: 0, stop: false }
+        Self { start, last_finished: start, limit, on_progress, total: 0, stop: false, interrupted: false }
     }
 
     /// Time since the beginning.
     pub fn elapsed(&self) -> Duration {
         self.start.elapsed()
+    }
+
+    /// Another limit from now on: what had to stop for the former may go on.
+    pub fn set_limit(&mut self, limit: Option<Duration>) {
+        (self.limit, self.stop) = (limit, self.interrupted);
     }
 
     /// A submission has finished just now: the seconds that it took. The device works on one at a time, so that it began
@@ -55,7 +62,8 @@ impl<'a> Watch<'a> {
     /// So many samples are done. Stops if that is wanted.
     pub fn tell(&mut self, done: u64) {
         let progress = Progress { done, total: self.total.max(done), elapsed: self.elapsed() };
-        self.stop |= (self.on_progress)(&progress).is_break();
+        self.interrupted |= (self.on_progress)(&progress).is_break();
+        self.stop |= self.interrupted;
     }
 
     /// The same, and the last dispatch took so many seconds. Stops too if another would not end in time, unless

@@ -14,6 +14,9 @@ const BY_MIRRORS: u32 = 2;
 const THROUGH_GLASS: u32 = 4;
 // A block of the sampler's table holds the paths of a whole number of samples.
 const _: () = assert!(1024 % BY_MIRRORS == 0 && 1024 % THROUGH_GLASS == 0);
+/// What the seed is changed by (XOR) for the survey: pixels at the edge of glass whose samples were chosen by their own first one
+/// would be biased towards what is beside it.
+const SEED: u32 = 0x1715_609d;
 /// Deeper paths do without: where loops have a budget, a sample must fit in as a whole.
 const MOST_DEPTH: u32 = 64;
 
@@ -36,6 +39,7 @@ impl Renderer {
         }
         let film = self.beforehand(|renderer| {
             renderer.push.surveys = 1;
+            renderer.push.seed ^= SEED;
             renderer.film_of_one_sample()
         })?;
         // What the survey tells: 0 a diffuse surface, 1 a mirror, 2 glass.
