@@ -48,8 +48,11 @@ impl BeamLight {
     }
 
     /// Their part of the noise of an image that they have been added to: the mean of v/(x² + 0.01), v the variance of what
-    /// they add to a radiance x.
+    /// they add to a radiance x. 0 if squares are not kept.
     pub fn noise(&self, film: &Film) -> f64 {
+        if self.squares.is_empty() {
+            return 0.0;
+        }
         let beams = self.beams.max(1) as f64;
         let of_pixel = |((sum, square), x): ((&[f64; 3], &[f64; 3]), [f32; 3])| -> f64 {
             let variance = |c: usize| (square[c] - sum[c] * sum[c] / beams).max(0.0) / (beams * beams);

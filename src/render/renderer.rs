@@ -357,7 +357,7 @@ impl Renderer {
         }
         self.statistics.stopped = self.statistics.samples < watch.total;
         let mut film = self.develop()?;
-        self.add_beams(&mut film, light, watch)?;
+        self.add_beams(&mut film, light, f64::INFINITY, watch)?;
         Ok(film)
     }
 }

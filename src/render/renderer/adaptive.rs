@@ -50,11 +50,25 @@ impl Renderer {
             // What was sampled on the way to rungs that are wanted is kept.
             self.read_slots(&self.whole_film(), |first, slots| image.develop_partly(&mut film, first, slots))?;
         }
-        let used: u64 = film.counts().iter().map(|&n| u64::from(n)).sum();
         // With a number of samples for a goal there is one of beams too.
         let beams = if adaptive.noise > 0.0 { of_beams } else { f64::INFINITY };
-        let beams = self.add_quiet_beams(&mut film, light, beams, watch)?;
+        let beams = self.add_beams(&mut film, light, beams, watch)?;
         let noise = image.noise().map(|(noise, noisiest_tile)| ((noise.powi(2) + beams).sqrt(), noisiest_tile));
+        self.tell_noise(adaptive, &film, noise, rounds, complete);
+        Ok(film)
+    }
+
+    /// Notes how a rendering to a noise has ended: with the noise of the film and of its noisiest tile, if these are known,
+    /// after so many rounds; complete, or stopped before.
+    pub(super) fn tell_noise(
+        &mut self,
+        adaptive: &Adaptive,
+        film: &Film,
+        noise: Option<(f64, f64)>,
+        rounds: u32,
+        complete: bool,
+    ) {
+        let used: u64 = film.counts().iter().map(|&n| u64::from(n)).sum();
         self.statistics.stopped = !complete && noise.is_none_or(|(noise, _)| noise > adaptive.noise);
         self.statistics.adaptive = noise.map(|(noise, noisiest_tile)| AdaptiveStatistics {
             noise,
@@ -62,7 +76,6 @@ impl Renderer {
             rounds,
             unused_samples: self.statistics.samples.saturating_sub(used),
         });
-        Ok(film)
     }
 
     /// Brings tiles to the rungs that are wanted of them, from the lowest up, and reads them; or less far if the watch
@@ -75,10 +88,7 @@ impl Renderer {
                 continue;
             }
             let done = if rung > 0 { image.ladder.count(rung - 1) } else { 0 };
-            let before = self.statistics.samples;
-            let pixels = self.pixels(&spans);
-            self.pass(&spans, done, image.ladder.count(rung), watch)?;
-            if self.statistics.samples - before < pixels * u64::from(image.ladder.count(rung) - done) {
+            if !self.pass(&spans, done, image.ladder.count(rung), watch)? {
                 return Ok(());
             }
             let Progression { ladder, tiles, .. } = image;

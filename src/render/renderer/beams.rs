@@ -140,27 +140,9 @@ impl Renderer {
         self.trace_beams_to(light, beams, watch)
     }
 
-    /// The same when paths are over; adds the light of all beams to the film.
+    /// The same when paths are over, and more until their part of the noise (see [`BeamLight::noise`]) is at most this, there is
+    /// one for each sample, or the watch says stop. Adds the light of all beams to the film; returns that part.
     pub(super) fn add_beams(
-        &mut self,
-        film: &mut Film,
-        mut light: BeamLight,
-        watch: &mut Watch<'_>,
-    ) -> Result<(), RenderError> {
-        if self.beams.is_none() {
-            return Ok(());
-        }
-        watch.set_limit(self.settings.time_limit);
-        self.keep_up_with_beams(&mut light, watch)?;
-        self.statistics.stopped |= light.beams < beams_for(self.statistics.samples, BEAMS_PER_SAMPLE);
-        self.statistics.beams = light.beams;
-        film.add(light.mean());
-        Ok(())
-    }
-
-    /// The same, with more beams until their part of the noise (see [`BeamLight::noise`]) is at most this, there is one for
-    /// each sample, or the watch says stop. Returns that part.
-    pub(super) fn add_quiet_beams(
         &mut self,
         film: &mut Film,
         mut light: BeamLight,
@@ -174,6 +156,7 @@ impl Renderer {
         let samples = self.statistics.samples;
         let (beams, most) = (beams_for(samples, BEAMS_PER_SAMPLE), beams_for(samples, 1.0));
         self.keep_up_with_beams(&mut light, watch)?;
+        self.statistics.stopped |= light.beams < beams;
         while !watch.stop && light.beams < most && light.noise(film) > noise {
             let more = light.beams + beams;
             self.trace_beams_to(&mut light, more.min(most), watch)?;

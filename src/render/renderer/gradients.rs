@@ -93,28 +93,30 @@ impl Renderer {
     }
 
     /// Brings the pixels of `spans` from `done` samples to `samples`, or less far if the watch says stop, with groups of
-    /// pixels as the samples want them.
+    /// pixels as the samples want them. Returns whether it came so far.
     pub(super) fn pass(
         &mut self,
         spans: &[Span],
         done: u32,
         samples: u32,
         watch: &mut Watch<'_>,
-    ) -> Result<(), RenderError> {
+    ) -> Result<bool, RenderError> {
+        let end = self.statistics.samples + self.pixels(spans) * u64::from(samples - done);
         if !self.makes_gradients() {
-            return self.steady_pass(spans, done, samples, watch);
+            self.steady_pass(spans, done, samples, watch)?;
+            return Ok(self.statistics.samples >= end);
         }
         let phases = self.phases();
         let mut done = done;
         while done < samples && !watch.stop {
-            let end = phases.end(done).min(samples);
+            let phase_end = phases.end(done).min(samples);
             self.shifted = phases.is_shifted(done);
-            let result = self.steady_pass(spans, done, end, watch);
+            let result = self.steady_pass(spans, done, phase_end, watch);
             self.shifted = false;
             result?;
-            done = end;
+            done = phase_end;
         }
-        Ok(())
+        Ok(self.statistics.samples >= end)
     }
 
     /// Takes over what the trial shows of gradients, in tiles that begin at the slots `tiles`.

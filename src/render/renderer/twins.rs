@@ -10,7 +10,6 @@ use super::super::error::RenderError;
 use super::super::film::Film;
 use super::super::layout::{FilmSlot, GradientSlot};
 use super::super::settings::Adaptive;
-use super::super::statistics::AdaptiveStatistics;
 use super::super::stopping::Stopping;
 use super::super::twin_films::{change, mean_of};
 use super::Renderer;
@@ -84,14 +83,7 @@ impl Renderer {
                 mean_of(&films, |n, m| f64::from(n) / f64::from(n + m))
             }
         };
-        let used: u64 = film.counts().iter().map(|&n| u64::from(n)).sum();
-        self.statistics.stopped = !complete && noise.is_none_or(|(noise, _)| noise > adaptive.noise);
-        self.statistics.adaptive = noise.map(|(noise, noisiest_tile)| AdaptiveStatistics {
-            noise,
-            noisiest_tile,
-            rounds,
-            unused_samples: self.statistics.samples.saturating_sub(used),
-        });
+        self.tell_noise(adaptive, &film, noise, rounds, complete);
         Ok(film)
     }
 
@@ -141,10 +133,7 @@ impl Renderer {
         let wanted = twins.both[1 - i].decision.filter(|&n| n <= samples && twins.both[i].done.is_none());
         let twin = &mut twins.both[i];
         for end in wanted.into_iter().chain([samples]) {
-            let before = self.statistics.samples;
-            let whole = self.whole_film();
-            self.pass(&whole, twin.samples, end, watch)?;
-            if self.statistics.samples - before < self.pixels(&whole) * u64::from(end - twin.samples) {
+            if !self.pass(&self.whole_film(), twin.samples, end, watch)? {
                 return Ok(false);
             }
             twin.samples = end;
