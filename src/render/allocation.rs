@@ -53,6 +53,13 @@ pub(crate) struct Estimate {
     pub values: f64,
 }
 
+impl Estimate {
+    /// With so many times the error.
+    pub fn scaled(self, factor: f64) -> Self {
+        Self { error: self.error * factor, ..self }
+    }
+}
+
 /// When to stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Goal {

@@ -11,7 +11,7 @@
 use super::allocation::{Allocation, Estimate, Goal, Ladder};
 use super::film::{Film, pixel_of_slot, slot_count, tiles_around};
 use super::layout::FilmSlot;
-use super::tiles::{TILE, Tile, half_of, richardson};
+use super::tiles::{TILE, Tile, half_of, part_of_change};
 
 /// The tiles, and what the halves have decided.
 #[derive(Debug)]
@@ -50,8 +50,9 @@ impl Progression {
     /// Lets both halves decide.
     pub fn decide(&mut self, goal: &Goal) {
         for (h, half) in self.halves.iter_mut().enumerate().filter(|(_, half)| !half.is_finished()) {
-            let estimates: Vec<_> =
-                self.tiles.iter().zip(half.rungs()).map(|(tile, &rung)| tile.estimate(h, rung)).collect();
+            let known: Vec<_> = self.tiles.iter().zip(half.rungs()).map(|(tile, &rung)| (tile, h, rung)).collect();
+            let part = part_of_error(&known);
+            let estimates: Vec<_> = known.iter().map(|(tile, h, rung)| tile.estimate(*h, *rung).scaled(part)).collect();
             half.step(&self.ladder, &estimates, goal);
         }
         for (t, tile) in self.tiles.iter_mut().enumerate() {
@@ -106,20 +107,31 @@ impl Progression {
         if self.tiles.iter().any(|tile| tile.next_rung() < 2) {
             return None;
         }
-        let at = |t: usize, back: usize| {
-            let estimate = |half: usize| {
-                let rung = self.rung(t, half).min(self.tiles[t].next_rung() - 1);
-                self.tiles[t].estimate(half, rung - back.min(rung))
-            };
-            let (a, b) = (estimate(0), estimate(1));
-            Estimate { error: a.error + b.error, values: a.values + b.values }
+        let known: Vec<_> = (0..self.tiles.len())
+            .flat_map(|t| [0, 1].map(|h| (&self.tiles[t], h, self.rung(t, h).min(self.tiles[t].next_rung() - 1))))
+            .collect();
+        let part = part_of_error(&known);
+        let all: Vec<_> = known.iter().map(|(tile, h, rung)| tile.estimate(*h, *rung).scaled(part)).collect();
+        let mean = |of: &[Estimate]| {
+            let (error, values) = of.iter().fold((0.0, 0.0), |(e, v), x| (e + x.error, v + x.values));
+            error / values
         };
-        let all: Vec<_> = (0..self.tiles.len()).map(|t| at(t, 0)).collect();
-        let error: f64 = all.iter().map(|e| e.error).sum();
-        let values: f64 = all.iter().map(|e| e.values).sum();
-        let before: f64 = (0..self.tiles.len()).map(|t| at(t, 1).error).sum();
-        let part = if before > 0.0 { richardson(error / before) } else { 1.0 };
-        let noisiest = all.iter().map(|e| e.error / e.values).fold(0.0, f64::max);
-        Some(((part * error / values).sqrt(), (part * noisiest).sqrt()))
+        let noisiest = all.chunks_exact(2).map(mean).fold(0.0, f64::max);
+        Some((mean(&all).sqrt(), noisiest.sqrt()))
     }
+}
+
+/// Which part of the errors estimated there is, of halves of tiles at rungs: by the fall of what the last two doublings
+/// changed. Sobol points are better at powers of 4 than at others of 2, so that a single one may mislead.
+fn part_of_error(known: &[(&Tile, usize, usize)]) -> f64 {
+    // Nothing is known at rung 0.
+    let fall = |doublings: usize| {
+        let sum = |back: usize| -> f64 {
+            let deep = known.iter().filter(|(_, _, rung)| *rung > doublings);
+            deep.map(|(tile, h, rung)| tile.estimate(*h, rung - back).error).sum()
+        };
+        let before = sum(doublings);
+        (before > 0.0).then(|| (sum(0) / before).powf(1.0 / doublings as f64))
+    };
+    fall(2).or_else(|| fall(1)).map_or(1.0, part_of_change)
 }

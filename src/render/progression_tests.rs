@@ -4,6 +4,7 @@ use super::allocation::{Goal, Ladder};
 use super::film::Film;
 use super::layout::FilmSlot;
 use super::progression::Progression;
+use super::tiles::part_of_change;
 
 const SIDE: u32 = 32;
 /// A sample is 1, and rarely brighter.
@@ -94,4 +95,19 @@ fn the_noise_is_estimated_rightly() {
     }
     let ratio = (mean_and_error(&reported).0 / mean_and_error(&true_error).0).sqrt();
     assert!((0.8..1.25).contains(&ratio), "{ratio}");
+}
+
+/// Variance a/n + b/n²: from what three doublings change follows how much of the last change is error.
+#[test]
+fn errors_are_told_from_what_falls_faster() {
+    for (a, b) in [(1.0, 0.0), (3.0, 1.0), (1.0, 1.0), (4.0, 5.0)] {
+        // Of the variance V of a mean, doubling leaves V/2 or V/4, and changes V/2 or 3V/4.
+        let change = |n: f64| 0.5 * a / n + 0.75 * b / (n * n);
+        let (before, last) = (change(1.0), change(2.0));
+        let error = a / 4.0 + b / 16.0;
+        assert!((part_of_change(last / before) * last / error - 1.0).abs() < 1e-12, "{a} {b}");
+    }
+    // No more than all of it, and no less than two thirds.
+    assert_eq!((part_of_change(0.5), part_of_change(3.0), part_of_change(f64::INFINITY)), (1.0, 1.0, 1.0));
+    assert!((part_of_change(0.0) - 2.0 / 3.0).abs() < 1e-12);
 }

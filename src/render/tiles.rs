@@ -50,7 +50,7 @@ impl Tile {
     /// The error of a mean is estimated by what its last samples changed. Let M be the mean of m samples, M′ that of
     /// n > m, the first m included. For independent samples of variance v, E(M′ − M)² = v (n − m)/(m n), so that
     /// (M′ − M)² m/(n − m) estimates the variance v/n of M′ without bias. Scrambled Sobol points converge faster, and
-    /// the estimate is then on the safe side; see [`richardson`].
+    /// the estimate is then too large; see [`part_of_change`].
     pub fn read(&mut self, ladder: &Ladder, slots: &[FilmSlot]) {
         let rung = self.next_rung();
         let mut sums = Box::new([[0.0; 3]; TILE]);
@@ -95,13 +95,13 @@ impl Tile {
     }
 }
 
-/// Which part of an error estimated by a last doubling there is, seeing that the doubling before changed `1/ratio` as
-/// much (squared).
+/// Which part of an error estimated by a last doubling there is, seeing that doublings divide the squares of changes by
+/// `1/ratio`.
 ///
-/// If variance falls as n^(−s) with s > 1, the errors of M and of the samples that were added to it are opposed: the
-/// change overestimates the variance of M′ by 2^s − 1, and 2^(−s) is what a doubling does to the squares of changes
-/// (Richardson's extrapolation). The exponent is taken to be 1 to 1.58.
-pub(crate) fn richardson(ratio: f64) -> f64 {
-    let ratio = ratio.clamp(1.0 / 3.0, 0.5);
-    ratio / (1.0 - ratio)
+/// Of scrambled Sobol points the variance of some integrands falls as 1/n, of others as 1/n² (Owen, Annals of Statistics
+/// 25, 1997, has n⁻³), where the errors of a mean and of the samples that were added to it are opposed: what a doubling
+/// changes is all of the former's variance, and three times the latter's. If `ratio` = 1/2 all is of the former kind, at 1/4 of
+/// the latter, and between these there is so much of each as explains it. Taken to be 1/3 at least, to be on the safe side.
+pub(crate) fn part_of_change(ratio: f64) -> f64 {
+    5.0 / 3.0 - 1.0 / (3.0 * ratio.clamp(1.0 / 3.0, 0.5))
 }
