@@ -15,7 +15,7 @@
 layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
 
 // For each beam of the dispatch BEAM_NOTES notes: light, and its pixel (as bits).
-layout(rgba32f, binding = 10) uniform imageBuffer beam_texels;
+layout(rgba32ui, binding = 10) uniform uimageBuffer beam_texels;
 
 // In place of a pixel: there are no further notes; the loop budget was spent before the beam ended.
 const uint NO_PIXEL = 0xffffffffu;
@@ -26,8 +26,8 @@ const uint BLOCK = 1024u;
 // A point on an emitter, off its surface, and its normal there.
 void emitter_point(int light, vec2 u, out vec3 point, out vec3 normal) {
     int row = light_row(light);
-    vec4 a = texelFetch(light_texels, row);
-    vec4 b = texelFetch(light_texels, row + 1);
+    vec4 a = light_texel(row);
+    vec4 b = light_texel(row + 1);
     if (a.w == LIGHT_SPHERE || a.w == LIGHT_INWARD) {
         float z = 1.0 - 2.0 * u.y;
         vec3 m = vec3(sqrt(upper(1.0 - z * z, 0.0)) * cos_sin_2pi(u.x), z);
@@ -37,7 +37,7 @@ void emitter_point(int light, vec2 u, out vec3 point, out vec3 normal) {
         normal = inward ? -m : m;
         return;
     }
-    vec3 c = texelFetch(light_texels, row + 2).xyz;
+    vec3 c = light_texel(row + 2).xyz;
     float root = sqrt(u.x);
     vec2 w = a.w == LIGHT_PARALLELOGRAM ? u : vec2(root * (1.0 - u.y), root * u.y);
     vec3 p0 = (1.0 - w.x - w.y) * a.xyz;
@@ -131,7 +131,7 @@ Beam beam_begin(uint number, out bool alive) {
     const float pairs = float(EMITTER_COUNT * BEAM_TARGETS);
     float place = sample_pair(b.key, b.index, PAIR_PIXEL, 0u).x * pairs;
     uint pair = uint(lower(place, pairs - 0.5));
-    vec4 entry = texelFetch(light_texels, int(BEAM_TEXELS + BEAM_TARGETS + pair));
+    vec4 entry = light_texel(int(BEAM_TEXELS + BEAM_TARGETS + pair));
     pair = place - float(pair) < entry.x ? pair : floatBitsToUint(entry.y);
     b.light = int(FIRST_EMITTER + pair / BEAM_TARGETS);
     vec3 normal;
@@ -141,7 +141,7 @@ Beam beam_begin(uint number, out bool alive) {
     b.cos_light = dot(normal, b.direction);
     float pdf = b.cos_light > 0.0 ? beam_pdf(b.light, b.y, b.direction, b.cos_light) : 0.0;
     alive = pdf > 0.0;
-    b.power = texelFetch(light_texels, light_row(b.light) + 3).xyz * (emitter_area(b.light) * b.cos_light / pdf);
+    b.power = light_texel(light_row(b.light) + 3).xyz * (emitter_area(b.light) * b.cos_light / pdf);
     b.hits = 0u;
     b.notes = 0u;
     b.origin = b.y;
@@ -158,7 +158,7 @@ vec2 sample_near(Beam b) {
 
 // Notes something of a beam of the dispatch.
 void note(uint beam, uint number, uint pixel, vec3 light) {
-    imageStore(beam_texels, int(beam * BEAM_NOTES + number), vec4(light, uintBitsToFloat(pixel)));
+    imageStore(beam_texels, int(beam * BEAM_NOTES + number), uvec4(floatBitsToUint(light), pixel));
 }
 
 void main() {

@@ -32,15 +32,15 @@ struct Gradients {
 
 Gradients gradients_load(uint slot) {
     int row = int(GRADIENT_ROWS * (slot - band_first));
-    return Gradients(imageLoad(gradient_texels, row), imageLoad(gradient_texels, row + 1),
-                     imageLoad(gradient_texels, row + 2));
+    return Gradients(uintBitsToFloat(imageLoad(gradient_texels, row)), uintBitsToFloat(imageLoad(gradient_texels, row + 1)),
+                     uintBitsToFloat(imageLoad(gradient_texels, row + 2)));
 }
 
 void gradients_store(uint slot, Gradients g) {
     int row = int(GRADIENT_ROWS * (slot - band_first));
-    imageStore(gradient_texels, row, g.light);
-    imageStore(gradient_texels, row + 1, g.right);
-    imageStore(gradient_texels, row + 2, g.down);
+    imageStore(gradient_texels, row, floatBitsToUint(g.light));
+    imageStore(gradient_texels, row + 1, floatBitsToUint(g.right));
+    imageStore(gradient_texels, row + 2, floatBitsToUint(g.down));
 }
 
 // Whether a member of a group has a neighbour in it on the right, or below.

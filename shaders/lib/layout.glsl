@@ -72,10 +72,14 @@ const uint MUTATE_BEAMS = 27u;
 const uint MUTATE_REPEATS = 28u;
 
 // ---- bindings
+// All texels are bits, of numbers too: lavapipe compiles five functions for each format that it meets, and small integers
+// among numbers cannot be taken for denormal ones.
 layout(binding = 0) uniform usamplerBuffer tree_texels;    // 3 texels a record, then 1, see intersect/tree.glsl
-layout(binding = 1) uniform samplerBuffer shape_texels;    // spheres and materials, see surface.glsl
+layout(binding = 1) uniform usamplerBuffer shape_texels;   // spheres and materials, see surface.glsl
 layout(binding = 2) uniform usamplerBuffer sobol_texels;   // see sampler.glsl
-layout(binding = 3) uniform samplerBuffer light_texels;    // see light/
+layout(binding = 3) uniform usamplerBuffer light_texels;   // see light/
+vec4 shape_texel(int row) { return uintBitsToFloat(texelFetch(shape_texels, row)); }
+vec4 light_texel(int row) { return uintBitsToFloat(texelFetch(light_texels, row)); }
 // A texel buffer although it is written: on lavapipe a vec4 of a storage buffer is 4 scalar accesses for each lane, all
 // of them unrolled, and the film's took half of the time that a kernel took to compile.
 layout(rgba32ui, binding = 4) uniform uimageBuffer film_texels;   // FILM_ROWS texels a slot, see film.glsl
@@ -86,11 +90,11 @@ layout(std430, binding = 6) coherent buffer Paths { vec4 path_rows[]; };    // P
 // The same, to write single numbers; and to read, or to write where time does not matter: on lavapipe a vec4 of a storage
 // buffer is 4 scalar accesses for each lane, all of them unrolled, a texel one call (slow where it writes).
 layout(std430, binding = 6) coherent buffer PathNumbers { float path_numbers[]; };
-layout(rgba32f, binding = 8) coherent uniform imageBuffer path_texels;
+layout(rgba32ui, binding = 8) coherent uniform uimageBuffer path_texels;
 layout(std430, binding = 7) coherent buffer QueuePool { uint pool[]; };
 const uint PATH_ROWS = 10u;
 // With REUSE: GRADIENT_ROWS texels a slot, see gradient.glsl.
-layout(rgba32f, binding = 9) uniform imageBuffer gradient_texels;
+layout(rgba32ui, binding = 9) uniform uimageBuffer gradient_texels;
 const uint GRADIENT_ROWS = 3u;
 
 // Indices into `counters`.

@@ -27,12 +27,12 @@ const float PATH_GIVES = 2.0;   // its light leaves y
 
 // A row of all paths after another: lanes write next to each other.
 int path_texel(uint path, uint row) { return int(row * (REGIONS << SLOT_BITS) + path); }
-vec4 path_load(uint path, uint row) { return imageLoad(path_texels, path_texel(path, row)); }
+vec4 path_load(uint path, uint row) { return uintBitsToFloat(imageLoad(path_texels, path_texel(path, row))); }
 void path_store(uint path, uint row, vec4 value) { path_rows[path_texel(path, row)] = value; }
 
 // Slower, but less code to compile.
 void path_store_compactly(uint path, uint row, vec4 value) {
-    imageStore(path_texels, path_texel(path, row), value);
+    imageStore(path_texels, path_texel(path, row), floatBitsToUint(value));
 }
 
 // The path has not begun; `reusing`: it may serve others.

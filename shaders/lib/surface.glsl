@@ -32,10 +32,10 @@ struct Surface {
 vec3 renormalize(vec3 n) { return n * (1.5 - 0.5 * dot(n, n)); }
 
 Surface surface_of_constant(int id, vec3 p) {
-    vec4 shape = texelFetch(shape_texels, 3 * id);
-    vec4 material = texelFetch(shape_texels, 3 * id + 1);
+    vec4 shape = shape_texel(3 * id);
+    vec4 material = shape_texel(3 * id + 1);
     int light = -1;
-    if (EMITTER_COUNT > 0u) light = floatBitsToInt(texelFetch(shape_texels, 3 * id + 2).x);
+    if (EMITTER_COUNT > 0u) light = floatBitsToInt(shape_texel(3 * id + 2).x);
     vec3 n = renormalize((p - shape.xyz) * shape.w);
     float curvature = shape.w;
     float offset = 0.0;
@@ -58,7 +58,7 @@ Surface surface_of_record(int record, vec3 o, vec3 d, float t) {
     vec3 v0 = uintBitsToFloat(q.a.xyz);
     vec3 v1 = uintBitsToFloat(q.b.xyz);
     vec3 v2 = uintBitsToFloat(q.c.xyz);
-    vec4 material = texelFetch(shape_texels, leaf ? int(q.a.w) : 0);
+    vec4 material = shape_texel(leaf ? int(q.a.w) : 0);
     vec3 n = apart.xyz;
     vec3 ns = n;
     // From barycentrics: closer to the plane than o + t·d, with pbrt's bound γ(7)(|b0 v0| + |b1 v1| + |b2 v2|).
@@ -75,8 +75,8 @@ Surface surface_of_record(int record, vec3 o, vec3 d, float t) {
     if (SMOOTH_NORMALS) {
         int row = leaf ? int(q.b.w) : -1;
         if (row >= 0) {
-            vec3 s = b.x * texelFetch(shape_texels, row).xyz + b.y * texelFetch(shape_texels, row + 1).xyz +
-                     b.z * texelFetch(shape_texels, row + 2).xyz;
+            vec3 s = b.x * shape_texel(row).xyz + b.y * shape_texel(row + 1).xyz +
+                     b.z * shape_texel(row + 2).xyz;
             float length2 = dot(s, s);
             s = length2 > 0.0 ? s * inversesqrt(length2) : n;
             ns = dot(s, n) < 0.0 ? -s : s;

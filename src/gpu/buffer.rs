@@ -16,11 +16,11 @@ pub(crate) enum Usage {
     /// Read and written by shaders; on the device.
     Storage,
     /// Read by shaders through a typed view; on the device.
-    Texel(vk::Format),
+    Texel,
     /// Read and written by shaders through a typed view; on the device, and mapped where that is a CPU.
-    StorageTexel(vk::Format),
+    StorageTexel,
     /// The same, and an array of numbers too.
-    StorageTexelAndArray(vk::Format),
+    StorageTexelAndArray,
     /// Written by the host, source of copies.
     Upload,
     /// Read by the host, destination of copies.
@@ -30,17 +30,17 @@ pub(crate) enum Usage {
 impl Usage {
     /// Whether shaders may see it as an array.
     fn is_array(self) -> bool {
-        matches!(self, Self::Storage | Self::StorageTexelAndArray(_))
+        matches!(self, Self::Storage | Self::StorageTexelAndArray)
     }
 
-    /// The format of the typed view, if there is one.
-    fn format(self) -> Option<vk::Format> {
-        match self {
-            Self::Texel(format) | Self::StorageTexel(format) | Self::StorageTexelAndArray(format) => Some(format),
-            _ => None,
-        }
+    /// Whether shaders may see it as texels.
+    fn is_texel(self) -> bool {
+        matches!(self, Self::Texel | Self::StorageTexel | Self::StorageTexelAndArray)
     }
 }
+
+/// Of all typed views: 16 bytes, as bits.
+const TEXEL: vk::Format = vk::Format::R32G32B32A32_UINT;
 
 /// A buffer that owns its memory and, for texel buffers, its view.
 pub(crate) struct Buffer {
@@ -67,11 +67,11 @@ impl Buffer {
             kind,
             device: device.info.name.clone(),
         };
-        let (array, format) = (usage.is_array(), usage.format());
+        let (array, texel) = (usage.is_array(), usage.is_texel());
         if array && bytes > device.info.max_storage_range {
             return Err(too_large(device.info.max_storage_range, "storage buffer"));
         }
-        if format.is_some() && bytes / 16 > device.info.max_texel_elements {
+        if texel && bytes / 16 > device.info.max_texel_elements {
             return Err(too_large(device.info.max_texel_elements.saturating_mul(16), "texel buffer"));
         }
         let (flags, location) = match usage {
@@ -81,11 +81,11 @@ impl Buffer {
                     | vk::BufferUsageFlags::TRANSFER_DST,
                 MemoryLocation::GpuOnly,
             ),
-            Usage::Texel(_) => (
+            Usage::Texel => (
                 vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER | vk::BufferUsageFlags::TRANSFER_DST,
                 MemoryLocation::GpuOnly,
             ),
-            Usage::StorageTexel(_) | Usage::StorageTexelAndArray(_) => {
+            Usage::StorageTexel | Usage::StorageTexelAndArray => {
                 let texels = vk::BufferUsageFlags::STORAGE_TEXEL_BUFFER
                     | vk::BufferUsageFlags::TRANSFER_SRC
                     | vk::BufferUsageFlags::TRANSFER_DST;
@@ -130,8 +130,8 @@ impl Buffer {
             buffer.allocation = Some(allocation);
             bound.map_err(|e| no_memory(e.to_string()))?;
         }
-        if let Some(format) = format {
-            let view = vk::BufferViewCreateInfo::default().buffer(raw).format(format).range(vk::WHOLE_SIZE);
+        if texel {
+            let view = vk::BufferViewCreateInfo::default().buffer(raw).format(TEXEL).range(vk::WHOLE_SIZE);
             // SAFETY: the buffer is bound and has the texel usage; the range was checked above.
             buffer.view = check("vkCreateBufferView", unsafe { device.raw.create_buffer_view(&view, None) })?;
             device.name(buffer.view, name);

@@ -2,8 +2,6 @@
 
 use std::sync::Arc;
 
-use ash::vk::Format;
-
 use crate::gpu::{BindingKind, BindingLayout, Buffer, Device, GpuError, Timeline, Usage};
 
 use super::error::RenderError;
@@ -11,10 +9,6 @@ use super::layout::{Push, binding};
 use super::sobol::DIMENSIONS;
 use super::tables::Tables;
 use super::upload::upload;
-
-/// Texels of numbers, and of bits.
-pub(crate) const FLOAT4: Format = Format::R32G32B32A32_SFLOAT;
-pub(crate) const UINT4: Format = Format::R32G32B32A32_UINT;
 
 const COMMON: [(u32, BindingKind); 6] = [
     (binding::TREE, BindingKind::Texels),
@@ -44,15 +38,15 @@ impl TableBuffers {
         tables: &Tables,
         sobol: &[[u32; DIMENSIONS]],
     ) -> Result<Self, RenderError> {
-        let sources: [(u32, &str, Format, &[u8]); 4] = [
-            (binding::TREE, "tree", UINT4, bytemuck::cast_slice(&tables.tree_texels)),
-            (binding::SHAPES, "shapes", FLOAT4, bytemuck::cast_slice(&tables.shapes)),
-            (binding::SOBOL, "sobol", UINT4, bytemuck::cast_slice(sobol)),
-            (binding::LIGHTS, "lights", FLOAT4, bytemuck::cast_slice(&tables.lights.texels)),
+        let sources: [(u32, &str, &[u8]); 4] = [
+            (binding::TREE, "tree", bytemuck::cast_slice(&tables.tree_texels)),
+            (binding::SHAPES, "shapes", bytemuck::cast_slice(&tables.shapes)),
+            (binding::SOBOL, "sobol", bytemuck::cast_slice(sobol)),
+            (binding::LIGHTS, "lights", bytemuck::cast_slice(&tables.lights.texels)),
         ];
         let mut uploads = Vec::new();
-        for (_, name, format, bytes) in sources {
-            uploads.push((Buffer::new(device, name, bytes.len() as u64, Usage::Texel(format))?, bytes));
+        for (_, name, bytes) in sources {
+            uploads.push((Buffer::new(device, name, bytes.len() as u64, Usage::Texel)?, bytes));
         }
         upload(device, timeline, &mut uploads)?;
         let numbers = sources.iter().map(|&(number, ..)| number);

@@ -174,10 +174,10 @@ FACET_CONSTANTS(31, 752)
 // The same from shape_texels (surface.glsl): written out once for any facet, where time does not matter.
 Facet facet_of_table(int n) {
     int row = 3 * int(SPHERE_COUNT + FACET_COUNT) + 4 * n;
-    vec4 a = texelFetch(shape_texels, row);
-    vec4 b = texelFetch(shape_texels, row + 1);
-    vec4 c = texelFetch(shape_texels, row + 2);
-    vec4 d = texelFetch(shape_texels, row + 3);
+    vec4 a = shape_texel(row);
+    vec4 b = shape_texel(row + 1);
+    vec4 c = shape_texel(row + 2);
+    vec4 d = shape_texel(row + 3);
     return Facet(a.xyz, b.xyz, c.xyz, d.xyz, vec4(a.w, b.w, c.w, d.w));
 }
 

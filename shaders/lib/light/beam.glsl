@@ -40,7 +40,7 @@ const uint BEAM_NOTES = BEAM_HITS - 1u;
 // First of the lights that are emitters.
 const uint FIRST_EMITTER = LIGHT_COUNT - EMITTER_COUNT;
 
-vec4 beam_target(uint target) { return texelFetch(light_texels, int(BEAM_TEXELS + target)); }
+vec4 beam_target(uint target) { return light_texel(int(BEAM_TEXELS + target)); }
 
 // A lamp and a target.
 int beam_pair(int light, uint target) {
@@ -63,7 +63,7 @@ float beam_direction_pdf(vec4 target, vec3 y, vec3 direction, float cos_light) {
 float beam_pdf(int light, vec3 y, vec3 direction, float cos_light) {
     float sum = 0.0;
     for (uint target = 0u; target < BEAM_TARGETS; ++target) {
-        float probability = texelFetch(light_texels, beam_pair(light, target)).z;
+        float probability = light_texel(beam_pair(light, target)).z;
         sum += probability * beam_direction_pdf(beam_target(target), y, direction, cos_light);
     }
     return sum;
@@ -72,8 +72,8 @@ float beam_pdf(int light, vec3 y, vec3 direction, float cos_light) {
 // Area of an emitter.
 float emitter_area(int light) {
     int row = light_row(light);
-    float kind = texelFetch(light_texels, row).w;
-    float size = texelFetch(light_texels, row + 1).w;
+    float kind = light_texel(row).w;
+    float size = light_texel(row + 1).w;
     return kind == LIGHT_SPHERE || kind == LIGHT_INWARD ? 4.0 * PI * size * size : size;
 }
 

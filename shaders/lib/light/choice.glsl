@@ -65,17 +65,17 @@ int light_choose(int cell, float u, out float probability) {
     float place = u * float(LIGHT_ENTRIES);
     int column = int(lower(place, float(LIGHT_ENTRIES) - 0.5));
     u = place - float(column);
-    vec4 entry = texelFetch(light_texels, cell + column);
-    if (!light_turn(entry.x, u)) entry = texelFetch(light_texels, cell + floatBitsToInt(entry.y));
+    vec4 entry = light_texel(cell + column);
+    if (!light_turn(entry.x, u)) entry = light_texel(cell + floatBitsToInt(entry.y));
     probability = entry.z;
     int chosen = probability > 0.0 ? floatBitsToInt(entry.w) : -1;
     if (LIGHT_DEPTH > 0u && chosen >= 0) {
         int entered = chosen;
-        vec4 node = texelFetch(light_texels, chosen);
+        vec4 node = light_texel(chosen);
         float strength = node.z;
         while (floatBitsToInt(node.w) < 0) {
             chosen = light_turn(node.x, u) ? chosen + 1 : floatBitsToInt(node.y);
-            node = texelFetch(light_texels, chosen);
+            node = light_texel(chosen);
         }
         if (chosen != entered) probability *= strength > 0.0 ? node.z / strength : 0.0;
         chosen = probability > 0.0 ? floatBitsToInt(node.w) : -1;
@@ -87,30 +87,30 @@ int light_choose(int cell, float u, out float probability) {
 float light_probability(int cell, int light) {
     if (LIGHT_COUNT == 1u) return 1.0;
     int key = light;
-    if (LIGHT_DEPTH > 0u) key = floatBitsToInt(texelFetch(light_texels, light_row(light) + 2).w);
+    if (LIGHT_DEPTH > 0u) key = floatBitsToInt(light_texel(light_row(light) + 2).w);
     // The last entry that is not beyond it.
     int last = 0;
     for (int step = int(LIGHT_ENTRIES) / 2; step > 0; step /= 2) {
-        bool beyond = floatBitsToInt(texelFetch(light_texels, cell + last + step).w) > key;
+        bool beyond = floatBitsToInt(light_texel(cell + last + step).w) > key;
         last += beyond ? 0 : step;
     }
-    vec4 entry = texelFetch(light_texels, cell + last);
+    vec4 entry = light_texel(cell + last);
     int found = floatBitsToInt(entry.w);
     if (found == key) return entry.z;
     if (LIGHT_DEPTH == 0u || entry.z == 0.0) return 0.0;
-    vec4 node = texelFetch(light_texels, found);
+    vec4 node = light_texel(found);
     int end = ~floatBitsToInt(node.w);
-    return found < key && key < end && node.z > 0.0 ? entry.z * (texelFetch(light_texels, key).z / node.z) : 0.0;
+    return found < key && key < end && node.z > 0.0 ? entry.z * (light_texel(key).z / node.z) : 0.0;
 }
 
 // Samples a light at the point that `uv` chooses. Density: of the point alone.
 LightSample light_point(int light, vec3 from, vec3 n, vec2 uv) {
     int row = light_row(light);
-    vec4 a = texelFetch(light_texels, row);
-    vec4 b = texelFetch(light_texels, row + 1);
+    vec4 a = light_texel(row);
+    vec4 b = light_texel(row + 1);
     if (EMITTER_COUNT == 0u || a.w == LIGHT_POINT) return point_sample(a.xyz, b.xyz, from, n);
-    vec4 c = texelFetch(light_texels, row + 2);
-    vec4 d = texelFetch(light_texels, row + 3);
+    vec4 c = light_texel(row + 2);
+    vec4 d = light_texel(row + 3);
     if (a.w == LIGHT_TRIANGLE || a.w == LIGHT_PARALLELOGRAM) {
         return triangle_sample(a.xyz, b.xyz, c.xyz, a.w == LIGHT_PARALLELOGRAM, b.w, d.xyz, from, n, uv);
     }
@@ -151,8 +151,8 @@ LightSample light_sample(vec3 from, vec3 n, vec2 u, vec2 uv) {
 // distance t, under the cosine `cos_light` at the emitter.
 float light_pdf(vec3 from, int light, float t, float cos_light) {
     int row = light_row(light);
-    vec4 a = texelFetch(light_texels, row);
-    vec4 b = texelFetch(light_texels, row + 1);
+    vec4 a = light_texel(row);
+    vec4 b = light_texel(row + 1);
     bool flat_ = a.w == LIGHT_TRIANGLE || a.w == LIGHT_PARALLELOGRAM;
     float pdf = flat_ ? triangle_pdf(b.w, t * t, cos_light)
                       : sphere_pdf(a.xyz, b.w, a.w == LIGHT_INWARD, from, t * t, cos_light);

@@ -13,7 +13,7 @@ use std::time::Instant;
 use bytemuck::{AnyBitPattern, NoUninit, Zeroable};
 
 use crate::gpu::{Access, BindingKind, BindingSet, Buffer, Context, Pipeline, Timeline, Usage};
-use crate::render::bindings::{self, TableBuffers, UINT4};
+use crate::render::bindings::{self, TableBuffers};
 use crate::render::driver::DriverFacts;
 use crate::render::layout::{Counters, FilmSlot, Push, binding, constant};
 use crate::render::space::RenderSpace;
@@ -105,7 +105,7 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
         let input = storage("probe input", BATCH * size_of::<I>())?;
         let output = storage("probe output", BATCH * size_of::<O>())?;
         let film_bytes = (film_slots.max(1) * size_of::<FilmSlot>()) as u64;
-        let film = Buffer::new(device, "film", film_bytes, Usage::StorageTexel(UINT4))?;
+        let film = Buffer::new(device, "film", film_bytes, Usage::StorageTexel)?;
         let counters = storage("counters", size_of::<Counters>())?;
         let mut timeline = Timeline::new(device, 1)?;
         let table_buffers = TableBuffers::new(device, &mut timeline, tables, &table)?;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::gpu::{Access, BindingKind, BindingLayout, BindingSet, Buffer, Device, Pipeline, Specialization, Usage};
 
 use super::super::beam_light::BeamLight;
-use super::super::bindings::{self, FLOAT4};
+use super::super::bindings;
 use super::super::error::RenderError;
 use super::super::features::Features;
 use super::super::film::Film;
@@ -104,7 +104,7 @@ impl BeamTracer {
         let most = device.info.max_texel_elements / u64::from(BeamNote::MOST);
         let dispatch = (most.min(u64::from(DISPATCH)) as u32 / BLOCK).max(1) * BLOCK;
         let bytes = notes_bytes(dispatch as usize);
-        let notes = Buffer::new(device, "beams", bytes, Usage::StorageTexel(FLOAT4))?;
+        let notes = Buffer::new(device, "beams", bytes, Usage::StorageTexel)?;
         let readback = match notes.mapped() {
             Some(_) => None,
             None => Some(Buffer::new(device, "beams readback", bytes, Usage::Readback)?),

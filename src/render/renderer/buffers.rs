@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::super::bindings::{FLOAT4, TableBuffers, UINT4};
+use super::super::bindings::TableBuffers;
 use super::super::error::RenderError;
 use super::super::layout::{Counters, FilmSlot, GradientSlot, binding, queue};
 use super::super::sobol::DIMENSIONS;
@@ -87,7 +87,7 @@ impl Buffers {
         // Rows follow each other; only reuse needs more than the first, the paths' light.
         let rows = if shape.notes { queue::PATH_ROWS } else { 1 };
         let path_bytes = 16 * u64::from(rows) * u64::from(shape.regions) * u64::from(queue::PATHS);
-        let paths = Buffer::new(device, "paths", path_bytes, Usage::StorageTexelAndArray(FLOAT4))?;
+        let paths = Buffer::new(device, "paths", path_bytes, Usage::StorageTexelAndArray)?;
 
         // What a binding holds, and a dispatch covers.
         let texels = size_of::<FilmSlot>() as u64 / 16;
@@ -99,12 +99,11 @@ impl Buffers {
         let mut first = 0u64;
         while first < shape.slots {
             let count = (shape.slots - first).min(band_slots);
-            let mut film =
-                Buffer::new(device, "film", count * size_of::<FilmSlot>() as u64, Usage::StorageTexel(UINT4))?;
+            let mut film = Buffer::new(device, "film", count * size_of::<FilmSlot>() as u64, Usage::StorageTexel)?;
             // Here, beside the driver's work.
             film.touch();
             let gradients = if shape.reuse { count * size_of::<GradientSlot>() as u64 } else { 0 };
-            let mut gradients = Buffer::new(device, "gradients", gradients, Usage::StorageTexel(FLOAT4))?;
+            let mut gradients = Buffer::new(device, "gradients", gradients, Usage::StorageTexel)?;
             gradients.touch();
             let bound = tables.and(&[
                 (binding::FILM, &film),
