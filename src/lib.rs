@@ -46,13 +46,16 @@
 
 pub mod accel;
 pub mod bench;
+mod cache;
 pub mod check;
 pub mod gpu;
+mod hash;
 pub mod image;
 pub mod oracle;
 pub mod render;
 pub mod scene;
 
+pub use cache::user_cache;
 pub use gpu::{Context, ContextOptions, GpuError, Validation};
 pub use image::Image;
 pub use render::{Film, RenderError, RenderSettings, Renderer};

@@ -18,7 +18,7 @@ use photolith::gpu::prefer_wide_vectors;
 use photolith::image::metrics::flip;
 use photolith::render::Features;
 use photolith::scene::Scene;
-use photolith::{Context, RenderSettings};
+use photolith::{Context, RenderSettings, user_cache};
 
 use super::exit;
 use super::options::{
@@ -180,7 +180,7 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
         // SAFETY: other threads only wait for work on meshes, and leave the environment alone.
         unsafe { prefer_wide_vectors() };
     }
-    let context = args.device.open()?;
+    let context = Context::new(&args.device.context_options())?;
     let mut report = Report {
         schema: report::SCHEMA,
         machine: Machine::of(&context),
@@ -339,19 +339,10 @@ fn obtain_reference(
         }
     };
     let origin = if options.oracle { Origin::Oracle } else { Origin::Renderer };
-    let cache = options.cache.clone().or_else(user_cache);
+    let cache = options.cache.clone().or_else(|| Some(user_cache()?.join("references")));
     Ok(Reference::obtain(context, scene, origin, noise, cache.as_deref(), |samples| {
         bar.say(&format!("making the reference, {samples} samples per pixel"));
     })?)
-}
-
-/// The XDG base directory specification's cache folder, or its counterpart elsewhere; `None` where there is none.
-fn user_cache() -> Option<PathBuf> {
-    let variable = |name| std::env::var_os(name).map(PathBuf::from).filter(|p| p.is_absolute());
-    let base = variable("XDG_CACHE_HOME")
-        .or_else(|| variable("LOCALAPPDATA"))
-        .or_else(|| variable("HOME").map(|home| home.join(".cache")))?;
-    Some(base.join("photolith").join("references"))
 }
 
 fn write(args: &BenchArgs, report: &Report) -> anyhow::Result<()> {

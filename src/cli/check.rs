@@ -16,7 +16,7 @@ use photolith::gpu::DeviceKind;
 use photolith::{Context, ContextOptions, Validation};
 
 use super::exit;
-use super::options::{DeviceOptions, ValidateArg};
+use super::options::DeviceOptions;
 
 mod table;
 
@@ -134,12 +134,8 @@ fn check_device(
     options: &RunOptions,
     expectations: &Expectations,
 ) -> anyhow::Result<DeviceReport> {
-    let validation = match args.device.validate {
-        None => Validation::Off,
-        Some(ValidateArg::Core) => Validation::Core,
-        Some(ValidateArg::Sync) => Validation::Synchronization,
-    };
-    let context = Context::new(&ContextOptions { device, validation })?;
+    let validation = args.device.validation();
+    let context = Context::new(&ContextOptions { device, validation, ..ContextOptions::default() })?;
     if validation != Validation::Off && provoke_validation(&context)?.is_empty() {
         // Silence would prove nothing.
         return Err(anyhow!("the validation layer did not report a deliberate violation")).context(exit::Deaf);

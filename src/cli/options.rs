@@ -7,7 +7,7 @@ use anyhow::Context as _;
 use clap::{Args, ValueEnum};
 use photolith::render::{Accel, Beams, Glances, Gradients, MAX_SAMPLES, Reuse, Sampler, Scheduler, TriangleTest};
 use photolith::scene::Scene;
-use photolith::{Context, ContextOptions, RenderSettings, Validation};
+use photolith::{ContextOptions, RenderSettings, Validation, user_cache};
 
 /// Which device, and whether it is watched.
 #[derive(Args, Clone)]
@@ -31,14 +31,19 @@ pub enum ValidateArg {
 }
 
 impl DeviceOptions {
-    /// Opens the device.
-    pub fn open(&self) -> anyhow::Result<Context> {
-        let validation = match self.validate {
+    /// Which validation was asked for.
+    pub fn validation(&self) -> Validation {
+        match self.validate {
             None => Validation::Off,
             Some(ValidateArg::Core) => Validation::Core,
             Some(ValidateArg::Sync) => Validation::Synchronization,
-        };
-        Ok(Context::new(&ContextOptions { device: self.device.clone(), validation })?)
+        }
+    }
+
+    /// How to open the device.
+    pub fn context_options(&self) -> ContextOptions {
+        let shader_folder = user_cache().map(|cache| cache.join("shaders"));
+        ContextOptions { device: self.device.clone(), validation: self.validation(), shader_folder }
     }
 }
 

@@ -1,6 +1,8 @@
 //! `photolith render`.
 
+use std::mem::forget;
 use std::ops::ControlFlow;
+use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -9,11 +11,11 @@ use std::time::Duration;
 
 use anyhow::{Context as _, anyhow};
 use clap::Args;
-use photolith::gpu::prefer_wide_vectors;
+use photolith::gpu::{Vulkan, prefer_wide_vectors};
 use photolith::image::{self, Metadata};
 use photolith::render::{Adaptive, Features, RenderStatistics};
 use photolith::scene::Scene;
-use photolith::{Context, Image, RenderSettings, Renderer};
+use photolith::{Context, Image, RenderSettings, Renderer, Validation};
 use serde_json::json;
 
 use super::exit;
@@ -97,17 +99,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     };
     // Before hours of rendering, not after.
     image::check_writable(&output)?;
-    let (scene, mut settings) = args.scene_options.load(&args.scene)?;
-    if let Some(noise) = args.noise {
-        settings.adaptive = Some(Adaptive::to_noise(noise));
-        settings.samples = args.scene_options.samples.unwrap_or(MOST_SAMPLES);
-    }
-    settings.time_limit = args.time_limit;
-    settings.samples_per_dispatch = args.samples_per_dispatch;
-    settings.workgroup_size = args.workgroup;
-    settings.loop_budget = args.loop_budget;
-    settings.count_steps = args.count_steps;
-    settings.spirv_folder = args.spirv.clone();
+    let (vulkan, scene, settings) = load(args)?;
 
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
@@ -121,10 +113,11 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
 
     let started = std::time::Instant::now();
     if Features::of(&scene, &settings).suits_wide_vectors() {
-        // SAFETY: the other threads wait for a signal, or for work on meshes, and leave the environment alone.
+        // SAFETY: the other threads wait for a signal, or for work on meshes, and leave the environment alone; the drivers'
+        // libraries have been loaded.
         unsafe { prefer_wide_vectors() };
     }
-    let context = args.device.open()?;
+    let context = Context::open(vulkan, &args.device.context_options())?;
     let mut renderer = Renderer::new(&context, &scene, &settings)?;
     if renderer.hidden_lights() > 0 {
         log::warn!("{} light(s) left out: an opaque sphere keeps them from all that is seen", renderer.hidden_lights());
@@ -163,11 +156,40 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         println!("{}", report(&context, &settings, &renderer, setup, &output));
     }
     let messages = context.messages().all();
-    if !messages.is_empty() {
-        eprintln!("photolith: {} validation message(s); the first: {}", messages.len(), messages[0]);
-        return Ok(ExitCode::from(exit::VALIDATION));
+    let code = match messages.first() {
+        Some(first) => {
+            eprintln!("photolith: {} validation message(s); the first: {first}", messages.len());
+            exit::VALIDATION
+        }
+        None if was_interrupted => exit::INTERRUPTED,
+        None => exit::OK,
+    };
+    if context.validation() == Validation::Off {
+        // The system takes back at once what would be given back piece by piece.
+        forget((renderer, context));
     }
-    Ok(ExitCode::from(if was_interrupted { exit::INTERRUPTED } else { exit::OK }))
+    Ok(ExitCode::from(code))
+}
+
+/// The scene and the settings, and Vulkan: each takes its time.
+fn load(args: &RenderArgs) -> anyhow::Result<(Vulkan, Scene, RenderSettings)> {
+    std::thread::scope(|scope| {
+        let validation = args.device.validation();
+        let vulkan = std::thread::Builder::new().spawn_scoped(scope, move || Vulkan::load(validation))?;
+        let (scene, mut settings) = args.scene_options.load(&args.scene)?;
+        if let Some(noise) = args.noise {
+            settings.adaptive = Some(Adaptive::to_noise(noise));
+            settings.samples = args.scene_options.samples.unwrap_or(MOST_SAMPLES);
+        }
+        settings.time_limit = args.time_limit;
+        settings.samples_per_dispatch = args.samples_per_dispatch;
+        settings.workgroup_size = args.workgroup;
+        settings.loop_budget = args.loop_budget;
+        settings.count_steps = args.count_steps;
+        settings.spirv_folder = args.spirv.clone();
+        let vulkan = vulkan.join().unwrap_or_else(|panic| resume_unwind(panic))?;
+        Ok((vulkan, scene, settings))
+    })
 }
 
 /// What adaptive sampling reached, for people.

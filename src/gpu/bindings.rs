@@ -35,8 +35,9 @@ impl BindingKind {
 /// buffers that it will work on.
 pub(crate) struct BindingLayout {
     pub raw: vk::PipelineLayout,
-    set: vk::DescriptorSetLayout,
-    bindings: Vec<(u32, BindingKind)>,
+    pub set: vk::DescriptorSetLayout,
+    pub bindings: Vec<(u32, BindingKind)>,
+    pub push_bytes: u32,
     device: Arc<Device>,
 }
 
@@ -57,6 +58,7 @@ impl BindingLayout {
             raw: vk::PipelineLayout::null(),
             set: vk::DescriptorSetLayout::null(),
             bindings: bindings.to_vec(),
+            push_bytes,
             device: Arc::clone(device),
         };
         let raw = &device.raw;
@@ -64,14 +66,17 @@ impl BindingLayout {
         // SAFETY: live device; `layout_bindings` outlives the call.
         layout.set = check("vkCreateDescriptorSetLayout", unsafe { raw.create_descriptor_set_layout(&info, None) })?;
         let set_layouts = [layout.set];
-        let push = [vk::PushConstantRange::default().stage_flags(vk::ShaderStageFlags::COMPUTE).size(push_bytes)];
-        let mut info = vk::PipelineLayoutCreateInfo::default().set_layouts(&set_layouts);
-        if push_bytes > 0 {
-            info = info.push_constant_ranges(&push);
-        }
+        let push = layout.push_ranges();
+        let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&set_layouts).push_constant_ranges(&push);
         // SAFETY: the set layout was just made with this device; both arrays outlive the call.
         layout.raw = check("vkCreatePipelineLayout", unsafe { raw.create_pipeline_layout(&info, None) })?;
         Ok(Arc::new(layout))
+    }
+
+    /// The push constants, if there are any.
+    pub fn push_ranges(&self) -> Vec<vk::PushConstantRange> {
+        let range = vk::PushConstantRange::default().stage_flags(vk::ShaderStageFlags::COMPUTE).size(self.push_bytes);
+        if self.push_bytes > 0 { vec![range] } else { Vec::new() }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::ffi::CString;
 use std::mem::ManuallyDrop;
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard};
 
 use ash::{ext, vk};
@@ -12,6 +13,7 @@ use super::error::{GpuError, check};
 use super::instance::{Instance, Validation};
 use super::messages::Messages;
 use super::select::{self, DeviceInfo};
+use super::shader_objects::ShaderObjects;
 
 /// How to make a [`Context`].
 #[derive(Debug, Clone, Default)]
@@ -20,6 +22,23 @@ pub struct ContextOptions {
     pub device: Option<String>,
     /// Validation layers.
     pub validation: Validation,
+    /// A folder, made if it is not there, in which to keep shaders as the driver has compiled them, if it is one that
+    /// compiles them slowly each time that a program starts and can hand them over (lavapipe from Mesa 24 on).
+    pub shader_folder: Option<PathBuf>,
+}
+
+/// Vulkan with its drivers' libraries, before a device is asked for. Loading them is most of what opening a device takes; a
+/// program may do so beside other work.
+pub struct Vulkan(Instance);
+
+impl Vulkan {
+    /// Loads Vulkan.
+    ///
+    /// # Errors
+    /// No loader, no driver, or no validation layer.
+    pub fn load(validation: Validation) -> Result<Self, GpuError> {
+        Ok(Self(Instance::new(validation)?))
+    }
 }
 
 /// A Vulkan device that is ready to compute. Cheap to clone; the device lives until the last clone,
@@ -33,7 +52,15 @@ impl Context {
     /// # Errors
     /// No loader, no device, an unsuitable device, or a failed Vulkan call.
     pub fn new(options: &ContextOptions) -> Result<Self, GpuError> {
-        Ok(Self(Arc::new(Device::new(options)?)))
+        Self::open(Vulkan::load(options.validation)?, options)
+    }
+
+    /// Picks a device of Vulkan as it has been loaded and opens it. (With `validation` as it was then.)
+    ///
+    /// # Errors
+    /// No device, an unsuitable device, or a failed Vulkan call.
+    pub fn open(vulkan: Vulkan, options: &ContextOptions) -> Result<Self, GpuError> {
+        Ok(Self(Arc::new(Device::new(vulkan.0, options)?)))
     }
 
     /// The same device opened once more, with an instance, a queue and messages of its own.
@@ -41,7 +68,11 @@ impl Context {
     /// # Errors
     /// As for [`Context::new`].
     pub fn reopen(&self) -> Result<Self, GpuError> {
-        Self::new(&ContextOptions { device: Some(self.info().index.to_string()), validation: self.validation() })
+        Self::new(&ContextOptions {
+            device: Some(self.info().index.to_string()),
+            validation: self.validation(),
+            shader_folder: self.0.shader_objects.as_ref().map(|objects| objects.folder().to_owned()),
+        })
     }
 
     /// The devices that Vulkan reports, and which of them [`Context::new`] would pick for `wanted`, with the reason.
@@ -73,7 +104,7 @@ impl Context {
 
     /// Which validation runs.
     pub fn validation(&self) -> Validation {
-        self.0.validation
+        self.0.instance.validation
     }
 
     /// Bytes of device memory in use, and the most that were in use at one time.
@@ -99,18 +130,18 @@ pub(crate) struct Device {
     pub queue_family: u32,
     pub info: DeviceInfo,
     pub choice: String,
-    pub validation: Validation,
     /// Nanoseconds of a timestamp tick; 0 if the queue has no timestamps.
     pub timestamp_period: f32,
     pub limits: vk::PhysicalDeviceLimits,
     names: Option<ext::debug_utils::Device>,
+    /// Shaders without pipelines, kept on disk.
+    pub shader_objects: Option<ShaderObjects>,
     memory: Mutex<Memory>,
     pub instance: Instance,
 }
 
 impl Device {
-    fn new(options: &ContextOptions) -> Result<Self, GpuError> {
-        let instance = Instance::new(options.validation)?;
+    fn new(instance: Instance, options: &ContextOptions) -> Result<Self, GpuError> {
         let devices = select::enumerate(&instance)?;
         let infos: Vec<_> = devices.iter().map(|(_, info)| info.clone()).collect();
         let (index, choice) = select::pick(&infos, options.device.as_deref())?;
@@ -127,13 +158,24 @@ impl Device {
             )
         };
         let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&[1.0])];
+        let store = options.shader_folder.as_deref().and_then(|f| ShaderObjects::find(&instance, physical, &info, f));
+        let extensions = store.as_ref().map_or(&[][..], |_| &ShaderObjects::EXTENSIONS);
         let mut features12 = vk::PhysicalDeviceVulkan12Features::default().timeline_semaphore(true);
-        let create = vk::DeviceCreateInfo::default().queue_create_infos(&queues).push_next(&mut features12);
+        let mut features_objects = vk::PhysicalDeviceShaderObjectFeaturesEXT::default().shader_object(true);
+        let mut create = vk::DeviceCreateInfo::default()
+            .queue_create_infos(&queues)
+            .enabled_extension_names(extensions)
+            .push_next(&mut features12);
+        if store.is_some() {
+            create = create.push_next(&mut features_objects);
+        }
         // SAFETY: the queue family exists, and `select` has checked the features.
         let raw = check("vkCreateDevice", unsafe { instance.raw.create_device(physical, &create, None) })?;
         // SAFETY: the queue was asked for above.
         let queue = unsafe { raw.get_device_queue(queue_family, 0) };
-        let names = instance.debug_names.then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
+        let shader_objects = store.map(|store| store.on(&instance, &raw));
+        let names =
+            (instance.validation != Validation::Off).then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
 
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: instance.raw.clone(),
@@ -163,10 +205,10 @@ impl Device {
             queue_family,
             info,
             choice,
-            validation: options.validation,
             timestamp_period: if ticks { properties.limits.timestamp_period } else { 0.0 },
             limits: properties.limits,
             names,
+            shader_objects,
             memory: Mutex::new(Memory { allocator: ManuallyDrop::new(allocator), bytes: 0, peak: 0 }),
             instance,
         })

@@ -27,7 +27,9 @@ pub(crate) struct Instance {
     pub raw: ash::Instance,
     pub messages: Arc<Messages>,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
-    pub debug_names: bool,
+    pub validation: Validation,
+    /// Version of Vulkan that the validation layer knows, if there is one.
+    pub layer_version: Option<u32>,
     // Last: the loader library must outlive everything made with it.
     _entry: ash::Entry,
 }
@@ -44,13 +46,13 @@ impl Instance {
 
         let mut layers: Vec<*const c_char> = Vec::new();
         let mut extensions: Vec<*const c_char> = Vec::new();
+        let mut layer_version = None;
         if validation != Validation::Off {
             // SAFETY: plain enumeration.
             let known =
                 check("vkEnumerateInstanceLayerProperties", unsafe { entry.enumerate_instance_layer_properties() })?;
-            if !known.iter().any(|l| l.layer_name_as_c_str() == Ok(VALIDATION_LAYER)) {
-                return Err(GpuError::NoValidationLayer);
-            }
+            let layer = known.iter().find(|l| l.layer_name_as_c_str() == Ok(VALIDATION_LAYER));
+            layer_version = Some(layer.ok_or(GpuError::NoValidationLayer)?.spec_version);
             layers.push(VALIDATION_LAYER.as_ptr());
             extensions.push(ext::debug_utils::NAME.as_ptr());
             extensions.push(ext::validation_features::NAME.as_ptr());
@@ -96,7 +98,7 @@ impl Instance {
                 }
             }
         };
-        Ok(Self { raw, messages, messenger, debug_names: validation != Validation::Off, _entry: entry })
+        Ok(Self { raw, messages, messenger, validation, layer_version, _entry: entry })
     }
 }
 

@@ -1,5 +1,6 @@
 //! Vulkan by hand: instance, device, memory, pipelines and submissions. Knows nothing of rendering.
 
+mod binaries;
 mod bindings;
 mod buffer;
 mod device;
@@ -9,6 +10,7 @@ mod messages;
 mod pipeline;
 mod prune;
 mod select;
+mod shader_objects;
 mod submit;
 mod violation;
 mod wide;
@@ -16,7 +18,7 @@ mod wide;
 pub(crate) use bindings::{BindingKind, BindingLayout, BindingSet};
 pub(crate) use buffer::{Buffer, Usage};
 pub(crate) use device::Device;
-pub use device::{Context, ContextOptions};
+pub use device::{Context, ContextOptions, Vulkan};
 pub use error::GpuError;
 pub use instance::Validation;
 pub use messages::Messages;

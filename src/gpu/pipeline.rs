@@ -46,6 +46,19 @@ impl Specialization {
         self.entries.iter().find(|&&(i, _)| i == id).map(|&(_, value)| value)
     }
 
+    /// As Vulkan wants it: where each constant is in the data, and the data.
+    pub(super) fn raw(&self) -> (Vec<vk::SpecializationMapEntry>, Vec<u8>) {
+        let entry = |(i, &(id, _)): (usize, &(u32, u32))| vk::SpecializationMapEntry {
+            constant_id: id,
+            offset: 4 * i as u32,
+            size: 4,
+        };
+        (
+            self.entries.iter().enumerate().map(entry).collect(),
+            self.entries.iter().flat_map(|&(_, value)| value.to_ne_bytes()).collect(),
+        )
+    }
+
     /// Number of constants that are set.
     pub fn len(&self) -> usize {
         self.entries.len()
@@ -57,10 +70,16 @@ impl Specialization {
     }
 }
 
-/// A compute pipeline.
+/// A specialised shader, ready to be dispatched.
 pub(crate) struct Pipeline {
-    pub raw: vk::Pipeline,
+    raw: Raw,
     device: Arc<Device>,
+}
+
+/// As a pipeline, or by itself.
+enum Raw {
+    Pipeline(vk::Pipeline),
+    Shader(vk::ShaderEXT),
 }
 
 impl Pipeline {
@@ -72,44 +91,85 @@ impl Pipeline {
         specialization: &Specialization,
         layout: &BindingLayout,
     ) -> Result<Self, GpuError> {
-        // Whatever the alignment of the bytes.
-        let words: Vec<u32> = spirv.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
-        let words = prune(&words, specialization).unwrap_or_else(|| {
-            log::debug!("{name}: SPIR-V of another kind than glslang's, left to the driver as it is");
-            words
-        });
-        let info = vk::ShaderModuleCreateInfo::default().code(&words);
-        // SAFETY: the SPIR-V was made by glslang in the build script, or is the user's own (`spirv_folder`), who
-        // answers for it.
-        let module = check("vkCreateShaderModule", unsafe { device.raw.create_shader_module(&info, None) })?;
-        device.name(module, name);
-        let map: Vec<_> = specialization
-            .entries
-            .iter()
-            .enumerate()
-            .map(|(i, &(id, _))| vk::SpecializationMapEntry { constant_id: id, offset: 4 * i as u32, size: 4 })
-            .collect();
-        let data: Vec<u8> = specialization.entries.iter().flat_map(|&(_, v)| v.to_ne_bytes()).collect();
-        let values = vk::SpecializationInfo::default().map_entries(&map).data(&data);
-        let stage = vk::PipelineShaderStageCreateInfo::default()
-            .stage(vk::ShaderStageFlags::COMPUTE)
-            .module(module)
-            .name(c"main")
-            .specialization_info(&values);
-        let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout.raw)];
-        // SAFETY: module, layout and the specialization data live for the call.
-        let made = unsafe { device.raw.create_compute_pipelines(vk::PipelineCache::null(), &info, None) };
-        // SAFETY: a module may go once its pipelines are made.
-        unsafe { device.raw.destroy_shader_module(module, None) };
-        let raw = check("vkCreateComputePipelines", made.map_err(|(_, e)| e))?[0];
-        device.name(raw, name);
+        let raw = match &device.shader_objects {
+            Some(objects) => {
+                let shader = objects.make(name, spirv, specialization, layout)?;
+                device.name(shader, name);
+                Raw::Shader(shader)
+            }
+            None => Raw::Pipeline(create(device, name, spirv, specialization, layout)?),
+        };
         Ok(Self { raw, device: Arc::clone(device) })
+    }
+
+    /// Binds it for the dispatches that follow.
+    ///
+    /// # Safety
+    /// The command buffer is being recorded, and the pipeline outlives its execution.
+    pub unsafe fn bind(&self, commands: vk::CommandBuffer) {
+        match (&self.raw, &self.device.shader_objects) {
+            // SAFETY: the caller's.
+            (Raw::Shader(shader), Some(objects)) => unsafe { objects.bind(commands, *shader) },
+            (Raw::Shader(_), None) => {}
+            (Raw::Pipeline(pipeline), _) => {
+                // SAFETY: the caller's.
+                unsafe {
+                    self.device.raw.cmd_bind_pipeline(commands, vk::PipelineBindPoint::COMPUTE, *pipeline);
+                }
+            }
+        }
     }
 }
 
 impl Drop for Pipeline {
     fn drop(&mut self) {
         // SAFETY: owners wait for the device before they drop a pipeline that a submission uses.
-        unsafe { self.device.raw.destroy_pipeline(self.raw, None) };
+        unsafe {
+            match (&self.raw, &self.device.shader_objects) {
+                (Raw::Shader(shader), Some(objects)) => objects.destroy(*shader),
+                (Raw::Shader(_), None) => {}
+                (Raw::Pipeline(pipeline), _) => self.device.raw.destroy_pipeline(*pipeline, None),
+            }
+        }
     }
+}
+
+/// SPIR-V without what these constants switch off, in words.
+pub(super) fn pruned(name: &str, spirv: &[u8], specialization: &Specialization) -> Vec<u32> {
+    // Whatever the alignment of the bytes.
+    let words: Vec<u32> = spirv.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
+    prune(&words, specialization).unwrap_or_else(|| {
+        log::debug!("{name}: SPIR-V of another kind than glslang's, left to the driver as it is");
+        words
+    })
+}
+
+fn create(
+    device: &Device,
+    name: &str,
+    spirv: &[u8],
+    specialization: &Specialization,
+    layout: &BindingLayout,
+) -> Result<vk::Pipeline, GpuError> {
+    let words = pruned(name, spirv, specialization);
+    let info = vk::ShaderModuleCreateInfo::default().code(&words);
+    // SAFETY: the SPIR-V was made by glslang in the build script, or is the user's own (`spirv_folder`), who
+    // answers for it.
+    let module = check("vkCreateShaderModule", unsafe { device.raw.create_shader_module(&info, None) })?;
+    device.name(module, name);
+    let (map, data) = specialization.raw();
+    let values = vk::SpecializationInfo::default().map_entries(&map).data(&data);
+    let stage = vk::PipelineShaderStageCreateInfo::default()
+        .stage(vk::ShaderStageFlags::COMPUTE)
+        .module(module)
+        .name(c"main")
+        .specialization_info(&values);
+    let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout.raw)];
+    // SAFETY: module, layout and the specialization data live for the call.
+    let made = unsafe { device.raw.create_compute_pipelines(vk::PipelineCache::null(), &info, None) };
+    // SAFETY: a module may go once its pipelines are made.
+    unsafe { device.raw.destroy_shader_module(module, None) };
+    let raw = check("vkCreateComputePipelines", made.map_err(|(_, e)| e))?[0];
+    device.name(raw, name);
+    Ok(raw)
 }

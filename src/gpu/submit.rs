@@ -202,7 +202,7 @@ impl Recorder<'_> {
         // SAFETY: the pipeline was made with the set's layout; `push` has the layout's size; the counts are
         // within the limits that the plan checks.
         unsafe {
-            raw.cmd_bind_pipeline(commands, vk::PipelineBindPoint::COMPUTE, pipeline.raw);
+            pipeline.bind(commands);
             raw.cmd_bind_descriptor_sets(commands, vk::PipelineBindPoint::COMPUTE, set.layout.raw, 0, &[set.raw], &[]);
             if !push.is_empty() {
                 raw.cmd_push_constants(commands, set.layout.raw, vk::ShaderStageFlags::COMPUTE, 0, push);

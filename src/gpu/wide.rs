@@ -1,7 +1,8 @@
 //! Wider vectors for a driver that runs on the CPU.
 
 use std::env;
-use std::path::PathBuf;
+
+use crate::cache::user_cache;
 
 /// Read by Mesa's llvmpipe when it starts: bits of its vectors. Its own choice is 256 even where the CPU has 512.
 const WIDTH: &str = "LP_NATIVE_VECTOR_WIDTH";
@@ -21,11 +22,7 @@ pub unsafe fn prefer_wide_vectors() {
     if !has_wide_vectors() || env::var_os(WIDTH).is_some() || env::var_os(CACHE).is_some() {
         return;
     }
-    // A relative path is to be ignored (XDG Base Directory Specification), and an empty one is relative.
-    let absolute = |name: &str| env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
-    let home = || absolute("HOME").map(|home| home.join(".cache"));
-    let Some(folder) = absolute("XDG_CACHE_HOME").or_else(home) else { return };
-    let folder = folder.join("photolith").join("mesa-512");
+    let Some(folder) = user_cache().map(|cache| cache.join("mesa-512")) else { return };
     if std::fs::create_dir_all(&folder).is_err() {
         return;
     }

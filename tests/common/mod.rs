@@ -26,7 +26,10 @@ pub fn context() -> Watched {
 
 /// The default device under the given validation.
 pub fn watched(validation: Validation) -> Watched {
-    Watched(Context::new(&ContextOptions { device: None, validation }).expect("a Vulkan device and validation layers"))
+    Watched(
+        Context::new(&ContextOptions { validation, ..ContextOptions::default() })
+            .expect("a Vulkan device and validation layers"),
+    )
 }
 
 impl Deref for Watched {

@@ -1,0 +1,47 @@
+//! A folder for shaders changes no bit, whatever is in it.
+
+mod common;
+
+use std::fs;
+
+use common::{assert_same_bits, render, shipped, watched};
+use photolith::gpu::DeviceKind;
+use photolith::{Context, ContextOptions, RenderSettings, Validation};
+
+/// Under a validation layer that does not know of shader objects (before 1.3.246), and on devices that have none, the folder
+/// stays empty; elsewhere it holds one file for each kernel, which is made again if it is damaged.
+#[test]
+fn kept_shaders_render_the_same_image() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = shipped("spheres", (32, 24), 4);
+    let settings = RenderSettings::of(&scene);
+    let expected = render(&watched(Validation::Core), &scene, &settings);
+    let files = || -> Vec<_> {
+        fs::read_dir(folder.path()).expect("a folder").map(|entry| entry.expect("a file").path()).collect()
+    };
+    let options = ContextOptions {
+        validation: Validation::Core,
+        shader_folder: Some(folder.path().to_owned()),
+        ..ContextOptions::default()
+    };
+    let mut kept = None;
+    for run in ["first", "again", "of a damaged file", "after that"] {
+        let context = Context::new(&options).expect("a device");
+        assert_same_bits(&render(&context, &scene, &settings), &expected, run);
+        // Each by itself: opened once more, the device has the same folder.
+        let again = context.reopen().expect("the device once more");
+        assert_same_bits(&render(&again, &scene, &settings), &expected, run);
+        for context in [context, again] {
+            assert!(context.messages().all().is_empty(), "{run}: {:#?}", context.messages().all());
+            assert!(context.info().kind == DeviceKind::Cpu || files().is_empty(), "{run}");
+        }
+        assert!(files().len() <= 1, "{run}: {:?}", files());
+        assert_eq!(*kept.get_or_insert(files().len()), files().len(), "{run}");
+        if run == "again" {
+            for file in files() {
+                let whole = fs::read(&file).expect("a file");
+                fs::write(&file, &whole[..whole.len() / 2]).expect("a file");
+            }
+        }
+    }
+}
