@@ -162,6 +162,7 @@ void note(uint beam, uint number, uint pixel, vec3 light) {
 }
 
 void main() {
+    load_scene();
     // A lane whose beam has ended goes on with its next one.
     uint stride = gl_NumWorkGroups.x * gl_WorkGroupSize.x;
     uint next = gl_GlobalInvocationID.x;

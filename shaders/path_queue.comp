@@ -291,6 +291,7 @@ uint wanted_samples(uint slot) {
 }
 
 void main() {
+    load_scene();
     uint tile = first_slot + group_of_work() * tile_step * TILE;
     if (tile >= end_slot || max_new_samples == 0u) return;
     // The host asks for workgroups of one subgroup; a device that cuts them up must not go on.

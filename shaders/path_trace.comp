@@ -28,6 +28,7 @@ bool group_lacks_path(bool reusing, bool has_ended) {
 }
 
 void main() {
+    load_scene();
     uint number = group_of_work() * gl_WorkGroupSize.x;
     number += REUSE ? gl_SubgroupID * SUBGROUP_LANES + gl_SubgroupInvocationID : gl_LocalInvocationID.x;
     uint slot = slot_of_invocation(number);

@@ -52,13 +52,13 @@ Path path_begin(Camera camera, uvec2 at, uint key, uint index, uint glances) {
     return Path(vec3(0.0), camera_direction(camera, at, u), -1, vec3(path_weight(glances)), 0u, index, vec3(0.0), 0.0, 0.0, false, glances);
 }
 
-// The only light is a point light, held in constants.
+// The only light is a point light.
 const bool SINGLE_POINT = LIGHT_COUNT == 1u && EMITTER_COUNT == 0u;
 
 // Whether a constant sphere lies between the start of a shadow ray and the light.
 bool spheres_occlude(ShadowRay ray) {
     if (SINGLE_POINT) {
-        return any_sphere_before_point(vec3(POINT_X, POINT_Y, POINT_Z), ray.direction, ray.distance, ray.leaving);
+        return any_sphere_before_point(ray.direction, ray.distance, ray.leaving);
     }
     return any_sphere(ray.origin, ray.direction, ray.distance, ray.leaving);
 }
@@ -87,7 +87,7 @@ ShadowRay direct_light(Arrival a, uint index, uint key) {
     if (LIGHT_COUNT == 0u) return ray;
     LightSample light;
     if (SINGLE_POINT) {
-        light = point_sample(vec3(POINT_X, POINT_Y, POINT_Z), vec3(POINT_R, POINT_G, POINT_B), a.outside, a.normal);
+        light = point_sample(point_at, point_power, a.outside, a.normal);
     } else {
         if (lights_alike() && a.first) index = index_of_sample(index);
         vec2 u = sample_pair(key, index, pair_choice(a.hits), a.hits);

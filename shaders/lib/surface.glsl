@@ -54,7 +54,7 @@ Surface surface_of_constant(int id, vec3 p) {
 Surface surface_of_record(int record, vec3 o, vec3 d, float t) {
     TreeRecord q = tree_record(record);
     bool leaf = is_leaf(q);     // not so for lanes without a hit
-    vec4 apart = uintBitsToFloat(texelFetch(tree_texels, 3 * int(RECORD_COUNT) + record));
+    vec4 apart = uintBitsToFloat(texelFetch(tree_texels, 3 * int(record_count) + record));
     vec3 v0 = uintBitsToFloat(q.a.xyz);
     vec3 v1 = uintBitsToFloat(q.b.xyz);
     vec3 v2 = uintBitsToFloat(q.c.xyz);

@@ -6,6 +6,14 @@
 #include "path.glsl"
 #include "intersect/facet.glsl"
 
+// Fetches the numbers of the scene. To be called when a kernel begins.
+void load_scene() {
+    load_spheres();
+    load_facets();
+    load_tree_boxes();
+    load_point();
+}
+
 // With PATH_STATS: records visited by this lane.
 uint walked_steps = 0u;
 

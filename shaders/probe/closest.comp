@@ -24,6 +24,7 @@ void closest(uint i) {
 }
 
 void main() {
+    load_scene();
     uint i = gl_GlobalInvocationID.x;
     if (i < end_slot) closest(i);
 }

@@ -18,6 +18,7 @@ void occlusion(uint i) {
 }
 
 void main() {
+    load_scene();
     uint i = gl_GlobalInvocationID.x;
     if (i < end_slot) occlusion(i);
 }

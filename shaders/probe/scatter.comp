@@ -43,6 +43,7 @@ void scatter(uint i) {
 }
 
 void main() {
+    load_scene();
     uint i = gl_GlobalInvocationID.x;
     if (i < end_slot) scatter(i);
 }

@@ -19,6 +19,7 @@ const uint RUN = 512u;      // rays of a workgroup; check/probe/traversal.rs has
 bool any_hit = max_new_samples != 0u;
 
 void main() {
+    load_scene();
     uint first = gl_WorkGroupID.x * RUN;
     uint total = min(RUN, end_slot - first);
     uint next = gl_SubgroupSize;

@@ -13,6 +13,8 @@ use super::error::{GpuError, check};
 pub(crate) enum BindingKind {
     /// An array of numbers.
     Array,
+    /// A few numbers to read, the same for all invocations.
+    Values,
     /// Texels to read.
     Texels,
     /// Texels to read and write.
@@ -20,11 +22,12 @@ pub(crate) enum BindingKind {
 }
 
 impl BindingKind {
-    const ALL: [Self; 3] = [Self::Array, Self::Texels, Self::StorageTexels];
+    const ALL: [Self; 4] = [Self::Array, Self::Values, Self::Texels, Self::StorageTexels];
 
     fn raw(self) -> vk::DescriptorType {
         match self {
             Self::Array => vk::DescriptorType::STORAGE_BUFFER,
+            Self::Values => vk::DescriptorType::UNIFORM_BUFFER,
             Self::Texels => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
             Self::StorageTexels => vk::DescriptorType::STORAGE_TEXEL_BUFFER,
         }
@@ -136,7 +139,7 @@ impl BindingSet {
                 let write =
                     vk::WriteDescriptorSet::default().dst_set(set.raw).dst_binding(number).descriptor_type(kind.raw());
                 match kind {
-                    BindingKind::Array => write.buffer_info(range),
+                    BindingKind::Array | BindingKind::Values => write.buffer_info(range),
                     BindingKind::Texels | BindingKind::StorageTexels => write.texel_buffer_view(view),
                 }
             })

@@ -15,6 +15,8 @@ use super::select::DeviceKind;
 pub(crate) enum Usage {
     /// Read and written by shaders; on the device.
     Storage,
+    /// A few numbers that shaders read; on the device. (Vulkan allows at least 16 KiB.)
+    Values,
     /// Read by shaders through a typed view; on the device.
     Texel,
     /// Read and written by shaders through a typed view; on the device, and mapped where that is a CPU.
@@ -81,6 +83,9 @@ impl Buffer {
                     | vk::BufferUsageFlags::TRANSFER_DST,
                 MemoryLocation::GpuOnly,
             ),
+            Usage::Values => {
+                (vk::BufferUsageFlags::UNIFORM_BUFFER | vk::BufferUsageFlags::TRANSFER_DST, MemoryLocation::GpuOnly)
+            }
             Usage::Texel => (
                 vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER | vk::BufferUsageFlags::TRANSFER_DST,
                 MemoryLocation::GpuOnly,

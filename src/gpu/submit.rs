@@ -286,9 +286,10 @@ impl Access {
 
     fn destination(self) -> (vk::PipelineStageFlags, vk::AccessFlags) {
         match self {
-            Self::Compute => {
-                (vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ | vk::AccessFlags::SHADER_WRITE)
-            }
+            Self::Compute => (
+                vk::PipelineStageFlags::COMPUTE_SHADER,
+                vk::AccessFlags::SHADER_READ | vk::AccessFlags::SHADER_WRITE | vk::AccessFlags::UNIFORM_READ,
+            ),
             Self::Transfer => {
                 (vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_READ | vk::AccessFlags::TRANSFER_WRITE)
             }

@@ -10,13 +10,14 @@ use super::sobol::DIMENSIONS;
 use super::tables::Tables;
 use super::upload::upload;
 
-const COMMON: [(u32, BindingKind); 6] = [
+const COMMON: [(u32, BindingKind); 7] = [
     (binding::TREE, BindingKind::Texels),
     (binding::SHAPES, BindingKind::Texels),
     (binding::SOBOL, BindingKind::Texels),
     (binding::LIGHTS, BindingKind::Texels),
     (binding::FILM, BindingKind::StorageTexels),
     (binding::COUNTERS, BindingKind::Array),
+    (binding::SCENE, BindingKind::Values),
 ];
 
 /// The layout of a kernel that sees this and something of its own.
@@ -38,15 +39,17 @@ impl TableBuffers {
         tables: &Tables,
         sobol: &[[u32; DIMENSIONS]],
     ) -> Result<Self, RenderError> {
-        let sources: [(u32, &str, &[u8]); 4] = [
-            (binding::TREE, "tree", bytemuck::cast_slice(&tables.tree_texels)),
-            (binding::SHAPES, "shapes", bytemuck::cast_slice(&tables.shapes)),
-            (binding::SOBOL, "sobol", bytemuck::cast_slice(sobol)),
-            (binding::LIGHTS, "lights", bytemuck::cast_slice(&tables.lights.texels)),
+        let values = tables.values();
+        let sources: [(u32, &str, &[u8], Usage); 5] = [
+            (binding::TREE, "tree", bytemuck::cast_slice(&tables.tree_texels), Usage::Texel),
+            (binding::SHAPES, "shapes", bytemuck::cast_slice(&tables.shapes), Usage::Texel),
+            (binding::SOBOL, "sobol", bytemuck::cast_slice(sobol), Usage::Texel),
+            (binding::LIGHTS, "lights", bytemuck::cast_slice(&tables.lights.texels), Usage::Texel),
+            (binding::SCENE, "scene", bytemuck::bytes_of(&values), Usage::Values),
         ];
         let mut uploads = Vec::new();
-        for (_, name, bytes) in sources {
-            uploads.push((Buffer::new(device, name, bytes.len() as u64, Usage::Texel)?, bytes));
+        for (_, name, bytes, usage) in sources {
+            uploads.push((Buffer::new(device, name, bytes.len() as u64, usage)?, bytes));
         }
         upload(device, timeline, &mut uploads)?;
         let numbers = sources.iter().map(|&(number, ..)| number);

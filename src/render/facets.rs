@@ -1,4 +1,4 @@
-//! Small meshes as flat polygons in specialization constants; see shaders/lib/intersect/facet.glsl.
+//! Small meshes as flat polygons that are written out in the shaders; see shaders/lib/intersect/facet.glsl.
 
 use glam::DVec3;
 

@@ -3,6 +3,8 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use super::spheres::MAX_CONSTANT_SPHERES;
+
 /// Ids of specialization constants.
 pub(crate) mod constant {
     pub const WORKGROUP: u32 = 0;
@@ -26,7 +28,6 @@ pub(crate) mod constant {
     pub const SOBOL_LEVELS: u32 = 19;
     pub const LOOP_BUDGET: u32 = 20;
     pub const TREE_BOX_COUNT: u32 = 21;
-    pub const RECORD_COUNT: u32 = 22;
     pub const TREE_LEVELS: u32 = 23;
     pub const MUTATION: u32 = 24;
     pub const EMITTER_COUNT: u32 = 25;
@@ -43,24 +44,19 @@ pub(crate) mod constant {
     pub const REUSE: u32 = 57;
     pub const SUBGROUP_LANES: u32 = 58;
     pub const FACET_COUNT: u32 = 31;
-    /// Six floats a box: lowest and highest corner.
-    pub const TREE_BOXES: u32 = 32;
-    /// Boxes that there are constants for.
+    /// Boxes around subtrees that there is room for.
     pub const MAX_TREE_BOXES: usize = 4;
-    /// Eight ids a sphere: x, y, z, radius, power, side, form.
+    /// Two ids a sphere: side, form.
     pub const SPHERES: u32 = 64;
     /// Sixteen floats a facet: four corners (or edges, see facet.glsl), unit normal, and its product with a corner.
     pub const FACETS: u32 = 256;
     /// Facets that there are constants for.
     pub const MAX_FACETS: usize = 32;
-    /// Position and intensity of the only point light.
-    pub const POINT: u32 = 200;
+    pub const POINT_INSIDE: u32 = 200;
     pub const FACET_OCCLUDERS: u32 = 206;
     pub const EXACT_FACETS: u32 = 207;
     pub const FACETS_ACROSS_X: u32 = 208;
     pub const FACETS_ACROSS_Y: u32 = 209;
-    /// Centre of the lights' grid, and its size.
-    pub const LIGHT_GRID: u32 = 210;
     pub const BEAM_TARGETS: u32 = 214;
     pub const BEAM_TEXELS: u32 = 215;
 }
@@ -82,6 +78,7 @@ pub(crate) mod binding {
     pub const GRADIENTS: u32 = 9;
     /// What beams light.
     pub const BEAMS: u32 = 10;
+    pub const SCENE: u32 = 11;
 }
 
 /// What a dispatch counts, in the order of the shader's indices.
@@ -96,6 +93,23 @@ pub(crate) struct Counters {
     pub truncated: u32,
     pub reused: u32,
     pub unused: u32,
+}
+
+/// The numbers of a scene.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable, PartialEq)]
+pub(crate) struct SceneValues {
+    /// Centre, radius; power; unused.
+    pub spheres: [[[f32; 4]; 2]; MAX_CONSTANT_SPHERES],
+    /// Lowest and highest corner.
+    pub tree_boxes: [[[f32; 4]; 2]; constant::MAX_TREE_BOXES],
+    /// Of the edges, and of the plane, what depends on where a facet is.
+    pub facets: [[[f32; 4]; 2]; constant::MAX_FACETS],
+    pub point_position: [f32; 4],
+    pub point_intensity: [f32; 4],
+    pub light_grid: [f32; 4],
+    pub record_count: u32,
+    pub unused: [u32; 3],
 }
 
 /// Push constants.

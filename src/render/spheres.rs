@@ -4,7 +4,7 @@ use crate::scene::{Light, Scene, Sphere, Surface};
 
 use super::space::RenderSpace;
 
-/// Spheres that fit into specialization constants.
+/// Spheres that shaders have written out.
 pub(crate) const MAX_CONSTANT_SPHERES: usize = 16;
 
 /// From where rays can meet a sphere.

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use bytemuck::Zeroable;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -13,7 +14,7 @@ use super::beams::BeamTable;
 use super::driver::DriverFacts;
 use super::facets::{self, Facet};
 use super::features::Features;
-use super::layout::{constant, kind};
+use super::layout::{SceneValues, constant, kind};
 use super::light_list::LightList;
 use super::lights::{Light, LightShape, LightTable};
 use super::mutation::Mutation;
@@ -211,6 +212,29 @@ impl Tables {
         self.emitter_count > 0
     }
 
+    /// The numbers of the scene.
+    pub fn values(&self) -> SceneValues {
+        let mut values = SceneValues { record_count: self.records.len() as u32, ..SceneValues::zeroed() };
+        for (value, s) in values.spheres.iter_mut().zip(&self.constant_spheres) {
+            let [x, y, z] = s.center;
+            *value = [[x, y, z, s.radius], [s.power, 0.0, 0.0, 0.0]];
+        }
+        for (value, b) in values.tree_boxes.iter_mut().zip(&self.tree_boxes) {
+            *value = [b.lo, b.hi].map(|corner| corner.extend(0.0).to_array());
+        }
+        for (value, f) in values.facets.iter_mut().zip(&self.facets) {
+            let plane = f.normal.dot(f.corners[0]);
+            *value = [f.edges().map(|edge| edge.z as f32), [plane as f32, 0.0, 0.0, 0.0]];
+        }
+        if let Some(Light { shape: LightShape::Point(p), radiance }) = self.single_point {
+            values.point_position = p.extend(0.0).as_vec4().to_array();
+            values.point_intensity = rgb(radiance, 0.0);
+        }
+        let grid = &self.lights.grid;
+        values.light_grid = grid.center.extend(grid.size).as_vec4().to_array();
+        values
+    }
+
     /// Values of all specialization constants but the workgroup's size and the loop budget.
     pub fn specialization(&self, features: &Features, settings: &RenderSettings, facts: DriverFacts) -> Specialization {
         let mut s = Specialization::default();
@@ -247,26 +271,20 @@ impl Tables {
             .uint(constant::LIGHT_LOOPS, self.lights.grid.loops())
             .uint(constant::SOBOL_LEVELS, features.sobol_levels)
             .uint(constant::TREE_BOX_COUNT, self.tree_boxes.len() as u32)
-            .uint(constant::RECORD_COUNT, self.records.len() as u32)
             .uint(constant::TREE_LEVELS, if features.deep_tree { accel::MAX_DEPTH } else { self.stack_levels() })
             .uint(constant::MUTATION, settings.mutation.map_or(0, |m| m as u32))
             .bool(constant::PATH_STATS, settings.count_steps);
-        let grid = self.lights.grid.center.to_array().into_iter().chain([self.lights.grid.size]);
-        for (i, x) in grid.enumerate() {
-            s.float(constant::LIGHT_GRID + i as u32, x as f32);
-        }
-        for (i, b) in self.tree_boxes.iter().enumerate() {
-            for (j, x) in b.lo.to_array().into_iter().chain(b.hi.to_array()).enumerate() {
-                s.float(constant::TREE_BOXES + (6 * i + j) as u32, x);
-            }
-        }
         for (i, sphere) in self.constant_spheres.iter().enumerate() {
-            let base = constant::SPHERES + 8 * i as u32;
-            let [x, y, z] = sphere.center;
-            for (j, v) in [x, y, z, sphere.radius, sphere.power].into_iter().enumerate() {
-                s.float(base + j as u32, v);
-            }
-            s.uint(base + 5, sphere.side as u32).uint(base + 6, sphere.form as u32);
+            let base = constant::SPHERES + 2 * i as u32;
+            s.uint(base, sphere.side as u32).uint(base + 1, sphere.form as u32);
+        }
+        if let Some(Light { shape: LightShape::Point(p), .. }) = self.single_point {
+            let is_inside = |s: &ConstantSphere| {
+                let center = DVec3::from(s.center.map(f64::from));
+                center.distance_squared(p) < f64::from(s.radius).powi(2)
+            };
+            let inside = self.constant_spheres.iter().enumerate().map(|(i, s)| u32::from(is_inside(s)) << i).sum();
+            s.uint(constant::POINT_INSIDE, inside);
         }
         s.uint(constant::FACET_COUNT, self.facets.len() as u32).uint(constant::FACET_OCCLUDERS, self.facet_occluders);
         let across = |axis| self.facets.iter().enumerate().map(|(i, f)| u32::from(f.axis() == axis) << i).sum();
@@ -276,16 +294,9 @@ impl Tables {
             .uint(constant::FACETS_ACROSS_Y, across(1));
         for (i, f) in self.facets.iter().enumerate() {
             let base = constant::FACETS + 16 * i as u32;
-            let corners = if exact { f.corners } else { f.edges() };
-            let corners = corners.iter().flat_map(|c| c.to_array());
-            let plane = f.normal.to_array().into_iter().chain([f.normal.dot(f.corners[0])]);
-            for (j, v) in corners.chain(plane).enumerate() {
+            let corners = if exact { f.corners } else { f.edges().map(|edge| edge.truncate().extend(0.0)) };
+            for (j, v) in corners.into_iter().chain([f.normal]).flat_map(|c| c.to_array()).enumerate() {
                 s.float(base + j as u32, v as f32);
-            }
-        }
-        if let Some(Light { shape: LightShape::Point(p), radiance }) = self.single_point {
-            for (i, v) in p.to_array().into_iter().chain(radiance).enumerate() {
-                s.float(constant::POINT + i as u32, v as f32);
             }
         }
         s
@@ -390,4 +401,83 @@ fn add_triangles(
         });
     }
     added
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bench::generate;
+    use crate::scene::PixelFilter;
+
+    fn specialization(scene: &Scene) -> Specialization {
+        let settings = RenderSettings::of(scene);
+        let facts = DriverFacts {
+            loop_budget: 0,
+            workgroup_size: 64,
+            queue: true,
+            reuse: true,
+            skips_branches: true,
+            queue_regions: 64,
+        };
+        Tables::of(scene, &RenderSpace::of(scene), &settings).specialization(
+            &Features::of(scene, &settings),
+            &settings,
+            facts,
+        )
+    }
+
+    /// Drivers compile a kernel for each set of constants, which takes longer than many a rendering.
+    #[test]
+    fn what_moves_compiles_nothing_anew() {
+        let room = r#"
+            version = 1
+            [camera]
+            position = [0, 0, 5]
+            target = [0, 0, 0]
+            horizontal_fov = 40
+            [film]
+            width = 8
+            height = 8
+            [[material]]
+            name = "grey"
+            type = "diffuse"
+            reflectance = [0.5, 0.5, 0.5]
+            [[material]]
+            name = "glass"
+            type = "dielectric"
+            ior = 1.5
+            [[sphere]]
+            center = [0, -1000, 0]
+            radius = 999
+            material = "grey"
+            [[sphere]]
+            center = [0, 0, 0]
+            radius = 1
+            material = "glass"
+            [[light]]
+            type = "point"
+            position = [2, 3, 4]
+            power = [1, 1, 1]
+        "#;
+        let room = Scene::from_toml_str(room, "room", None).unwrap().scene;
+        let cornell = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/scenes/cornell.toml");
+        let cornell = Scene::load(std::path::Path::new(cornell)).unwrap().scene;
+        for scene in [room.clone(), generate::terrain(200), cornell] {
+            let constants = specialization(&scene);
+            let mut moved = scene.clone();
+            moved.camera.position += DVec3::new(0.11, 0.07, -0.13);
+            moved.camera.target.x += 0.3;
+            assert_eq!(specialization(&moved), constants, "{}", scene.source);
+        }
+        let mut moved = room.clone();
+        moved.spheres[1].center.y += 0.25;
+        moved.spheres[1].radius = 0.9;
+        moved.materials[1].surface = Surface::Dielectric { ior: 1.6 };
+        moved.lights = vec![scene::Light::Point { position: DVec3::new(-2.0, 3.0, 1.0), power: [2.0, 3.0, 4.0] }];
+        assert_eq!(specialization(&moved), specialization(&room));
+        // What another kind of light or surface needs is compiled.
+        moved.film.filter = PixelFilter::Gaussian;
+        moved.materials[1].surface = Surface::Mirror { reflectance: [1.0; 3] };
+        assert_ne!(specialization(&moved), specialization(&room));
+    }
 }

@@ -1,5 +1,7 @@
-// Flat polygons held in specialization constants: the triangles and convex quadrilaterals of small meshes. Walking a
-// tree over a few polygons costs more than testing them all, if all that depends on the polygon alone is folded.
+// Flat polygons, written out: the triangles and convex quadrilaterals of small meshes. Walking a tree over a few polygons costs
+// more than testing them all, if all that depends on the polygon alone is folded: its directions are specialization constants
+// (many are 0), and so are corners for the exact test. Where the polygon is, as seen from the camera, is fetched when a kernel
+// begins: a camera may move without a kernel being compiled anew.
 //
 // Corners are projected along the ray into a plane across it; there the sign of a two-dimensional cross product tells
 // on which side of an edge the ray passes. Polygons that share corners see the same projected points, and the same
@@ -77,13 +79,11 @@ layout(constant_id = 207) const bool EXACT_FACETS = false;
 // A facet for the simpler test: seen along the axis that its normal is closest to, edge i is where x·u + y·v + z is
 // 0, u and v being the other two coordinates, in the order of the axes. That is the distance from the edge over
 // 48·2^-24 s / l, s being the largest distance of two corners, and l the shortest edge; where a triangle has no edge,
-// 1e30. In the constants it takes the place of the corners.
+// 1e30. In the constants x and y take the place of the corners'.
 struct QuickFacet {
     vec3 edge0, edge1, edge2, edge3;
     vec4 plane;
 };
-
-QuickFacet quick(Facet f) { return QuickFacet(f.a, f.b, f.c, f.d, f.plane); }
 
 // Bit n: the normal of facet n is closest to the x axis, to the y axis.
 layout(constant_id = 208) const uint FACETS_ACROSS_X = 0u;
@@ -128,7 +128,8 @@ float reach_from(vec3 o) { return length(o) + 2.0; }
     layout(constant_id = base + 12) const float FACET_##n##_NX = 0.0;    \
     layout(constant_id = base + 13) const float FACET_##n##_NY = 0.0;    \
     layout(constant_id = base + 14) const float FACET_##n##_NZ = 0.0;    \
-    layout(constant_id = base + 15) const float FACET_##n##_ND = 0.0;
+    vec4 facet_edges_##n;                                                \
+    float facet_plane_##n;
 
 FACET_CONSTANTS(0, 256)
 FACET_CONSTANTS(1, 272)
@@ -166,10 +167,24 @@ FACET_CONSTANTS(31, 752)
 #define FACET_OF(n)                                                                                  \
     Facet(vec3(FACET_##n##_AX, FACET_##n##_AY, FACET_##n##_AZ), vec3(FACET_##n##_BX, FACET_##n##_BY, FACET_##n##_BZ), \
           vec3(FACET_##n##_CX, FACET_##n##_CY, FACET_##n##_CZ), vec3(FACET_##n##_DX, FACET_##n##_DY, FACET_##n##_DZ), \
-          vec4(FACET_##n##_NX, FACET_##n##_NY, FACET_##n##_NZ, FACET_##n##_ND))
+          vec4(FACET_##n##_NX, FACET_##n##_NY, FACET_##n##_NZ, facet_plane_##n))
+
+#define QUICK_FACET_OF(n)                                                                                            \
+    QuickFacet(vec3(FACET_##n##_AX, FACET_##n##_AY, facet_edges_##n.x), vec3(FACET_##n##_BX, FACET_##n##_BY, facet_edges_##n.y), \
+               vec3(FACET_##n##_CX, FACET_##n##_CY, facet_edges_##n.z), vec3(FACET_##n##_DX, FACET_##n##_DY, facet_edges_##n.w), \
+               vec4(FACET_##n##_NX, FACET_##n##_NY, FACET_##n##_NZ, facet_plane_##n))
 
 // BODY(n) for each facet.
 #define FOR_EACH_FACET(BODY) FOR_0_TO_15(FACET_COUNT, BODY) FOR_16_TO_31(FACET_COUNT, BODY)
+
+// To be called when a kernel begins.
+void load_facets() {
+#define LOAD_FACET(n)                                    \
+    facet_edges_##n = facet_values[2 * n];               \
+    facet_plane_##n = facet_values[2 * n + 1].x;
+    FOR_EACH_FACET(LOAD_FACET)
+#undef LOAD_FACET
+}
 
 // The same from shape_texels (surface.glsl): written out once for any facet, where time does not matter.
 Facet facet_of_table(int n) {
@@ -198,13 +213,12 @@ void closest_facet(vec3 o, vec3 d, int leaving, inout float t, inout int id) {
     Across ray = across(o, d);
 #define TEST_CLOSEST(n)                                                                              \
     {                                                                                                \
-        Facet f = FACET_OF(n);                                                                       \
         float h;                                                                                     \
         bool closer;                                                                                 \
         if (EXACT_FACETS) {                                                                          \
-            closer = meets_facet(f, ray, d, nearest, h) && leaving != first_id + n;                  \
+            closer = meets_facet(FACET_OF(n), ray, d, nearest, h) && leaving != first_id + n;                  \
         } else {                                                                                     \
-            PlaneHit hit = plane_hit(quick(f), 1u << n, o, d, reach);                                \
+            PlaneHit hit = plane_hit(QUICK_FACET_OF(n), 1u << n, o, d, reach);                                \
             h = hit.t;                                                                               \
             bool near = h > 0.0 && h < nearest && leaving != first_id + n;                           \
             doubt = doubt || (near && abs(hit.inside) <= hit.margin);                                \
@@ -241,12 +255,11 @@ bool any_facet(vec3 o, vec3 d, float distance, int leaving) {
     Across ray = across(o, d);
 #define TEST_ANY(n)                                                                                  \
     if ((FACET_OCCLUDERS & (1u << n)) != 0u) {                                                       \
-        Facet f = FACET_OF(n);                                                                       \
         if (EXACT_FACETS) {                                                                          \
             float h;                                                                                 \
-            occluded = occluded || (meets_facet(f, ray, d, distance, h) && leaving != first_id + n); \
+            occluded = occluded || (meets_facet(FACET_OF(n), ray, d, distance, h) && leaving != first_id + n); \
         } else {                                                                                     \
-            PlaneHit hit = plane_hit(quick(f), 1u << n, o, d, reach);                                \
+            PlaneHit hit = plane_hit(QUICK_FACET_OF(n), 1u << n, o, d, reach);                                \
             bool near = hit.t > 0.0 && hit.t < distance && leaving != first_id + n;                  \
             doubt = doubt || (near && abs(hit.inside) <= hit.margin);                                \
             occluded = occluded || (near && hit.inside > hit.margin);                                \

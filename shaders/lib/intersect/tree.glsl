@@ -80,7 +80,7 @@ void brute_force_record(inout Walk w, TreeRay r, int leaving, bool any_hit) {
     w.t = hit ? t : w.t;
     w.id = hit ? TREE_ID + record : w.id;
     w.current += 1;
-    if ((hit && any_hit) || w.current >= int(RECORD_COUNT)) w.current = FINISHED;
+    if ((hit && any_hit) || w.current >= int(record_count)) w.current = FINISHED;
 }
 
 // Sixteen records, written out: where a driver bounds the iterations of an invocation, a loop over them would soon

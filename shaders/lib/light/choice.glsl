@@ -24,10 +24,6 @@ layout(constant_id = 29) const uint LIGHT_NODES = 0u;
 layout(constant_id = 59) const uint LIGHT_ENTRIES = 1u;     // of a cell: a power of two
 layout(constant_id = 60) const uint LIGHT_CELLS = 1u;       // along an axis
 layout(constant_id = 61) const uint LIGHT_DEPTH = 0u;       // levels of the tree below what an entry stands for
-layout(constant_id = 210) const float LIGHT_GRID_X = 0.0;   // centre
-layout(constant_id = 211) const float LIGHT_GRID_Y = 0.0;
-layout(constant_id = 212) const float LIGHT_GRID_Z = 0.0;
-layout(constant_id = 213) const float LIGHT_GRID_SIZE = 1.0;
 
 const float LIGHT_POINT = 0.0;
 const float LIGHT_TRIANGLE = 1.0;
@@ -42,9 +38,9 @@ int light_row(int light) { return int(LIGHT_NODES) + 4 * light; }
 
 // First entry of the cell around p.
 int light_cell(vec3 p) {
-    vec3 x = p - vec3(LIGHT_GRID_X, LIGHT_GRID_Y, LIGHT_GRID_Z);
+    vec3 x = p - light_grid.xyz;
     // From (−∞, ∞) to (0, cells).
-    ivec3 at = ivec3((x / (LIGHT_GRID_SIZE + abs(x)) + 1.0) * (0.5 * float(LIGHT_CELLS)));
+    ivec3 at = ivec3((x / (light_grid.w + abs(x)) + 1.0) * (0.5 * float(LIGHT_CELLS)));
     at = clamp(at, 0, int(LIGHT_CELLS) - 1);
     int cell = (at.z * int(LIGHT_CELLS) + at.y) * int(LIGHT_CELLS) + at.x;
     return light_row(int(LIGHT_COUNT)) + cell * int(LIGHT_ENTRIES);

@@ -8,12 +8,14 @@
 #include "../math.glsl"
 
 // The only light of a scene, where that is a point light.
-layout(constant_id = 200) const float POINT_X = 0.0;
-layout(constant_id = 201) const float POINT_Y = 0.0;
-layout(constant_id = 202) const float POINT_Z = 0.0;
-layout(constant_id = 203) const float POINT_R = 0.0;
-layout(constant_id = 204) const float POINT_G = 0.0;
-layout(constant_id = 205) const float POINT_B = 0.0;
+vec3 point_at;
+vec3 point_power;
+
+// To be called when a kernel begins.
+void load_point() {
+    point_at = point_position.xyz;
+    point_power = point_intensity.rgb;
+}
 
 // Where a light was sampled, as seen from a surface point.
 struct LightSample {

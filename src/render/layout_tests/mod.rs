@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::mem::offset_of;
 
 use super::kernels::{LIGHT_TRACE, built_in};
-use super::layout::{BeamNote, Counters, FilmSlot, GradientSlot, Push, binding, constant, glance, queue};
+use super::layout::{BeamNote, Counters, FilmSlot, GradientSlot, Push, SceneValues, binding, constant, glance, queue};
 use super::sobol;
 use super::spheres::MAX_CONSTANT_SPHERES;
 use super::tiles::{TILE, half_of};
@@ -35,7 +35,6 @@ fn expected_constants() -> BTreeMap<String, u32> {
         ("SOBOL_LEVELS", constant::SOBOL_LEVELS),
         ("LOOP_BUDGET", constant::LOOP_BUDGET),
         ("TREE_BOX_COUNT", constant::TREE_BOX_COUNT),
-        ("RECORD_COUNT", constant::RECORD_COUNT),
         ("TREE_LEVELS", constant::TREE_LEVELS),
         ("MUTATION", constant::MUTATION),
         ("EMITTER_COUNT", constant::EMITTER_COUNT),
@@ -52,6 +51,7 @@ fn expected_constants() -> BTreeMap<String, u32> {
         ("LIGHT_CELLS", constant::LIGHT_CELLS),
         ("LIGHT_DEPTH", constant::LIGHT_DEPTH),
         ("FACET_COUNT", constant::FACET_COUNT),
+        ("POINT_INSIDE", constant::POINT_INSIDE),
         ("FACET_OCCLUDERS", constant::FACET_OCCLUDERS),
         ("EXACT_FACETS", constant::EXACT_FACETS),
         ("FACETS_ACROSS_X", constant::FACETS_ACROSS_X),
@@ -63,20 +63,14 @@ fn expected_constants() -> BTreeMap<String, u32> {
     let mut add = |prefix: &str, base: u32, names: &[&str]| {
         all.extend(names.iter().zip(base..).map(|(name, id)| (format!("{prefix}_{name}"), id)));
     };
-    for i in 0..constant::MAX_TREE_BOXES {
-        add(&format!("TREE_BOX_{i}"), constant::TREE_BOXES + 6 * i as u32, &["LX", "LY", "LZ", "HX", "HY", "HZ"]);
-    }
     for i in 0..MAX_CONSTANT_SPHERES {
-        let names = ["X", "Y", "Z", "R", "K", "SIDE", "FORM"];
-        add(&format!("SPHERE_{i}"), constant::SPHERES + 8 * i as u32, &names);
+        add(&format!("SPHERE_{i}"), constant::SPHERES + 2 * i as u32, &["SIDE", "FORM"]);
     }
     for i in 0..constant::MAX_FACETS {
         let names = ["A", "B", "C", "D", "N"].map(|corner| ["X", "Y", "Z"].map(|axis| format!("{corner}{axis}")));
-        let names: Vec<_> = names.iter().flatten().map(String::as_str).chain(["ND"]).collect();
+        let names: Vec<_> = names.iter().flatten().map(String::as_str).collect();
         add(&format!("FACET_{i}"), constant::FACETS + 16 * i as u32, &names);
     }
-    add("LIGHT_GRID", constant::LIGHT_GRID, &["X", "Y", "Z", "SIZE"]);
-    add("POINT", constant::POINT, &["X", "Y", "Z", "R", "G", "B"]);
     all
 }
 
@@ -122,11 +116,13 @@ fn bindings() {
         (binding::PATH_TEXELS, "path_texels", false),
         (binding::GRADIENTS, "gradient_texels", false),
         (binding::BEAMS, "beam_texels", false),
+        (binding::SCENE, "SceneValues", false),
     ]
     .map(|(number, name, storage)| (0, number, name.to_owned(), storage));
     for (kernel, interface) in kernels() {
-        let known = if kernel == LIGHT_TRACE.name { all.len() } else { all.len() - 1 };
-        assert_eq!(interface.bindings, all[..known], "{kernel}");
+        let mut known = all.to_vec();
+        known.retain(|(_, number, ..)| kernel == LIGHT_TRACE.name || *number != binding::BEAMS);
+        assert_eq!(interface.bindings, known, "{kernel}");
     }
 }
 
@@ -161,6 +157,26 @@ fn push_constants() {
         // The least that every Vulkan device allows.
         assert!(interface.push_bytes <= 128, "{kernel}");
     }
+}
+
+/// The numbers of a scene.
+#[test]
+fn scene_values() {
+    let expected = [
+        ("sphere_values", offset_of!(SceneValues, spheres)),
+        ("tree_box_values", offset_of!(SceneValues, tree_boxes)),
+        ("facet_values", offset_of!(SceneValues, facets)),
+        ("point_position", offset_of!(SceneValues, point_position)),
+        ("point_intensity", offset_of!(SceneValues, point_intensity)),
+        ("light_grid", offset_of!(SceneValues, light_grid)),
+        ("record_count", offset_of!(SceneValues, record_count)),
+    ]
+    .map(|(name, offset)| (name.to_owned(), offset));
+    for (kernel, interface) in kernels() {
+        assert_eq!(interface.values, expected, "{kernel}");
+    }
+    // The least that every Vulkan device allows.
+    assert!(size_of::<SceneValues>() <= 16384);
 }
 
 /// The records of storage buffers are arrays to the shaders, which index them by the sizes that are held here.

@@ -14,6 +14,8 @@ pub struct Interface {
     pub push: Vec<(String, usize)>,
     /// Bytes of all push constants.
     pub push_bytes: usize,
+    /// Name and byte offset of each member of the uniform block, in order.
+    pub values: Vec<(String, usize)>,
 }
 
 #[derive(Default)]
@@ -35,6 +37,7 @@ const SPEC_ID: u32 = 1;
 const BINDING: u32 = 33;
 const DESCRIPTOR_SET: u32 = 34;
 const OFFSET: u32 = 35;
+const UNIFORM: u32 = 2;
 const PUSH_CONSTANT: u32 = 9;
 const STORAGE_BUFFER: u32 = 12;
 
@@ -88,12 +91,15 @@ impl Module {
                 let shown = if self.structs.contains_key(&pointee) { name(&pointee) } else { name(&id) };
                 found.bindings.push((set, number, shown, class == STORAGE_BUFFER));
             }
+            let member = |i| (self.member_names[&(pointee, i)].clone(), self.offsets[&(pointee, i)]);
             if class == PUSH_CONSTANT {
                 for (i, ty) in (0..).zip(&self.structs[&pointee]) {
-                    let offset = self.offsets[&(pointee, i)];
-                    found.push.push((self.member_names[&(pointee, i)].clone(), offset));
-                    found.push_bytes = offset + self.sizes[ty];
+                    found.push.push(member(i));
+                    found.push_bytes = member(i).1 + self.sizes[ty];
                 }
+            }
+            if class == UNIFORM {
+                found.values = (0..self.structs[&pointee].len() as u32).map(member).collect();
             }
         }
         found.bindings.sort();
