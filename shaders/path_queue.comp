@@ -24,8 +24,9 @@
 // path goes to a slot of its own, and the film is summed in the order of the samples: the image does not depend on how
 // work is cut or scheduled, and no stage needs the host.
 //
-// With REUSE, what paths note of their first two hits is then used for the other pixels of their groups (reuse_notes.glsl):
-// segments from hit to hit are tested like shadow rays, those that meet the tree's boxes through the pockets as well.
+// With REUSE, what paths note of their first two hits is then used for the other pixels of their groups (reuse_notes.glsl).
+// Segments from hit to hit are tested like shadow rays: at once if lanes share the paths of their groups; else those that meet
+// the tree's boxes go through the pockets as well.
 
 #include "lib/pixel_order.glsl"
 #include "lib/path.glsl"
@@ -163,6 +164,7 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
             }
             if (second) note_second_hit(region + h.slot, h.path, arrival, h.t, direct);
             h.gives = h.gives || (second && arrival.gives);
+            h.met = h.met || second;
         }
         rays += shades ? 1u : 0u;
         bool later = false;
@@ -176,7 +178,7 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         bool ended = held && !alive && !later;
         bool goes_on = ended && sample_goes_on(h.path.glances);
         if (ended && !goes_on) {
-            path_store(region + h.slot, ROW_LIGHT, vec4(h.radiance, h.gives ? PATH_GIVES : PATH_ENDED));
+            path_store(region + h.slot, ROW_LIGHT, vec4(h.radiance, h.gives ? PATH_GIVES : (h.met ? PATH_MET : PATH_ENDED)));
         }
 
         // Next rays of living paths and first rays of new ones.
@@ -184,6 +186,7 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         h.slot = begins ? run.slot : (alive || later || goes_on ? h.slot : NOTHING);
         h.radiance = begins ? vec3(0.0) : h.radiance;
         h.gives = h.gives && !begins;
+        h.met = h.met && !begins;
         h.dying = !alive && later;
         if (REUSE && goes_on && ends_glances(h.path.glances)) {
             path_store(region + h.slot, ROW_GLANCED, vec4(h.radiance, 0.0));
@@ -290,6 +293,56 @@ uint wanted_samples(uint slot) {
     return real ? target_samples - min(target_samples, film_count(film_slot(slot))) : 0u;
 }
 
+// What came of a dispatch.
+struct Added {
+    uint samples;
+    uint reused;
+    uint bad;
+};
+
+// Adds to the film what has been noted of a tile's paths, in the order of the samples, up to the first sample that did not end;
+// `reusing`: with what the others of their groups have noted, if memory is where paths are shared.
+void add_noted(uint tile, uint complete, bool reusing, inout Added added) {
+    for (uint p = gl_SubgroupInvocationID; p < TILE; p += gl_SubgroupSize) {
+        uvec2 at;
+        if (tile + p < end_slot && pixel_of_slot(tile + p, at)) {
+            uint film_place = film_slot(tile + p);
+            FilmPixel film_pixel = film_load(film_place);
+            uint first = film_pixel.count;
+            for (uint s = 0u; s < complete; ++s) {
+                uint path = region + s * TILE + p;
+                vec4 light;
+                vec3 gathered, unshared;
+                if (!SHARED_BY_LANES && reusing) {
+                    light = shared_light(path, gathered, unshared);
+                } else {
+                    light = path_load(path, ROW_LIGHT);
+                    if (GLANCES > 0u && REUSE) light.xyz += path_load(path, ROW_GLANCED).xyz;
+                }
+                if (light.w == PATH_OPEN || film_pixel.count >= target_samples) break;
+                if (!SHARED_BY_LANES && reusing) film_pixel.trial += trial_sign(film_pixel.count) * brightness(light.xyz - gathered);
+                bool good = film_add(film_pixel, light.xyz);
+                added.bad += good ? 0u : 1u;
+                if (!SHARED_BY_LANES && reusing) path_store(path, ROW_DIRECT, good ? vec4(gathered, brightness(unshared)) : vec4(0.0));
+            }
+            film_store(film_place, film_pixel);
+            if (!SHARED_BY_LANES && reusing) {
+                path_store_compactly(region + p, ROW_FIRST, uintBitsToFloat(uvec4(first, film_pixel.count, 0u, 0u)));
+            }
+            added.samples += film_pixel.count - first;
+            added.reused += !SHARED_BY_LANES && reusing && reuses(p) ? film_pixel.count - first : 0u;
+        }
+    }
+    if (!SHARED_BY_LANES && reusing) {
+        share_notes();
+        subgroupBarrier();
+        for (uint p = gl_SubgroupInvocationID; p < TILE; p += gl_SubgroupSize) {
+            uvec2 at;
+            if (tile + p < end_slot && pixel_of_slot(tile + p, at)) note_gradients(region + p, film_slot(tile + p));
+        }
+    }
+}
+
 void main() {
     load_scene();
     uint tile = first_slot + group_of_work() * tile_step * TILE;
@@ -304,12 +357,14 @@ void main() {
     uint samples = min(max_new_samples, PATHS / TILE);
     bool reusing = REUSE && reused_halves != 0u;
     uint paths = TILE * samples;
-    [[dont_unroll]] for (uint p = gl_SubgroupInvocationID; p < TILE; p += gl_SubgroupSize) {
-        uint wanted = reusing ? wanted_samples(tile + p) : samples;
-        [[dont_unroll]] for (uint s = 0u; s < samples; ++s) path_clear(region + s * TILE + p, s < wanted, reusing);
+    if (NOTES_ARE_CLEARED) {
+        [[dont_unroll]] for (uint p = gl_SubgroupInvocationID; p < TILE; p += gl_SubgroupSize) {
+            uint wanted = reusing ? wanted_samples(tile + p) : samples;
+            [[dont_unroll]] for (uint s = 0u; s < samples; ++s) path_clear(region + s * TILE + p, s < wanted, reusing);
+        }
+        share_notes();
+        loops += (TILE + paths) / gl_SubgroupSize;
     }
-    share_notes();
-    loops += (TILE + paths) / gl_SubgroupSize;
     // What is left of the budget must do for reusing the paths and for the film.
     budget = reusing ? LOOP_BUDGET / 2u : LOOP_BUDGET;
     uvec2 corner = tile_corner(tile / TILE);
@@ -323,7 +378,7 @@ void main() {
         advance(camera, corner, tile, samples, h, pocket, run, w);
         if (HAS_TREE) walk_pockets(pocket, w, run, h, false);
     } while (!out_of_budget() && subgroupAny(has_ray(pocket, w) || can_advance(h, pocket, run)));
-    if (reusing) {
+    if (!SHARED_BY_LANES && reusing) {
         // The paths have ended, or the budget did not suffice for them; then they are given up.
         pocket = pocket_empty();
         w = pocket_walk_idle();
@@ -336,57 +391,21 @@ void main() {
             if (HAS_TREE) walk_pockets(pocket, w, run, h, true);
         } while (!out_of_budget() && subgroupAny(has_ray(pocket, w) || can_connect(pocket, run)));
     }
+    share_notes();
+    Added added = Added(0u, 0u, 0u);
     uint complete = samples;    // samples of each pixel before the first that is not to be had
-    if (reusing) {
+    if (!SHARED_BY_LANES && reusing) {
         // Segments that the budget did not suffice for are missing.
         uint waiting = pocket_first_segment(pocket) / (MEMBERS * TILE);
         uint missing = min(waiting, run.left > 0u ? run.slot / SEGMENTS : NOTHING);
         complete = min(samples, subgroupMin(missing));
     }
-    share_notes();
-
-    // ---- the film, in the order of the samples, up to the first sample that did not end
-    uint committed = 0u;
-    uint reused = 0u;
-    uint bad = 0u;
-    for (uint p = gl_SubgroupInvocationID; p < TILE; p += gl_SubgroupSize) {
-        uvec2 at;
-        if (tile + p < end_slot && pixel_of_slot(tile + p, at)) {
-            uint film_place = film_slot(tile + p);
-            FilmPixel film_pixel = film_load(film_place);
-            uint first = film_pixel.count;
-            for (uint s = 0u; s < complete; ++s) {
-                uint path = region + s * TILE + p;
-                vec4 light;
-                vec3 gathered, unshared;
-                if (reusing) {
-                    light = shared_light(path, gathered, unshared);
-                } else {
-                    light = path_load(path, ROW_LIGHT);
-                    if (GLANCES > 0u && REUSE) light.xyz += path_load(path, ROW_GLANCED).xyz;
-                }
-                if (light.w == PATH_OPEN || film_pixel.count >= target_samples) break;
-                if (reusing) film_pixel.trial += trial_sign(film_pixel.count) * brightness(light.xyz - gathered);
-                bool good = film_add(film_pixel, light.xyz);
-                bad += good ? 0u : 1u;
-                if (reusing) path_store(path, ROW_DIRECT, good ? vec4(gathered, brightness(unshared)) : vec4(0.0));
-            }
-            film_store(film_place, film_pixel);
-            if (reusing) {
-                path_store_compactly(region + p, ROW_FIRST, uintBitsToFloat(uvec4(first, film_pixel.count, 0u, 0u)));
-            }
-            committed += film_pixel.count - first;
-            reused += reusing && reuses(p) ? film_pixel.count - first : 0u;
-        }
-    }
-    if (reusing) {
-        share_notes();
-        subgroupBarrier();
-        for (uint p = gl_SubgroupInvocationID; p < TILE; p += gl_SubgroupSize) {
-            uvec2 at;
-            if (tile + p < end_slot && pixel_of_slot(tile + p, at)) note_gradients(region + p, film_slot(tile + p));
-        }
+    if (SHARED_BY_LANES && reusing) {
+        added.samples = share_noted(tile, region, samples, shadow_rays, loops, added.bad, added.reused);
+    } else {
+        add_noted(tile, complete, reusing, added);
     }
     release_region(r);
-    add_counts(Counts(committed, reused, bad, rays, shadow_rays, PATH_STATS ? steps : 0u, 0u));
+    if (PATH_STATS) steps += walked_steps;
+    add_counts(Counts(added.samples, added.reused, added.bad, rays, shadow_rays, steps, 0u));
 }

@@ -115,25 +115,7 @@ void main() {
             going = within_budget && left > 0u && !waits;
         } while (going && (!REUSE || group_lacks_path(reusing, ended.there)));
         if (REUSE && subgroupAny(ended.there)) {
-            // Drivers bound the loops of the slowest lane.
-            loops = subgroupMax(loops) + 1u;
-            doubtful_loops = subgroupMax(doubtful_loops);
-            vec3 gathered, unshared;
-            vec3 light = shared_light(ended, counts.shadow_rays, loops, gathered, unshared);
-            within_budget = LOOP_BUDGET == 0u || subgroupMax(loops + doubtful_loops) < LOOP_BUDGET;
-            vec3 right = vec3(0.0);
-            vec3 down = vec3(0.0);
-            // What is not finite counts as black.
-            if (!is_finite(brightness(light))) {
-                gathered = vec3(0.0);
-                unshared = vec3(0.0);
-            }
-            differences(gathered, ended.there, right, down);
-            if (ended.there && within_budget) {
-                film_pixel.trial += trial_sign(film_pixel.count) * brightness(light - gathered);
-                gradients_add(gradients, film_pixel.count, gathered, brightness(unshared), right, down);
-                counts.bad += film_add(film_pixel, light) ? 0u : 1u;
-            }
+            within_budget = share_sample(ended, film_pixel, gradients, counts.shadow_rays, loops, counts.bad);
             ended = ended_none();
             if (waits) {
                 ended = path_ends(meeting, radiance, glanced);

@@ -38,15 +38,17 @@ uint slot_of_invocation(uint number) {
 // The number of the pixel at column and row `at`.
 uint pixel_number(uvec2 at) { return at.y * width + at.x; }
 
+// Columns of all blocks side by side, and the first row of the film's band: a division takes eight on a CPU, one for each lane.
+uint columns = (width + 31u) / 32u * 32u;
+uint band_top = band_first / (64u * columns) * 64u;
+
 // A pixel of the tile with such a corner. What is shifted out of the film's band comes in again on the other side.
 uvec2 pixel_of_tile(uvec2 corner, uint p) {
     uvec2 at = corner + place_in_tile(p);
     if (REUSE && shifted != 0u) {
-        uint columns = (width + 31u) / 32u * 32u;
-        uint top = band_first / (64u * columns) * 64u;
         at += uvec2(2u, 1u);
         at.x -= at.x >= columns ? columns : 0u;
-        at.y -= at.y >= top + band_rows ? band_rows : 0u;
+        at.y -= at.y >= band_top + band_rows ? band_rows : 0u;
     }
     return at;
 }

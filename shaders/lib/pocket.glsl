@@ -8,7 +8,8 @@
 
 const uint SECOND_BIT = 1u << SLOT_BITS;
 const uint GIVES_BIT = 2u << SLOT_BITS;
-const uint HITS_SHIFT = SLOT_BITS + 2u;
+const uint MET_BIT = 4u << SLOT_BITS;
+const uint HITS_SHIFT = SLOT_BITS + 3u;
 const uint NOTHING = 0xffffffffu;
 const uint PLACES = 6u;                 // FOR_EACH_PLACE below
 const uint ALL_PLACES = (1u << PLACES) - 1u;
@@ -25,7 +26,8 @@ struct Held {
     float t;
     int id;
     bool dying;     // it has ended but for its last shadow ray
-    bool gives;     // its light is for other pixels too, see reuse_notes.glsl
+    bool met;       // it has arrived at its second hit,
+    bool gives;     // and its light is for other pixels too, see reuse_notes.glsl
 };
 
 // Sets of places, one bit each, and what the places hold.
@@ -57,7 +59,7 @@ struct PocketWalk {
 
 Held held_nothing() {
     Path path = Path(vec3(0.0), vec3(0.0, 0.0, 1.0), -1, vec3(0.0), 0u, 0u, vec3(0.0), 0.0, 0.0, false, 0u);
-    return Held(path, vec3(0.0), NOTHING, 0.0, -1, false, false);
+    return Held(path, vec3(0.0), NOTHING, 0.0, -1, false, false, false);
 }
 
 Pocket pocket_empty() {
@@ -92,7 +94,7 @@ void pocket_put(inout Pocket p, Held h, ShadowRay shadow, bool waits, bool later
     vec4 origin = vec4(h.path.origin, h.t);
     vec4 direction = vec4(h.path.direction, intBitsToFloat(h.id));
     vec4 throughput = vec4(h.path.throughput, intBitsToFloat(h.path.leaving));
-    uint flags = (h.path.second ? SECOND_BIT : 0u) | (h.gives ? GIVES_BIT : 0u);
+    uint flags = (h.path.second ? SECOND_BIT : 0u) | (h.gives ? GIVES_BIT : 0u) | (h.met ? MET_BIT : 0u);
     uint bits = h.slot | flags | (h.path.hits << HITS_SHIFT);
     vec4 radiance = vec4(h.radiance, uintBitsToFloat(bits));
     vec4 toward = vec4(shadow.direction, shadow.distance);
@@ -151,6 +153,7 @@ void pocket_take(inout Pocket p, inout Held h) {
         if ((p.lit & place) != 0u) h.radiance += light.xyz;
         h.dying = (p.dying & place) != 0u;
         h.gives = (bits & GIVES_BIT) != 0u;
+        h.met = (bits & MET_BIT) != 0u;
         p.used &= ~place;
         p.lit &= ~place;
         p.dying &= ~place;

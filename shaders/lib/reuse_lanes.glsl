@@ -130,4 +130,29 @@ vec3 shared_light(EndedPath ended, inout uint shadow_rays, inout uint loops, out
     return own + gathered;
 }
 
+// Shares the paths of all lanes, and adds to each lane's pixel the sample whose path has ended. To be called by all lanes.
+// Returns whether that was within the budget of loops; if not, nothing is added.
+bool share_sample(EndedPath ended, inout FilmPixel film_pixel, inout Gradients gradients, inout uint shadow_rays,
+                  inout uint loops, inout uint bad) {
+    // Drivers bound the loops of the slowest lane.
+    loops = subgroupMax(loops) + 1u;
+    doubtful_loops = subgroupMax(doubtful_loops);
+    vec3 gathered, unshared;
+    vec3 light = shared_light(ended, shadow_rays, loops, gathered, unshared);
+    bool within_budget = LOOP_BUDGET == 0u || subgroupMax(loops + doubtful_loops) < LOOP_BUDGET;
+    // What is not finite counts as black.
+    if (!is_finite(brightness(light))) {
+        gathered = vec3(0.0);
+        unshared = vec3(0.0);
+    }
+    vec3 right, down;
+    differences(gathered, ended.there, right, down);
+    if (ended.there && within_budget) {
+        film_pixel.trial += trial_sign(film_pixel.count) * brightness(light - gathered);
+        gradients_add(gradients, film_pixel.count, gathered, brightness(unshared), right, down);
+        bad += film_add(film_pixel, light) ? 0u : 1u;
+    }
+    return within_budget;
+}
+
 #endif

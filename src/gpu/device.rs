@@ -23,7 +23,7 @@ pub struct ContextOptions {
     /// Validation layers.
     pub validation: Validation,
     /// A folder, made if it is not there, in which to keep shaders as the driver has compiled them, if it is one that
-    /// compiles them slowly each time that a program starts and can hand them over (lavapipe from Mesa 24 on).
+    /// compiles them slowly each time that a program starts and can hand them over (lavapipe from Mesa 23.1 on).
     pub shader_folder: Option<PathBuf>,
 }
 

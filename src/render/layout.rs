@@ -53,6 +53,7 @@ pub(crate) mod constant {
     /// Facets that there are constants for.
     pub const MAX_FACETS: usize = 32;
     pub const POINT_INSIDE: u32 = 200;
+    pub const SHARED_BY_LANES: u32 = 201;
     pub const FACET_OCCLUDERS: u32 = 206;
     pub const EXACT_FACETS: u32 = 207;
     pub const FACETS_ACROSS_X: u32 = 208;

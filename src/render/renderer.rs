@@ -122,13 +122,14 @@ impl Renderer {
         };
         let beam_targets = beams::targets(&needed, &tables, settings);
         let reuse = trial::may_reuse(&needed, settings.reuse, &facts) && beam_targets == 0;
+        let groups_fit = subgroup.is_multiple_of(sobol::MEMBERS as u32);
         let job = Job {
             features: &features,
             facts: &facts,
             sah_cost: tables.tree.as_ref().map(|tree| tree.sah_cost),
             samples: f64::from(scene.film.width) * f64::from(scene.film.height) * f64::from(settings.samples),
             reuse,
-            groups_fit: subgroup.is_multiple_of(sobol::MEMBERS as u32),
+            groups_fit,
         };
         let queued = job.is_queued(settings.scheduler);
         let sobol = sobol::table(features.sobol_levels, if reuse { sobol::MEMBERS } else { 1 });
@@ -170,6 +171,7 @@ impl Renderer {
         let glances = glances::of_sample(&needed, &tables, settings);
         specialization.uint(constant::GLANCES, glances);
         specialization.bool(constant::REUSE, reuse).uint(constant::SUBGROUP_LANES, subgroup);
+        specialization.bool(constant::SHARED_BY_LANES, groups_fit && facts.skips_branches);
         specialization.uint(constant::BEAM_TARGETS, beam_targets);
         let repeats = repeats::may_repeat(&needed, beam_targets, settings);
         specialization.bool(constant::REPEATS, repeats);

@@ -52,6 +52,7 @@ fn expected_constants() -> BTreeMap<String, u32> {
         ("LIGHT_DEPTH", constant::LIGHT_DEPTH),
         ("FACET_COUNT", constant::FACET_COUNT),
         ("POINT_INSIDE", constant::POINT_INSIDE),
+        ("SHARED_BY_LANES", constant::SHARED_BY_LANES),
         ("FACET_OCCLUDERS", constant::FACET_OCCLUDERS),
         ("EXACT_FACETS", constant::EXACT_FACETS),
         ("FACETS_ACROSS_X", constant::FACETS_ACROSS_X),

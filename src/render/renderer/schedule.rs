@@ -8,8 +8,8 @@ use super::super::settings::Scheduler;
 /// Lavapipe 22.3.6 and 25.0.7: at 2 to 3 that takes 1.2 to 1.4 times the time, at 7 as long, at 10 less by a tenth, at 20
 /// by a fifth to a third.
 const FAR_WALK: f64 = 8.0;
-/// The same where the lanes of a group exchange their paths in registers otherwise, which costs less than in memory: at 13 the
-/// queue takes 1.1 times the time, at 18 a mesh under a point light takes .8 with it and one under a lamp as long.
+/// The same where the lanes of a group exchange their paths, which without waiting are in registers already: at 13 the queue
+/// takes 1.03 (22.3.6: 1.1) times the time, at 17 a cat that fills the view takes 1.0 (1.1), at 18 a mesh in a room .82 (.9).
 const FAR_WALK_OF_GROUPS: f64 = 14.0;
 /// Samples times records beyond these from which on a rendering gains what it takes longer to make the kernel: .15 s (from an
 /// empty cache 1 s), where a sample gains 35 to 80 ns for each record.
@@ -43,10 +43,6 @@ impl Job<'_> {
 
     fn waiting_pays(&self) -> bool {
         let Some(sah_cost) = self.sah_cost else { return false };
-        // In registers only where branches that no lane takes are skipped.
-        if self.reuse && !self.facts.skips_branches {
-            return sah_cost >= FAR_WALK;
-        }
         let far = if self.reuse { FAR_WALK_OF_GROUPS } else { FAR_WALK };
         (sah_cost - far) * self.samples >= LONG_RENDERING
     }
