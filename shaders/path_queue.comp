@@ -348,7 +348,7 @@ void main() {
     uint tile = first_slot + group_of_work() * tile_step * TILE;
     if (tile >= end_slot || max_new_samples == 0u) return;
     // The host asks for workgroups of one subgroup; a device that cuts them up must not go on.
-    if (gl_NumSubgroups != 1u) {
+    if (gl_NumSubgroups != 1u || (SHARED_BY_LANES && gl_SubgroupSize != SUBGROUP_LANES)) {
         if (subgroupElect()) atomicAdd(counters[COUNT_TRUNCATED], 1u);
         return;
     }

@@ -18,7 +18,7 @@ layout(constant_id = 8) const bool HAS_MIRROR = true;
 layout(constant_id = 9) const bool HAS_DIELECTRIC = true;
 layout(constant_id = 10) const bool HAS_EMITTER = true;
 layout(constant_id = 11) const bool HAS_BACKGROUND = true;
-layout(constant_id = 12) const uint SPHERE_COUNT = 0u;     // spheres held in constants, see intersect/sphere.glsl
+layout(constant_id = 12) const uint SPHERE_COUNT = 0u;     // constant spheres, see intersect/sphere.glsl
 layout(constant_id = 13) const bool HAS_TREE = false;      // triangles, or more spheres than fit into constants
 layout(constant_id = 14) const bool TREE_SPHERES = false;  // the tree has sphere leaves
 layout(constant_id = 15) const bool BRUTE_FORCE = false;   // test every leaf record instead of walking the tree
@@ -37,7 +37,7 @@ layout(constant_id = 63) const bool REPEATS = false;       // a sample may be se
 layout(constant_id = 62) const uint GLANCES = 0u;          // of a sample, where a lamp's edge is seen, see glance.glsl
 const bool MULTIPLE = GLANCES > 0u || REPEATS;             // of several paths of any kind
 layout(constant_id = 57) const bool REUSE = false;         // paths serve several pixels, see reuse.glsl
-layout(constant_id = 31) const uint FACET_COUNT = 0u;      // flat polygons held in constants, see intersect/facet.glsl
+layout(constant_id = 31) const uint FACET_COUNT = 0u;      // constant flat polygons, see intersect/facet.glsl
 layout(constant_id = 30) const uint LIGHT_LOOPS = 0u;      // loop iterations that choosing lights takes at a hit
 layout(constant_id = 26) const bool PATH_STATS = false;    // count rays and traversal steps
 

@@ -21,8 +21,8 @@
 // decides from that (src/render/renderer/trial.rs), apart for the two halves of the image that adaptive sampling keeps
 // independent of each other (src/render/progression.rs).
 //
-// Where the paths of a group meet depends on the scheduler: in memory (reuse_notes.glsl) or in the lanes of a subgroup
-// (reuse_lanes.glsl). Both reckon the same, bit for bit.
+// Where the paths of a group meet depends on the scheduler and the driver: in the lanes of a subgroup (reuse_lanes.glsl) or in
+// memory (reuse_notes.glsl). Both reckon the same, bit for bit.
 
 #ifndef REUSE_GLSL
 #define REUSE_GLSL

@@ -19,7 +19,7 @@ const uint ROW_FIRST = 1u;      // x; the id that a ray from it leaves
 const uint ROW_FIRST_NORMAL = 2u;   // shading normal; which hit of its path x is
 const uint ROW_SECOND = 3u;     // y; β.g
 const uint ROW_SECOND_NORMAL = 4u;  // geometric normal; β.b
-const uint ROW_DIRECT = 5u;     // light from x itself, β.r; in the end what its pixel has gathered, see gradient.glsl
+const uint ROW_DIRECT = 5u;     // light from x itself, β.r; in memory in the end what its pixel has gathered, see gradient.glsl
 const uint ROW_COUPLINGS = 6u;  // two rows: a(x, y) of its y and each member's x
 const uint ROW_FIRST_UP = 8u;   // with SMOOTH_NORMALS: geometric normal of x
 const uint ROW_GLANCED = 9u;    // light that glances have gathered
@@ -195,7 +195,8 @@ uint share_noted(uint tile, uint region, uint samples, inout uint shadow_rays, i
         uint p = (gl_SubgroupInvocationID % MEMBERS) << GROUP_BITS | (first + gl_SubgroupInvocationID / MEMBERS);
         uint slot = film_slot(tile + p);
         uvec2 at;
-        bool real = tile + p < end_slot && pixel_of_slot(tile + p, at);
+        bool real = first + gl_SubgroupInvocationID / MEMBERS < TILE / MEMBERS && tile + p < end_slot &&
+                    pixel_of_slot(tile + p, at);
         FilmPixel film_pixel = film_empty();
         Gradients gradients = Gradients(vec4(0.0), vec4(0.0), vec4(0.0));
         if (real) {
@@ -204,15 +205,19 @@ uint share_noted(uint tile, uint region, uint samples, inout uint shadow_rays, i
         }
         uint count = film_pixel.count;
         bool complete = true;
-        [[dont_unroll]] for (uint s = 0u; s < samples && subgroupAny(complete); ++s) {
+        bool wanted = real && count < target_samples;
+        [[dont_unroll]] for (uint s = 0u; s < samples && subgroupAny(wanted && complete); ++s) {
             uint path = region + s * TILE + p;
             EndedPath ended = ended_none();
-            bool wanted = real && film_pixel.count < target_samples;
             vec4 light = path_load(path, ROW_LIGHT);
-            // Either all of a group have a sample or none.
-            if (LOOP_BUDGET > 0u) complete = complete && sum_of_group(wanted && light.w == PATH_OPEN ? 1.0 : 0.0) == 0.0;
+            if (LOOP_BUDGET > 0u) {
+                // Either all of a group have a sample or none.
+                float open = sum_of_group(wanted && light.w == PATH_OPEN ? 1.0 : 0.0);
+                complete = complete && open == 0.0;
+            }
             if (wanted && complete) ended = noted_path(path, light);
             complete = share_sample(ended, film_pixel, gradients, shadow_rays, loops, bad) && complete;
+            wanted = real && film_pixel.count < target_samples;
         }
         if (real) {
             film_store(slot, film_pixel);

@@ -35,7 +35,7 @@ void count_loops(uint steps, inout uint loops) {
     if (LOOP_BUDGET > 0u) loops += subgroupMax(steps) + 1u;
 }
 
-// Nearest of what is held in constants.
+// Nearest of the constant spheres and facets.
 void closest_constant(vec3 o, vec3 d, int leaving, inout float t, inout int id) {
     closest_sphere(o, d, leaving, t, id);
     if (FACET_COUNT > 0u) closest_facet(o, d, leaving, t, id);

@@ -2,7 +2,6 @@
 
 use std::mem::forget;
 use std::ops::ControlFlow;
-use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -11,7 +10,7 @@ use std::time::Duration;
 
 use anyhow::{Context as _, anyhow};
 use clap::Args;
-use photolith::gpu::{Vulkan, prefer_wide_vectors};
+use photolith::gpu::prefer_wide_vectors;
 use photolith::image::{self, Metadata};
 use photolith::render::{Adaptive, Features, RenderStatistics};
 use photolith::scene::Scene;
@@ -73,6 +72,10 @@ pub struct RenderArgs {
     json: bool,
 }
 
+/// Seconds that the driver takes for a kernel that it finds in its cache: what is not there it compiles, and drivers may still be
+/// writing that to the cache when the image is done.
+const LITTLE_TO_COMPILE: f64 = 0.1;
+
 /// With --noise, what bounds the samples of a pixel if nothing else does.
 const MOST_SAMPLES: u32 = 1 << 14;
 
@@ -99,7 +102,17 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     };
     // Before hours of rendering, not after.
     image::check_writable(&output)?;
-    let (vulkan, scene, settings) = load(args)?;
+    let (scene, mut settings) = args.scene_options.load(&args.scene)?;
+    if let Some(noise) = args.noise {
+        settings.adaptive = Some(Adaptive::to_noise(noise));
+        settings.samples = args.scene_options.samples.unwrap_or(MOST_SAMPLES);
+    }
+    settings.time_limit = args.time_limit;
+    settings.samples_per_dispatch = args.samples_per_dispatch;
+    settings.workgroup_size = args.workgroup;
+    settings.loop_budget = args.loop_budget;
+    settings.count_steps = args.count_steps;
+    settings.spirv_folder = args.spirv.clone();
 
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
@@ -113,11 +126,10 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
 
     let started = std::time::Instant::now();
     if Features::of(&scene, &settings).suits_wide_vectors() {
-        // SAFETY: the other threads wait for a signal, or for work on meshes, and leave the environment alone; the drivers'
-        // libraries have been loaded.
+        // SAFETY: the other threads wait for a signal, or for work on meshes, and leave the environment alone.
         unsafe { prefer_wide_vectors() };
     }
-    let context = Context::open(vulkan, &args.device.context_options())?;
+    let context = Context::new(&args.device.context_options())?;
     let mut renderer = Renderer::new(&context, &scene, &settings)?;
     if renderer.hidden_lights() > 0 {
         log::warn!("{} light(s) left out: an opaque sphere keeps them from all that is seen", renderer.hidden_lights());
@@ -164,32 +176,11 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         None if was_interrupted => exit::INTERRUPTED,
         None => exit::OK,
     };
-    if context.validation() == Validation::Off {
+    if context.validation() == Validation::Off && renderer.statistics().compile_seconds < LITTLE_TO_COMPILE {
         // The system takes back at once what would be given back piece by piece.
         forget((renderer, context));
     }
     Ok(ExitCode::from(code))
-}
-
-/// The scene and the settings, and Vulkan: each takes its time.
-fn load(args: &RenderArgs) -> anyhow::Result<(Vulkan, Scene, RenderSettings)> {
-    std::thread::scope(|scope| {
-        let validation = args.device.validation();
-        let vulkan = std::thread::Builder::new().spawn_scoped(scope, move || Vulkan::load(validation))?;
-        let (scene, mut settings) = args.scene_options.load(&args.scene)?;
-        if let Some(noise) = args.noise {
-            settings.adaptive = Some(Adaptive::to_noise(noise));
-            settings.samples = args.scene_options.samples.unwrap_or(MOST_SAMPLES);
-        }
-        settings.time_limit = args.time_limit;
-        settings.samples_per_dispatch = args.samples_per_dispatch;
-        settings.workgroup_size = args.workgroup;
-        settings.loop_budget = args.loop_budget;
-        settings.count_steps = args.count_steps;
-        settings.spirv_folder = args.spirv.clone();
-        let vulkan = vulkan.join().unwrap_or_else(|panic| resume_unwind(panic))?;
-        Ok((vulkan, scene, settings))
-    })
 }
 
 /// What adaptive sampling reached, for people.

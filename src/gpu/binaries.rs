@@ -10,6 +10,7 @@ use crate::hash::fnv;
 /// Files that together take more are too many: those that nobody has asked for the longest go, until half of it is left.
 const MOST_BYTES: u64 = 64 << 20;
 const SUFFIX: &str = "shader";
+const UNFINISHED: &str = "shader-tmp";
 
 /// A folder of binaries. What cannot be read or written is as good as not there: it only takes time to make it anew.
 #[derive(Debug, Clone)]
@@ -44,7 +45,7 @@ impl BinaryStore {
     fn write(&self, identity: &[u8], binary: &[u8]) -> std::io::Result<()> {
         fs::create_dir_all(&self.folder)?;
         self.make_room(binary.len() as u64)?;
-        let mut file = tempfile::Builder::new().prefix(".photolith-").suffix(".tmp").tempfile_in(&self.folder)?;
+        let mut file = tempfile::Builder::new().suffix(&format!(".{UNFINISHED}")).tempfile_in(&self.folder)?;
         file.write_all(&(identity.len() as u64).to_le_bytes())?;
         file.write_all(identity)?;
         file.write_all(&fnv(binary).to_le_bytes())?;
@@ -63,7 +64,8 @@ impl BinaryStore {
         for entry in fs::read_dir(&self.folder)? {
             let path = entry?.path();
             // Others may be at it too.
-            if path.extension().is_some_and(|e| e == SUFFIX)
+            // What was never finished goes too.
+            if path.extension().is_some_and(|e| e == SUFFIX || e == UNFINISHED)
                 && let Ok(metadata) = fs::metadata(&path)
             {
                 kept.push((metadata.modified()?, metadata.len(), path));

@@ -27,20 +27,6 @@ pub struct ContextOptions {
     pub shader_folder: Option<PathBuf>,
 }
 
-/// Vulkan with its drivers' libraries, before a device is asked for. Loading them is most of what opening a device takes; a
-/// program may do so beside other work.
-pub struct Vulkan(Instance);
-
-impl Vulkan {
-    /// Loads Vulkan.
-    ///
-    /// # Errors
-    /// No loader, no driver, or no validation layer.
-    pub fn load(validation: Validation) -> Result<Self, GpuError> {
-        Ok(Self(Instance::new(validation)?))
-    }
-}
-
 /// A Vulkan device that is ready to compute. Cheap to clone; the device lives until the last clone,
 /// and the last object made with it, are gone.
 #[derive(Clone)]
@@ -52,15 +38,7 @@ impl Context {
     /// # Errors
     /// No loader, no device, an unsuitable device, or a failed Vulkan call.
     pub fn new(options: &ContextOptions) -> Result<Self, GpuError> {
-        Self::open(Vulkan::load(options.validation)?, options)
-    }
-
-    /// Picks a device of Vulkan as it has been loaded and opens it. (With `validation` as it was then.)
-    ///
-    /// # Errors
-    /// No device, an unsuitable device, or a failed Vulkan call.
-    pub fn open(vulkan: Vulkan, options: &ContextOptions) -> Result<Self, GpuError> {
-        Ok(Self(Arc::new(Device::new(vulkan.0, options)?)))
+        Ok(Self(Arc::new(Device::new(options)?)))
     }
 
     /// The same device opened once more, with an instance, a queue and messages of its own.
@@ -141,7 +119,8 @@ pub(crate) struct Device {
 }
 
 impl Device {
-    fn new(instance: Instance, options: &ContextOptions) -> Result<Self, GpuError> {
+    fn new(options: &ContextOptions) -> Result<Self, GpuError> {
+        let instance = Instance::new(options.validation)?;
         let devices = select::enumerate(&instance)?;
         let infos: Vec<_> = devices.iter().map(|(_, info)| info.clone()).collect();
         let (index, choice) = select::pick(&infos, options.device.as_deref())?;

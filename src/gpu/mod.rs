@@ -18,7 +18,7 @@ mod wide;
 pub(crate) use bindings::{BindingKind, BindingLayout, BindingSet};
 pub(crate) use buffer::{Buffer, Usage};
 pub(crate) use device::Device;
-pub use device::{Context, ContextOptions, Vulkan};
+pub use device::{Context, ContextOptions};
 pub use error::GpuError;
 pub use instance::Validation;
 pub use messages::Messages;

@@ -16,6 +16,10 @@ use rspirv::spirv::{Op, Word};
 
 use super::pipeline::Specialization;
 
+/// This file and its modules: what they make of a shader may be kept.
+pub(super) const SOURCES: [&str; 3] =
+    [include_str!("prune.rs"), include_str!("prune/constants.rs"), include_str!("prune/flow.rs")];
+
 /// The same shader without what these values switch off; `None` if it is not of a kind that this knows, which is then for
 /// the driver to judge.
 pub(super) fn prune(words: &[u32], specialization: &Specialization) -> Option<Vec<u32>> {

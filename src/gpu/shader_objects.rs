@@ -13,6 +13,7 @@ use super::bindings::BindingLayout;
 use super::error::{GpuError, check};
 use super::instance::Instance;
 use super::pipeline::{Specialization, pruned};
+use super::prune;
 use super::select::{DeviceInfo, DeviceKind};
 use crate::hash::fnv;
 
@@ -145,11 +146,13 @@ impl ShaderObjects {
         unsafe { self.calls.destroy_shader(shader, None) };
     }
 
-    /// All that a binary depends on; of the SPIR-V its length and its hash.
+    /// All that a binary depends on; of the SPIR-V its length and its hash, and what is made of it first.
     fn identity(&self, spirv: &[u8], specialization: &Specialization, layout: &BindingLayout) -> Vec<u8> {
         let mut identity = self.store.identity.clone();
         identity.extend((spirv.len() as u64).to_le_bytes());
         identity.extend(fnv(spirv).to_le_bytes());
+        // The binary is that of what is left of it.
+        prune::SOURCES.iter().for_each(|source| identity.extend(fnv(source.as_bytes()).to_le_bytes()));
         identity.extend(layout.push_bytes.to_le_bytes());
         identity.extend((layout.bindings.len() as u64).to_le_bytes());
         for &(number, kind) in &layout.bindings {

@@ -74,9 +74,9 @@ pub struct Features {
     pub emitter: bool,
     /// Light from where a ray meets nothing.
     pub background: bool,
-    /// Spheres held in constants.
+    /// Constant spheres: written out in the shaders.
     pub constant_spheres: u32,
-    /// Flat polygons held in constants.
+    /// Constant flat polygons, likewise.
     pub facets: u32,
     /// Spheres held in the tree, because constants are full.
     pub tree_spheres: bool,
@@ -225,7 +225,7 @@ impl Features {
                 self.lights > 0,
                 match self.lights {
                     0 => "none can be seen".to_owned(),
-                    1 => "1, held in constants".to_owned(),
+                    1 => "1, a constant point".to_owned(),
                     n => format!("{n}, one is chosen at each hit"),
                 },
             ),

@@ -48,7 +48,7 @@ pub(crate) mod constant {
     pub const MAX_TREE_BOXES: usize = 4;
     /// Two ids a sphere: side, form.
     pub const SPHERES: u32 = 64;
-    /// Sixteen floats a facet: four corners (or edges, see facet.glsl), unit normal, and its product with a corner.
+    /// Sixteen ids a facet, of which fifteen are in use: four corners (or edges, see facet.glsl), unit normal.
     pub const FACETS: u32 = 256;
     /// Facets that there are constants for.
     pub const MAX_FACETS: usize = 32;

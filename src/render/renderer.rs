@@ -171,7 +171,8 @@ impl Renderer {
         let glances = glances::of_sample(&needed, &tables, settings);
         specialization.uint(constant::GLANCES, glances);
         specialization.bool(constant::REUSE, reuse).uint(constant::SUBGROUP_LANES, subgroup);
-        specialization.bool(constant::SHARED_BY_LANES, groups_fit && facts.skips_branches);
+        specialization
+            .bool(constant::SHARED_BY_LANES, groups_fit && settings.share_by_lanes.unwrap_or(facts.skips_branches));
         specialization.uint(constant::BEAM_TARGETS, beam_targets);
         let repeats = repeats::may_repeat(&needed, beam_targets, settings);
         specialization.bool(constant::REPEATS, repeats);

@@ -187,6 +187,9 @@ pub struct RenderSettings {
     /// Whether polygons in constants are put to an exact test at once, not first to one that leaves few rays in doubt;
     /// `None`: as is faster with the driver. Changes no bit of the image.
     pub exact_facets: Option<bool>,
+    /// Whether lanes share what the queue's paths have noted, if there is room for the lanes of a group in a subgroup; else memory
+    /// is where it is shared. `None`: as is faster with the driver. Changes no bit of the image.
+    pub share_by_lanes: Option<bool>,
     /// Count steps through the tree as well; a little slower.
     pub count_steps: bool,
     /// A folder with `path_trace.spv`, `path_queue.spv` or `traverse.spv` to use instead of the built-in shaders: edit a

@@ -20,8 +20,8 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "determinism/split",
-        what: "one sample a dispatch, workgroups of 8 and 96, a small loop budget, with paths reused and not, both \
-               schedulers",
+        what: "one sample a dispatch, workgroups of 8 and 96, a small loop budget, with paths reused (by lanes and in memory) \
+               and not, both schedulers",
         oracle: "the image as usual",
         quantity: "pixels whose bits differ",
         threshold: 0.0,
@@ -31,12 +31,17 @@ pub(super) const CASES: &[Case] = &[
                 [|s| s.samples_per_dispatch = Some(1), |s| s.workgroup_size = Some(8), |s| s.workgroup_size = Some(96)];
             let ways: [Change; 2] = [|s| s.scheduler = Scheduler::Inline, |s| s.scheduler = Scheduler::Queue];
             // Half of a budget is for reusing the paths.
-            let with_reuse: [Change; 1] = [|s| s.loop_budget = Some(1400)];
+            let with_reuse: [Change; 4] = [
+                |s| s.loop_budget = Some(1400),
+                |s| (s.scheduler, s.share_by_lanes) = (Scheduler::Queue, Some(true)),
+                |s| (s.scheduler, s.share_by_lanes) = (Scheduler::Queue, Some(false)),
+                |s| (s.scheduler, s.share_by_lanes, s.loop_budget) = (Scheduler::Queue, Some(true), Some(1400)),
+            ];
             let without: [Change; 1] = [|s| s.loop_budget = Some(700)];
             let (scene, off): (_, Change) = (divided_room(), |s| s.reuse = Reuse::Off);
             let reused = variants(lab, &scene, |s| s.reuse = Reuse::Always, &[&cuts[..], &ways, &with_reuse].concat())?;
             let plain = variants(lab, &scene, off, &[&cuts[..], &ways, &without].concat())?;
-            Ok(Measured::new(reused.value + plain.value, "12 variants, 1024 pixels".to_owned()))
+            Ok(Measured::new(reused.value + plain.value, "15 variants, 1024 pixels".to_owned()))
         },
     },
     Case {
