@@ -113,7 +113,7 @@ pub(crate) struct Device {
     pub limits: vk::PhysicalDeviceLimits,
     names: Option<ext::debug_utils::Device>,
     /// Shaders without pipelines, kept on disk.
-    pub shader_objects: Option<ShaderObjects>,
+    pub shader_objects: Option<Arc<ShaderObjects>>,
     memory: Mutex<Memory>,
     pub instance: Instance,
 }
@@ -152,7 +152,7 @@ impl Device {
         let raw = check("vkCreateDevice", unsafe { instance.raw.create_device(physical, &create, None) })?;
         // SAFETY: the queue was asked for above.
         let queue = unsafe { raw.get_device_queue(queue_family, 0) };
-        let shader_objects = store.map(|store| store.on(&instance, &raw));
+        let shader_objects = store.map(|store| Arc::new(store.on(&instance, &raw)));
         let names =
             (instance.validation != Validation::Off).then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
 

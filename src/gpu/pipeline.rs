@@ -8,6 +8,7 @@ use super::bindings::BindingLayout;
 use super::device::Device;
 use super::error::{GpuError, check};
 use super::prune::prune;
+use super::shader_objects::ShaderObjects;
 
 /// Values of specialization constants, by id.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -79,7 +80,7 @@ pub(crate) struct Pipeline {
 /// As a pipeline, or by itself.
 enum Raw {
     Pipeline(vk::Pipeline),
-    Shader(vk::ShaderEXT),
+    Shader(vk::ShaderEXT, Arc<ShaderObjects>),
 }
 
 impl Pipeline {
@@ -95,7 +96,7 @@ impl Pipeline {
             Some(objects) => {
                 let shader = objects.make(name, spirv, specialization, layout)?;
                 device.name(shader, name);
-                Raw::Shader(shader)
+                Raw::Shader(shader, Arc::clone(objects))
             }
             None => Raw::Pipeline(create(device, name, spirv, specialization, layout)?),
         };
@@ -107,13 +108,11 @@ impl Pipeline {
     /// # Safety
     /// The command buffer is being recorded, and the pipeline outlives its execution.
     pub unsafe fn bind(&self, commands: vk::CommandBuffer) {
-        match (&self.raw, &self.device.shader_objects) {
-            // SAFETY: the caller's.
-            (Raw::Shader(shader), Some(objects)) => unsafe { objects.bind(commands, *shader) },
-            (Raw::Shader(_), None) => {}
-            (Raw::Pipeline(pipeline), _) => {
-                // SAFETY: the caller's.
-                unsafe {
+        // SAFETY: the caller's.
+        unsafe {
+            match &self.raw {
+                Raw::Shader(shader, objects) => objects.bind(commands, *shader),
+                Raw::Pipeline(pipeline) => {
                     self.device.raw.cmd_bind_pipeline(commands, vk::PipelineBindPoint::COMPUTE, *pipeline);
                 }
             }
@@ -125,10 +124,9 @@ impl Drop for Pipeline {
     fn drop(&mut self) {
         // SAFETY: owners wait for the device before they drop a pipeline that a submission uses.
         unsafe {
-            match (&self.raw, &self.device.shader_objects) {
-                (Raw::Shader(shader), Some(objects)) => objects.destroy(*shader),
-                (Raw::Shader(_), None) => {}
-                (Raw::Pipeline(pipeline), _) => self.device.raw.destroy_pipeline(*pipeline, None),
+            match &self.raw {
+                Raw::Shader(shader, objects) => objects.destroy(*shader),
+                Raw::Pipeline(pipeline) => self.device.raw.destroy_pipeline(*pipeline, None),
             }
         }
     }
