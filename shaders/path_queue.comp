@@ -301,7 +301,8 @@ struct Added {
 };
 
 // Adds to the film what has been noted of a tile's paths, in the order of the samples, up to the first sample that did not end;
-// `reusing`: with what the others of their groups have noted, if memory is where paths are shared.
+// `reusing`: with what the others of their groups have noted, if memory is where paths are shared. (Asked each time, and not of
+// a variable: src/gpu/prune.rs knows of none.)
 void add_noted(uint tile, uint complete, bool reusing, inout Added added) {
     for (uint p = gl_SubgroupInvocationID; p < TILE; p += gl_SubgroupSize) {
         uvec2 at;
@@ -320,10 +321,14 @@ void add_noted(uint tile, uint complete, bool reusing, inout Added added) {
                     if (GLANCES > 0u && REUSE) light.xyz += path_load(path, ROW_GLANCED).xyz;
                 }
                 if (light.w == PATH_OPEN || film_pixel.count >= target_samples) break;
-                if (!SHARED_BY_LANES && reusing) film_pixel.trial += trial_sign(film_pixel.count) * brightness(light.xyz - gathered);
+                if (!SHARED_BY_LANES && reusing) {
+                    film_pixel.trial += trial_sign(film_pixel.count) * brightness(light.xyz - gathered);
+                }
                 bool good = film_add(film_pixel, light.xyz);
                 added.bad += good ? 0u : 1u;
-                if (!SHARED_BY_LANES && reusing) path_store(path, ROW_DIRECT, good ? vec4(gathered, brightness(unshared)) : vec4(0.0));
+                if (!SHARED_BY_LANES && reusing) {
+                    path_store(path, ROW_DIRECT, good ? vec4(gathered, brightness(unshared)) : vec4(0.0));
+                }
             }
             film_store(film_place, film_pixel);
             if (!SHARED_BY_LANES && reusing) {

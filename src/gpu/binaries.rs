@@ -63,8 +63,7 @@ impl BinaryStore {
         let mut kept = Vec::new();
         for entry in fs::read_dir(&self.folder)? {
             let path = entry?.path();
-            // Others may be at it too.
-            // What was never finished goes too.
+            // What was never finished goes too. Others may be at it at the same time.
             if path.extension().is_some_and(|e| e == SUFFIX || e == UNFINISHED)
                 && let Ok(metadata) = fs::metadata(&path)
             {

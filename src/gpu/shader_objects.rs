@@ -87,10 +87,10 @@ impl ShaderObjects {
         specialization: &Specialization,
         layout: &BindingLayout,
     ) -> Result<vk::ShaderEXT, GpuError> {
-        let identity = self.identity(spirv, specialization, layout);
         let set_layouts = [layout.set];
         let push = layout.push_ranges();
         let (map, data) = specialization.raw();
+        let identity = self.identity(spirv, (&map, &data), layout);
         let values = vk::SpecializationInfo::default().map_entries(&map).data(&data);
         let info = vk::ShaderCreateInfoEXT::default()
             .stage(vk::ShaderStageFlags::COMPUTE)
@@ -147,7 +147,12 @@ impl ShaderObjects {
     }
 
     /// All that a binary depends on; of the SPIR-V its length and its hash, and what is made of it first.
-    fn identity(&self, spirv: &[u8], specialization: &Specialization, layout: &BindingLayout) -> Vec<u8> {
+    fn identity(
+        &self,
+        spirv: &[u8],
+        (map, data): (&[vk::SpecializationMapEntry], &[u8]),
+        layout: &BindingLayout,
+    ) -> Vec<u8> {
         let mut identity = self.store.identity.clone();
         identity.extend((spirv.len() as u64).to_le_bytes());
         identity.extend(fnv(spirv).to_le_bytes());
@@ -159,7 +164,6 @@ impl ShaderObjects {
             identity.extend(number.to_le_bytes());
             identity.push(kind as u8);
         }
-        let (map, data) = specialization.raw();
         map.iter().for_each(|entry| identity.extend(entry.constant_id.to_le_bytes()));
         identity.extend(data);
         identity

@@ -186,7 +186,7 @@ void load_facets() {
 #undef LOAD_FACET
 }
 
-// The same from shape_texels (surface.glsl): written out once for any facet, where time does not matter.
+// A facet from shape_texels (surface.glsl): written out once for any of them, where time does not matter.
 Facet facet_of_table(int n) {
     int row = 3 * int(SPHERE_COUNT + FACET_COUNT) + 4 * n;
     vec4 a = shape_texel(row);
@@ -216,9 +216,9 @@ void closest_facet(vec3 o, vec3 d, int leaving, inout float t, inout int id) {
         float h;                                                                                     \
         bool closer;                                                                                 \
         if (EXACT_FACETS) {                                                                          \
-            closer = meets_facet(FACET_OF(n), ray, d, nearest, h) && leaving != first_id + n;                  \
+            closer = meets_facet(FACET_OF(n), ray, d, nearest, h) && leaving != first_id + n;        \
         } else {                                                                                     \
-            PlaneHit hit = plane_hit(QUICK_FACET_OF(n), 1u << n, o, d, reach);                                \
+            PlaneHit hit = plane_hit(QUICK_FACET_OF(n), 1u << n, o, d, reach);                       \
             h = hit.t;                                                                               \
             bool near = h > 0.0 && h < nearest && leaving != first_id + n;                           \
             doubt = doubt || (near && abs(hit.inside) <= hit.margin);                                \
@@ -259,7 +259,7 @@ bool any_facet(vec3 o, vec3 d, float distance, int leaving) {
             float h;                                                                                 \
             occluded = occluded || (meets_facet(FACET_OF(n), ray, d, distance, h) && leaving != first_id + n); \
         } else {                                                                                     \
-            PlaneHit hit = plane_hit(QUICK_FACET_OF(n), 1u << n, o, d, reach);                                \
+            PlaneHit hit = plane_hit(QUICK_FACET_OF(n), 1u << n, o, d, reach);                       \
             bool near = hit.t > 0.0 && hit.t < distance && leaving != first_id + n;                  \
             doubt = doubt || (near && abs(hit.inside) <= hit.margin);                                \
             occluded = occluded || (near && hit.inside > hit.margin);                                \
