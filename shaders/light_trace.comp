@@ -39,7 +39,7 @@ void emitter_point(int light, vec2 u, out vec3 point, out vec3 normal) {
     }
     vec3 c = light_texel(row + 2).xyz;
     float root = sqrt(u.x);
-    vec2 w = a.w == LIGHT_PARALLELOGRAM ? u : vec2(root * (1.0 - u.y), root * u.y);
+    vec2 w = a.w == LIGHT_TRIANGLE ? vec2(root * (1.0 - u.y), root * u.y) : u;
     vec3 p0 = (1.0 - w.x - w.y) * a.xyz;
     vec3 p1 = w.x * b.xyz;
     vec3 p2 = w.y * c;

@@ -21,6 +21,7 @@ const uint PROBE_DIFFUSE = 6u;
 const uint PROBE_FRESNEL = 7u;
 const uint PROBE_DIELECTRIC = 8u;
 const uint PROBE_SAMPLE_PAIR = 9u;
+const uint PROBE_ATAN = 10u;
 
 void main() {
     uint i = gl_GlobalInvocationID.x;
@@ -34,6 +35,7 @@ void main() {
     if (PROBE == PROBE_TWO_PRODUCT) two_product(a.x, a.y, x.x, x.y);
     if (PROBE == PROBE_COS_SIN) x.xy = cos_sin_2pi(a.x);
     if (PROBE == PROBE_LOG) x.x = log_accurate(a.x);
+    if (PROBE == PROBE_ATAN) x.x = atan_accurate(a.x);
     if (PROBE == PROBE_BASIS) {
         vec3 tangent, bitangent;
         basis(a.xyz, tangent, bitangent);

@@ -22,6 +22,8 @@ pub(crate) enum LightShape {
     Triangle([DVec3; 3]),
     /// A corner and its two neighbours.
     Parallelogram([DVec3; 3]),
+    /// A parallelogram with right angles that is sampled by solid angle.
+    Rectangle([DVec3; 3]),
     Sphere {
         center: DVec3,
         radius: f64,
@@ -35,7 +37,7 @@ impl Light {
         match self.shape {
             LightShape::Point(p) => (p, p),
             LightShape::Triangle([a, b, c]) => (a.min(b).min(c), a.max(b).max(c)),
-            LightShape::Parallelogram([a, b, c]) => {
+            LightShape::Parallelogram([a, b, c]) | LightShape::Rectangle([a, b, c]) => {
                 let d = b + c - a;
                 (a.min(b).min(c).min(d), a.max(b).max(c).max(d))
             }
@@ -48,7 +50,9 @@ impl Light {
         let size = match self.shape {
             LightShape::Point(_) => 1.0,
             LightShape::Triangle([a, b, c]) => (b - a).cross(c - a).length() / 2.0 / std::f64::consts::PI,
-            LightShape::Parallelogram([a, b, c]) => (b - a).cross(c - a).length() / std::f64::consts::PI,
+            LightShape::Parallelogram([a, b, c]) | LightShape::Rectangle([a, b, c]) => {
+                (b - a).cross(c - a).length() / std::f64::consts::PI
+            }
             LightShape::Sphere { radius, inward: false, .. } => radius * radius,
             // Seen from inside, all of it shines.
             LightShape::Sphere { radius, inward: true, .. } => 4.0 * radius * radius,
@@ -59,7 +63,9 @@ impl Light {
     /// Directions around which it emits a hemisphere, or everywhere.
     pub fn cone(&self) -> Cone {
         match self.shape {
-            LightShape::Triangle([a, b, c]) | LightShape::Parallelogram([a, b, c]) => {
+            LightShape::Triangle([a, b, c])
+            | LightShape::Parallelogram([a, b, c])
+            | LightShape::Rectangle([a, b, c]) => {
                 Cone { axis: (b - a).cross(c - a).try_normalize().unwrap_or(DVec3::Z), angle: 0.0 }
             }
             LightShape::Point(_) | LightShape::Sphere { .. } => Cone::ALL,
@@ -125,9 +131,10 @@ fn light_texels(light: &Light, leaf: u32) -> [[f32; 4]; 4] {
             let area = (b - a).cross(c - a).length() / 2.0;
             [texel(a, 1.0), texel(b, area as f32), texel(c, leaf), color]
         }
-        LightShape::Parallelogram([a, b, c]) => {
+        LightShape::Parallelogram([a, b, c]) | LightShape::Rectangle([a, b, c]) => {
             let area = (b - a).cross(c - a).length();
-            [texel(a, 4.0), texel(b, area as f32), texel(c, leaf), color]
+            let kind = if matches!(light.shape, LightShape::Rectangle(_)) { 5.0 } else { 4.0 };
+            [texel(a, kind), texel(b, area as f32), texel(c, leaf), color]
         }
         LightShape::Sphere { center, radius, inward } => {
             let kind = if inward { 3.0 } else { 2.0 };

@@ -25,6 +25,7 @@ mod plan;
 mod progression;
 #[cfg(test)]
 mod progression_tests;
+mod rectangles;
 pub(crate) mod renderer;
 mod screened_poisson;
 mod settings;

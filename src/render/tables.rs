@@ -18,6 +18,7 @@ use super::layout::{SceneValues, constant, kind};
 use super::light_list::LightList;
 use super::lights::{Light, LightShape, LightTable};
 use super::mutation::Mutation;
+use super::rectangles;
 use super::settings::{RenderSettings, Sampler};
 use super::space::RenderSpace;
 use super::spheres::{self, ConstantSphere};
@@ -45,6 +46,7 @@ pub(crate) struct Tables {
     beam_texels: u32,
     light_count: u32,
     emitter_count: u32,
+    has_rectangles: bool,
     /// Whether emitters may be seen in the image directly.
     pub shows_emitters: bool,
     /// The only light, if that is a point.
@@ -140,7 +142,8 @@ impl Tables {
             }
             first_triangle += mesh.triangles.len();
         }
-        let lights = lights.into_vec();
+        let mut lights = lights.into_vec();
+        rectangles::mark(&mut lights, scene, space);
         let mut light_table = LightTable::of(&lights);
         let beams = BeamTable::of(scene, space, &lights[points..]);
         let beam_texels = light_table.texels.len() as u32;
@@ -151,6 +154,7 @@ impl Tables {
             single_point: (points == 1 && lights.len() == 1).then(|| lights[0]),
             light_count: lights.len() as u32,
             emitter_count: (lights.len() - points) as u32,
+            has_rectangles: lights.iter().any(|light| matches!(light.shape, LightShape::Rectangle(_))),
             shows_emitters: lights.iter().any(|l| view.may_show(l)),
             lights: light_table,
             beams,
@@ -263,6 +267,7 @@ impl Tables {
             .bool(constant::SMOOTH_NORMALS, features.smooth_normals)
             .uint(constant::LIGHT_COUNT, self.light_count)
             .uint(constant::EMITTER_COUNT, self.emitter_count)
+            .bool(constant::HAS_RECTANGLES, self.has_rectangles)
             .uint(constant::LIGHT_NODES, self.lights.nodes)
             .uint(constant::LIGHT_ENTRIES, self.lights.grid.entries)
             .uint(constant::LIGHT_CELLS, self.lights.grid.cells)

@@ -10,7 +10,7 @@
 //   light  a | kind,  b | area or radius,  c | leaf,  radiance | -
 //   entry  threshold, alias, probability, light; or node if LIGHT_DEPTH > 0
 //   kind 0: point at a, b = Φ/(4π²);  1: triangle a, b, c;  2: sphere around a;  3: the same, emitting inward;
-//   4: parallelogram, corner a between b and c
+//   4: parallelogram, corner a between b and c;  5: rectangle, likewise
 // Nodes are in depth-first order, the entries of a cell in ascending order of what they stand for.
 
 #ifndef LIGHT_CHOICE_GLSL
@@ -24,12 +24,6 @@ layout(constant_id = 29) const uint LIGHT_NODES = 0u;
 layout(constant_id = 59) const uint LIGHT_ENTRIES = 1u;     // of a cell: a power of two
 layout(constant_id = 60) const uint LIGHT_CELLS = 1u;       // along an axis
 layout(constant_id = 61) const uint LIGHT_DEPTH = 0u;       // levels of the tree below what an entry stands for
-
-const float LIGHT_POINT = 0.0;
-const float LIGHT_TRIANGLE = 1.0;
-const float LIGHT_SPHERE = 2.0;
-const float LIGHT_INWARD = 3.0;
-const float LIGHT_PARALLELOGRAM = 4.0;
 
 const float BELOW_ONE = 0.99999994;
 
@@ -107,9 +101,7 @@ LightSample light_point(int light, vec3 from, vec3 n, vec2 uv) {
     if (EMITTER_COUNT == 0u || a.w == LIGHT_POINT) return point_sample(a.xyz, b.xyz, from, n);
     vec4 c = light_texel(row + 2);
     vec4 d = light_texel(row + 3);
-    if (a.w == LIGHT_TRIANGLE || a.w == LIGHT_PARALLELOGRAM) {
-        return triangle_sample(a.xyz, b.xyz, c.xyz, a.w == LIGHT_PARALLELOGRAM, b.w, d.xyz, from, n, uv);
-    }
+    if (is_flat(a.w)) return flat_sample(a.w, a.xyz, b.xyz, c.xyz, b.w, d.xyz, from, n, uv);
     return sphere_sample(a.xyz, b.w, a.w == LIGHT_INWARD, d.xyz, from, n, uv);
 }
 
@@ -149,9 +141,9 @@ float light_pdf(vec3 from, int light, float t, float cos_light) {
     int row = light_row(light);
     vec4 a = light_texel(row);
     vec4 b = light_texel(row + 1);
-    bool flat_ = a.w == LIGHT_TRIANGLE || a.w == LIGHT_PARALLELOGRAM;
-    float pdf = flat_ ? triangle_pdf(b.w, t * t, cos_light)
-                      : sphere_pdf(a.xyz, b.w, a.w == LIGHT_INWARD, from, t * t, cos_light);
+    float pdf;
+    if (is_flat(a.w)) pdf = flat_pdf(a.w, a.xyz, b.xyz, light_texel(row + 2).xyz, b.w, from, t * t, cos_light);
+    else pdf = sphere_pdf(a.xyz, b.w, a.w == LIGHT_INWARD, from, t * t, cos_light);
     return light_probability(light_cell(from), light) * pdf;
 }
 

@@ -7,6 +7,17 @@
 #include "../layout.glsl"
 #include "../math.glsl"
 
+// Kinds of lights, in light_texels.
+const float LIGHT_POINT = 0.0;
+const float LIGHT_TRIANGLE = 1.0;
+const float LIGHT_SPHERE = 2.0;
+const float LIGHT_INWARD = 3.0;
+const float LIGHT_PARALLELOGRAM = 4.0;
+const float LIGHT_RECTANGLE = 5.0;
+
+// Triangles, parallelograms and rectangles.
+bool is_flat(float kind) { return kind == LIGHT_TRIANGLE || kind >= LIGHT_PARALLELOGRAM; }
+
 // The only light of a scene, where that is a point light.
 vec3 point_at;
 vec3 point_power;

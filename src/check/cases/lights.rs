@@ -16,7 +16,8 @@ use crate::scene::Scene;
 pub(super) const CASES: &[Case] = &[
     Case {
         name: "lights/density",
-        what: "points sampled on spheres (from outside, from inside, far), a triangle and a parallelogram; u from 0 to 1 − 2^-24",
+        what: "points sampled on spheres (from outside, from inside, far), a triangle, a parallelogram and a rectangle; u from 0 to \
+               1 − 2^-24",
         oracle: "on the lamp; density per solid angle in f64, and the one that a ray which hits the point assumes",
         quantity: "worst relative error of a density × cosine at the lamp (infinite: not on the lamp)",
         threshold: 1e-5,
@@ -25,7 +26,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "lights/chi-squared",
-        what: "directions to spheres, points on triangles and parallelograms, the choice among 40 lights",
+        what: "directions to spheres and rectangles, points on triangles and parallelograms, the choice among 40 lights",
         oracle: "χ² against the density, α = 0.01 over all (Šidák)",
         quantity: "least p-value needed over the least found (infinite: a light is lost)",
         threshold: 1.0,
@@ -68,6 +69,25 @@ enum Lamp {
         edges: [DVec3; 2],
         half: bool,
     },
+    /// Likewise, sampled by solid angle.
+    Rectangle {
+        corner: DVec3,
+        edges: [DVec3; 2],
+    },
+}
+
+/// Solid angle of a rectangle between `lo` and `hi` of the plane at distance `depth`: its angles on the sphere, less 2π (Girard).
+fn solid_angle(lo: [f64; 2], hi: [f64; 2], depth: f64) -> f64 {
+    let corners = [(lo[0], lo[1]), (hi[0], lo[1]), (hi[0], hi[1]), (lo[0], hi[1])].map(|(x, y)| v(x, y, depth));
+    let side = |i: usize| corners[i % 4].cross(corners[(i + 1) % 4]);
+    (0..4).map(|i| PI - side(i).angle_between(side(i + 1))).sum::<f64>() - TAU
+}
+
+/// A rectangle as seen from a point: its extent along its edges, and the distance of its plane.
+fn seen_from(corner: DVec3, [e, f]: [DVec3; 2], from: DVec3) -> ([f64; 2], [f64; 2], f64) {
+    let lo = [e, f].map(|edge| (corner - from).dot(edge.normalize()));
+    let hi = [lo[0] + e.length(), lo[1] + f.length()];
+    (lo, hi, (corner - from).dot(e.cross(f).normalize()).abs())
 }
 
 impl Lamp {
@@ -83,7 +103,7 @@ impl Lamp {
             Self::Flat { corner, edges: [e, f], half: true } => {
                 scene.mesh(&[corner, corner + e, corner + f], &[[0, 1, 2]], emitter(1.0));
             }
-            Self::Flat { corner, edges: [e, f], half: false } => {
+            Self::Flat { corner, edges: [e, f], half: false } | Self::Rectangle { corner, edges: [e, f] } => {
                 scene.quad([corner, corner + e, corner + e + f, corner + f], emitter(1.0));
             }
         }
@@ -112,6 +132,11 @@ impl Lamp {
                 let cosine = way.normalize().dot(n.normalize());
                 ((p - corner).dot(n.normalize()).abs(), cosine, way.length_squared() / (area * cosine))
             }
+            Self::Rectangle { corner, edges } => {
+                let n = edges[0].cross(edges[1]).normalize();
+                let (lo, hi, depth) = seen_from(corner, edges, from);
+                ((p - corner).dot(n).abs(), way.normalize().dot(n), 1.0 / solid_angle(lo, hi, depth))
+            }
         }
     }
 }
@@ -120,7 +145,7 @@ fn flat(half: bool) -> Lamp {
     Lamp::Flat { corner: v(-0.5, 1.0, -2.0), edges: [v(1.5, 0.25, 0.5), v(0.25, -0.5, 1.25)], half }
 }
 
-fn lamps() -> [Lamp; 5] {
+fn lamps() -> [Lamp; 6] {
     let ball = |center, radius, inward| Lamp::Sphere { center, radius, inward };
     [
         ball(v(0.5, 1.0, -3.0), 1.0, false),
@@ -128,6 +153,8 @@ fn lamps() -> [Lamp; 5] {
         ball(v(0.25, 0.0, 0.5), 4.0, true),
         flat(true),
         flat(false),
+        // Large as seen from everywhere in the scene.
+        Lamp::Rectangle { corner: v(-0.25, -1.125, -3.25), edges: [v(3.0, 0.0, 1.5), v(-1.0, 4.0, 2.0)] },
     ]
 }
 
@@ -185,7 +212,7 @@ fn density(lab: &Lab) -> Result<Measured, CheckError> {
     if lit < 5000 {
         errors.push(f64::INFINITY);
     }
-    Ok(Measured::new(worst(errors), format!("5 lamps, {lit} points")))
+    Ok(Measured::new(worst(errors), format!("6 lamps, {lit} points")))
 }
 
 fn bin(u: f64) -> usize {
@@ -226,6 +253,13 @@ fn chi_squared(lab: &Lab) -> Result<Measured, CheckError> {
                     let along = |x: DVec3, y: DVec3| x.cross(y).dot(normal) / normal.length_squared();
                     let (a, b) = (along(p - corner, f), along(e, p - corner));
                     if half { ((a + b) * (a + b), b / (a + b)) } else { (a, b) }
+                }
+                Lamp::Rectangle { corner, edges } => {
+                    let (lo, hi, depth) = seen_from(corner, edges, from);
+                    let [x, y] = edges.map(|edge| (p - from).dot(edge.normalize()));
+                    let below = |y: f64| y / (x * x + y * y + depth * depth).sqrt();
+                    let share = solid_angle(lo, [x, hi[1]], depth) / solid_angle(lo, hi, depth);
+                    (share, (below(y) - below(lo[1])) / (below(hi[1]) - below(lo[1])))
                 }
             };
             counts[bin(a) * 16 + bin(b)] += 1.0;

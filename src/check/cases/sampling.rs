@@ -42,6 +42,15 @@ pub(super) const CASES: &[Case] = &[
         measure: log,
     },
     Case {
+        name: "sampling/atan",
+        what: "arc tangent of both signs, 0, from 2^-30 to 2^30 and infinity",
+        oracle: "f64",
+        quantity: "worst absolute error",
+        threshold: 4e-7,
+        full_only: false,
+        measure: atan,
+    },
+    Case {
         name: "sampling/basis",
         what: "bases around random and axis-aligned normals",
         oracle: "orthonormal and right-handed",
@@ -146,6 +155,18 @@ fn log(lab: &Lab) -> Result<Measured, CheckError> {
         (f64::from(o.x[0]) - exact).abs() / exact.abs().max(0.5)
     };
     let outputs = lab.function(Function::Log, &inputs)?;
+    Ok(Measured::new(worst(inputs.iter().zip(&outputs).map(error)), format!("{} numbers", inputs.len())))
+}
+
+fn atan(lab: &Lab) -> Result<Measured, CheckError> {
+    let mut rng = Rng::new(8);
+    let mut inputs: Vec<_> = [0.0, 1.0, -1.0, f32::INFINITY, f32::NEG_INFINITY].map(|x| Words::of(&[x])).into();
+    inputs.extend((0..lab.size(1 << 17, 1 << 24)).map(|i| {
+        let x = if i % 2 == 0 { rng.between(0.0, 2.0) } else { 2f64.powf(rng.between(-30.0, 30.0)) };
+        Words::of(&[if rng.below(2) == 0 { x } else { -x } as f32])
+    }));
+    let error = |(i, o): (&Words, &Words)| (f64::from(o.x[0]) - f64::from(i.x[0]).atan()).abs();
+    let outputs = lab.function(Function::Atan, &inputs)?;
     Ok(Measured::new(worst(inputs.iter().zip(&outputs).map(error)), format!("{} numbers", inputs.len())))
 }
 

@@ -32,6 +32,8 @@ pub(crate) enum Function {
     Dielectric = 8,
     /// (pixel, index, pair, hit) as integers → u
     SamplePair = 9,
+    /// x → arctan x
+    Atan = 10,
 }
 
 impl Function {

@@ -35,6 +35,7 @@ fn expected_constants() -> BTreeMap<String, u32> {
         ("SOBOL_LEVELS", constant::SOBOL_LEVELS),
         ("LOOP_BUDGET", constant::LOOP_BUDGET),
         ("TREE_BOX_COUNT", constant::TREE_BOX_COUNT),
+        ("HAS_RECTANGLES", constant::HAS_RECTANGLES),
         ("TREE_LEVELS", constant::TREE_LEVELS),
         ("MUTATION", constant::MUTATION),
         ("EMITTER_COUNT", constant::EMITTER_COUNT),
