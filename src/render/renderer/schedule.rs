@@ -11,9 +11,10 @@ const FAR_WALK: f64 = 8.0;
 /// The same where the lanes of a group exchange their paths, which without waiting are in registers already: at 13 the queue
 /// takes 1.03 (22.3.6: 1.1) times the time, at 17 a cat that fills the view takes 1.0 (1.1), at 18 a mesh in a room .82 (.9).
 const FAR_WALK_OF_GROUPS: f64 = 14.0;
-/// Samples times records beyond these from which on a rendering gains what it takes longer to make the kernel: .15 s (from an
-/// empty cache 1 s), where a sample gains 35 to 80 ns for each record.
-const LONG_RENDERING: f64 = 3e6;
+/// Samples times records beyond these from which on a rendering gains what it takes longer to start with the larger kernel: 10
+/// to 20 ms, where a sample gains 35 to 80 ns for each record. The first start of all takes .2 s longer, which the second or
+/// third rendering has gained.
+const LONG_RENDERING: f64 = 4e5;
 
 /// What the choice depends on.
 pub(super) struct Job<'a> {
