@@ -21,6 +21,7 @@ layout(constant_id = 11) const bool HAS_BACKGROUND = true;
 layout(constant_id = 12) const uint SPHERE_COUNT = 0u;     // constant spheres, see intersect/sphere.glsl
 layout(constant_id = 13) const bool HAS_TREE = false;      // triangles, or more spheres than fit into constants
 layout(constant_id = 14) const bool TREE_SPHERES = false;  // the tree has sphere leaves
+layout(constant_id = 32) const bool TREE_TRIANGLES = true; // the tree has triangle leaves
 layout(constant_id = 15) const bool BRUTE_FORCE = false;   // test every leaf record instead of walking the tree
 layout(constant_id = 16) const bool MOLLER_TRUMBORE = false;
 layout(constant_id = 17) const bool SMOOTH_NORMALS = false;

@@ -63,8 +63,8 @@ Surface surface_of_record(int record, vec3 o, vec3 d, float t) {
     vec3 ns = n;
     // From barycentrics: closer to the plane than o + t·d, with pbrt's bound γ(7)(|b0 v0| + |b1 v1| + |b2 v2|).
     float unused;
-    vec3 b;
-    watertight(shear_of(d), o, v0, v1, v2, INFINITY, unused, b);
+    vec3 b = vec3(0.0);
+    if (TREE_TRIANGLES) watertight(shear_of(d), o, v0, v1, v2, INFINITY, unused, b);
     vec3 p0 = b.x * v0;
     vec3 p1 = b.y * v1;
     vec3 p2 = b.z * v2;
@@ -82,7 +82,7 @@ Surface surface_of_record(int record, vec3 o, vec3 d, float t) {
             ns = dot(s, n) < 0.0 ? -s : s;
         }
     }
-    if (TREE_SPHERES && apart.w == 2.0) {
+    if (TREE_SPHERES && (!TREE_TRIANGLES || apart.w == 2.0)) {
         p = o + t * d;
         n = normalize(p - v0) * (v1.y < 0.0 ? -1.0 : 1.0);
         ns = n;

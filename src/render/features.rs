@@ -26,6 +26,8 @@ pub enum Feature {
     Tree,
     /// Spheres in the tree.
     TreeSpheres,
+    /// [`Features::tree_triangles`]
+    TreeTriangles,
     /// A stack for trees of any depth.
     DeepTree,
     /// Interpolated normals.
@@ -36,7 +38,7 @@ pub enum Feature {
 
 impl Feature {
     /// All of them, and their names.
-    pub const ALL: [(&'static str, Self); 10] = [
+    pub const ALL: [(&'static str, Self); 11] = [
         ("diffuse", Self::Diffuse),
         ("mirror", Self::Mirror),
         ("dielectric", Self::Dielectric),
@@ -44,6 +46,7 @@ impl Feature {
         ("background", Self::Background),
         ("tree", Self::Tree),
         ("tree-spheres", Self::TreeSpheres),
+        ("tree-triangles", Self::TreeTriangles),
         ("deep-tree", Self::DeepTree),
         ("smooth-normals", Self::SmoothNormals),
         ("sampler-levels", Self::SamplerLevels),
@@ -80,6 +83,8 @@ pub struct Features {
     pub facets: u32,
     /// Spheres held in the tree, because constants are full.
     pub tree_spheres: bool,
+    /// Triangles in the tree.
+    pub tree_triangles: bool,
     /// A tree: triangles, or spheres beyond the constants.
     pub tree: bool,
     /// A stack for trees of any depth, whatever the depth of this one.
@@ -130,7 +135,10 @@ impl Features {
             constant_spheres: constant.len() as u32,
             facets: facets.len() as u32,
             tree_spheres: unneeded(Feature::TreeSpheres) || !rest.is_empty(),
-            tree: unneeded(Feature::Tree) || unneeded(Feature::TreeSpheres) || triangles || !rest.is_empty(),
+            tree_triangles: unneeded(Feature::Tree) || unneeded(Feature::TreeTriangles) || triangles,
+            tree: [Feature::Tree, Feature::TreeSpheres, Feature::TreeTriangles].into_iter().any(unneeded)
+                || triangles
+                || !rest.is_empty(),
             deep_tree: unneeded(Feature::DeepTree),
             brute_force: settings.accel == Accel::None && (triangles || !rest.is_empty()),
             moller_trumbore: settings.triangle_test == TriangleTest::MollerTrumbore,
@@ -243,6 +251,7 @@ impl Features {
                 ),
             ),
             plain("tree", self.tree, "triangles or many spheres", "all triangles and spheres are constants"),
+            plain("tree triangles", self.tree_triangles, "meshes beyond the facets", "no mesh is in the tree"),
             plain("tree spheres", self.tree_spheres, "more spheres than constants hold", "all spheres are constants"),
             plain(
                 "path reuse",

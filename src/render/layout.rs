@@ -21,6 +21,7 @@ pub(crate) mod constant {
     pub const SPHERE_COUNT: u32 = 12;
     pub const HAS_TREE: u32 = 13;
     pub const TREE_SPHERES: u32 = 14;
+    pub const TREE_TRIANGLES: u32 = 32;
     pub const BRUTE_FORCE: u32 = 15;
     pub const MOLLER_TRUMBORE: u32 = 16;
     pub const SMOOTH_NORMALS: u32 = 17;

@@ -262,6 +262,7 @@ impl Tables {
             .uint(constant::SPHERE_COUNT, features.constant_spheres)
             .bool(constant::HAS_TREE, features.tree)
             .bool(constant::TREE_SPHERES, features.tree_spheres)
+            .bool(constant::TREE_TRIANGLES, features.tree_triangles)
             .bool(constant::BRUTE_FORCE, features.brute_force)
             .bool(constant::MOLLER_TRUMBORE, features.moller_trumbore)
             .bool(constant::SMOOTH_NORMALS, features.smooth_normals)

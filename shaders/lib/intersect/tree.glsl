@@ -18,10 +18,13 @@ bool leaf_test(TreeRay r, int record, TreeRecord q, float t_max, int leaving, ou
     vec3 v0 = uintBitsToFloat(q.a.xyz);
     vec3 v1 = uintBitsToFloat(q.b.xyz);
     vec3 v2 = uintBitsToFloat(q.c.xyz);
-    bool hit;
+    bool hit = false;
+    t = INFINITY;
     vec3 unused;
-    if (MOLLER_TRUMBORE) hit = moller_trumbore(r.origin, r.direction, v0, v1, v2, t_max, t, unused);
-    else hit = watertight(r.shear, r.origin, v0, v1, v2, t_max, t, unused);
+    if (TREE_TRIANGLES) {
+        if (MOLLER_TRUMBORE) hit = moller_trumbore(r.origin, r.direction, v0, v1, v2, t_max, t, unused);
+        else hit = watertight(r.shear, r.origin, v0, v1, v2, t_max, t, unused);
+    }
     if (MUTATION == MUTATE_TMIN) hit = hit && t > 1e-3;
     else if (MUTATION != MUTATE_SKIP) hit = hit && leaving != id;
     if (TREE_SPHERES) {
@@ -30,7 +33,7 @@ bool leaf_test(TreeRay r, int record, TreeRecord q, float t_max, int leaving, ou
         if (MUTATION == MUTATE_SPHERE) a = approach_plain(s, r.origin, r.direction);
         else a = approach_exact(s, r.origin, r.direction);
         float h = distance_to_either_side(a, false, leaving_code(leaving, id));
-        bool is_sphere = int(q.b.w) == -2;
+        bool is_sphere = !TREE_TRIANGLES || int(q.b.w) == -2;
         t = is_sphere ? h : t;
         hit = is_sphere ? h <= t_max && h < INFINITY : hit;
     }

@@ -28,6 +28,7 @@ fn expected_constants() -> BTreeMap<String, u32> {
         ("SPHERE_COUNT", constant::SPHERE_COUNT),
         ("HAS_TREE", constant::HAS_TREE),
         ("TREE_SPHERES", constant::TREE_SPHERES),
+        ("TREE_TRIANGLES", constant::TREE_TRIANGLES),
         ("BRUTE_FORCE", constant::BRUTE_FORCE),
         ("MOLLER_TRUMBORE", constant::MOLLER_TRUMBORE),
         ("SMOOTH_NORMALS", constant::SMOOTH_NORMALS),
