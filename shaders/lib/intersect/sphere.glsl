@@ -14,7 +14,8 @@
 //           a few roundings at the size of 2 r·|o|, hence ~|o|·2⁻²² in distance for a sphere of any radius; the
 //           textbook form loses ~r·2⁻²² (0.17 units at r = 1000).
 //   SMALL   Haines's r² − |f − b d|² (Ray Tracing Gems, ch. 7): stable while the sphere is not far away for its size.
-//   EXACT   the same with error-free transforms: for spheres in the tree, which may be small and far away.
+//   EXACT   the same from a point on the ray near the sphere, which is found without an error: for spheres in the tree, which
+//           may be small and far away.
 
 #ifndef SPHERE_GLSL
 #define SPHERE_GLSL
@@ -71,24 +72,15 @@ Approach approach_exact(Sphere s, vec3 o, vec3 d) {
     precise vec3 f = s.center - o;
     precise vec3 v = f - s.center;
     precise vec3 e = (s.center - (f - v)) - (o + v);
-    float p0, e0, p1, e1, p2, e2, q0, r0, q1, r1;
-    two_product(f.x, d.x, p0, e0);
-    two_product(f.y, d.y, p1, e1);
-    two_product(f.z, d.z, p2, e2);
-    two_sum(p0, p1, q0, r0);
-    two_sum(q0, p2, q1, r1);
-    precise float low = ((e0 + e1) + (e2 + r0)) + (r1 + dot(e, d));
-    precise float high = q1 + low;
-    low = low - (high - q1);
-    precise vec3 bd;
-    precise vec3 bl;
-    two_product(high, d.x, bd.x, bl.x);
-    two_product(high, d.y, bd.y, bl.y);
-    two_product(high, d.z, bd.z, bl.z);
-    precise vec3 l = (f - bd) + ((e - bl) - low * d);
-    // d is a unit vector only to rounding: |d|² = 1 + δ shifts the closest approach by b·δ along d, which is
-    // orthogonal to l and so of second order here.
-    return Approach(high, s.radius * s.radius - dot(l, l), dot(f, f) - s.radius * s.radius);
+    // On to near the closest approach: by a distance of 12 bits, whose products with the halves of d have no error.
+    float step = upper_half(dot(f, d));
+    vec3 high = vec3(upper_half(d.x), upper_half(d.y), upper_half(d.z));
+    precise vec3 g = ((f - step * high) + e) - step * (d - high);
+    // From there the centre is so near that what is rounded is small. d is a unit vector only to rounding: |d|² = 1 + δ shifts
+    // the closest approach by b·δ along d, which is orthogonal to l and so of second order here.
+    float rest = dot(g, d);
+    vec3 l = g - rest * d;
+    return Approach(step + rest, s.radius * s.radius - dot(l, l), dot(f, f) - s.radius * s.radius);
 }
 
 // Distances to the sphere along the ray, or INFINITY. `leaving`: 0 no, 1 on its outer side, 2 on its inner side; `wall`:
