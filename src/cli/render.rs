@@ -12,7 +12,7 @@ use anyhow::{Context as _, anyhow};
 use clap::Args;
 use photolith::gpu::prefer_wide_vectors;
 use photolith::image::{self, Metadata};
-use photolith::render::{Adaptive, Features, RenderStatistics};
+use photolith::render::{Adaptive, Features, Prepared, RenderStatistics};
 use photolith::scene::Scene;
 use photolith::{Context, Image, RenderSettings, Renderer, Validation};
 use serde_json::json;
@@ -129,8 +129,15 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         // SAFETY: the other threads wait for a signal, or for work on meshes, and leave the environment alone.
         unsafe { prefer_wide_vectors() };
     }
-    let context = Context::new(&args.device.context_options())?;
-    let mut renderer = Renderer::new(&context, &scene, &settings)?;
+    let (prepared, context) = std::thread::scope(|scope| {
+        let preparing = std::thread::Builder::new().spawn_scoped(scope, || Prepared::of(&scene, &settings));
+        let context = Context::new(&args.device.context_options());
+        // A panic in there is one here.
+        preparing.map(|thread| (thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), context))
+    })
+    .context("starting a thread")?;
+    let context = context?;
+    let mut renderer = Renderer::with(&context, &scene, &settings, prepared)?;
     if renderer.hidden_lights() > 0 {
         log::warn!("{} light(s) left out: an opaque sphere keeps them from all that is seen", renderer.hidden_lights());
     }

@@ -22,6 +22,7 @@ mod light_tree;
 mod lights;
 mod mutation;
 mod plan;
+mod prepared;
 mod progression;
 #[cfg(test)]
 mod progression_tests;
@@ -44,6 +45,7 @@ pub use error::RenderError;
 pub use features::{Feature, Features};
 pub use film::Film;
 pub use mutation::Mutation;
+pub use prepared::Prepared;
 pub use renderer::Renderer;
 pub use settings::{
     Accel, Adaptive, Beams, Glances, Gradients, RenderSettings, Reuse, Sampler, Scheduler, TriangleTest,

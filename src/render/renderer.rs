@@ -32,11 +32,10 @@ use super::film::{Film, slot_count, slots_of_row};
 use super::kernels;
 use super::layout::{Push, binding, constant, queue};
 use super::plan::{Pace, Rounds};
+use super::prepared::Prepared;
 use super::settings::{Adaptive, Gradients, RenderSettings};
 use super::sobol;
-use super::space::RenderSpace;
 use super::statistics::{Progress, RenderStatistics};
-use super::tables::Tables;
 use super::view::View;
 use beams::BeamTracer;
 use buffers::{Buffers, Shape};
@@ -95,6 +94,19 @@ impl Renderer {
     /// # Errors
     /// The device's limits or memory are exceeded; a Vulkan call fails; the settings make no sense.
     pub fn new(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<Self, RenderError> {
+        Self::with(context, scene, settings, Prepared::of(scene, settings))
+    }
+
+    /// The same with what has been prepared of the scene and the settings, which must be these.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with(
+        context: &Context,
+        scene: &Scene,
+        settings: &RenderSettings,
+        prepared: Prepared,
+    ) -> Result<Self, RenderError> {
         let start = Instant::now();
         if settings.samples == 0 {
             return Err(RenderError::Settings("the number of samples is 0, expected at least 1".to_owned()));
@@ -111,9 +123,7 @@ impl Renderer {
         }
         let device = &context.0;
         let facts = DriverFacts::of(context.info());
-        let features = Features::of(scene, settings);
-        let space = RenderSpace::of(scene);
-        let tables = Tables::of(scene, &space, settings);
+        let Prepared { features, tables, seconds: prepared_seconds } = prepared;
         let subgroup = device.info.subgroup_size;
         let needed = if settings.general || settings.unneeded.is_some() {
             Features::of(scene, &RenderSettings { general: false, unneeded: None, ..settings.clone() })
@@ -253,7 +263,7 @@ impl Renderer {
         renderer.warm_up()?;
         renderer.warm_up_beams()?;
         renderer.statistics.compile_seconds = pipeline_seconds + warm_up_start.elapsed().as_secs_f64();
-        renderer.statistics.setup_seconds = start.elapsed().as_secs_f64();
+        renderer.statistics.setup_seconds = prepared_seconds + start.elapsed().as_secs_f64();
         Ok(renderer)
     }
 

@@ -34,8 +34,8 @@ pub struct AdaptiveStatistics {
 /// What a rendering did.
 #[derive(Debug, Clone, Default)]
 pub struct RenderStatistics {
-    /// Seconds from the start of [`Renderer::new`](super::Renderer::new) until it could render: tree, uploads,
-    /// compilation.
+    /// Seconds that [`Renderer::new`](super::Renderer::new) took until it could render: tree, uploads, compilation. With
+    /// [`Renderer::with`](super::Renderer::with) those of [`Prepared::of`](super::Prepared::of) are among them.
     pub setup_seconds: f64,
     /// The part of `setup_seconds` that went into making and warming up the pipeline.
     pub compile_seconds: f64,
