@@ -67,6 +67,8 @@ pub fn main() -> ExitCode {
         .format_target(false)
         .format_timestamp(None)
         .init();
+    // SAFETY: no other thread has been started.
+    unsafe { photolith::gpu::separate_caches_by_width() };
     let result = match cli.command {
         Command::Render(args) => render::run(&args),
         Command::Devices(args) => devices::run(&args),

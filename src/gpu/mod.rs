@@ -28,4 +28,4 @@ pub use select::{DeviceInfo, DeviceKind};
 pub use submit::StageTime;
 pub(crate) use submit::{Access, Ticket, Timeline};
 pub use violation::Violation;
-pub use wide::prefer_wide_vectors;
+pub use wide::{prefer_wide_vectors, separate_caches_by_width};

@@ -33,6 +33,23 @@ pub unsafe fn prefer_wide_vectors() {
     }
 }
 
+/// If the user has asked llvmpipe for vectors of some width and for no shader cache, chooses one for that width: code for other
+/// vectors from the common cache would run without a message, and make a wrong image.
+///
+/// This sets an environment variable of the process. Call it before the first [`Context`](super::Context).
+///
+/// # Safety
+/// As [`prefer_wide_vectors`].
+pub unsafe fn separate_caches_by_width() {
+    let width = env::var(WIDTH).ok().filter(|width| !width.is_empty() && width.bytes().all(|b| b.is_ascii_digit()));
+    let (Some(width), None, Some(cache)) = (width, env::var_os(CACHE), user_cache()) else { return };
+    let folder = cache.join(format!("mesa-{width}"));
+    if std::fs::create_dir_all(&folder).is_ok() {
+        // SAFETY: by the contract of this function.
+        unsafe { env::set_var(CACHE, &folder) };
+    }
+}
+
 #[cfg(target_arch = "x86_64")]
 fn has_wide_vectors() -> bool {
     is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") && is_x86_feature_detected!("avx512bw")

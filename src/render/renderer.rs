@@ -136,6 +136,7 @@ impl Renderer {
         let job = Job {
             features: &features,
             facts: &facts,
+            keeps_kernels: device.shader_objects.is_some(),
             sah_cost: tables.tree.as_ref().map(|tree| tree.sah_cost),
             samples: f64::from(scene.film.width) * f64::from(scene.film.height) * f64::from(settings.samples),
             reuse,

@@ -11,10 +11,12 @@ const FAR_WALK: f64 = 8.0;
 /// The same where the lanes of a group exchange their paths, which without waiting are in registers already: at 13 the queue
 /// takes 1.03 (22.3.6: 1.1) times the time, at 17 a cat that fills the view takes 1.0 (1.1), at 18 a mesh in a room .82 (.9).
 const FAR_WALK_OF_GROUPS: f64 = 14.0;
-/// Samples times records beyond these from which on a rendering gains what it takes longer to start with the larger kernel: 10
-/// to 20 ms, where a sample gains 35 to 80 ns for each record. The first start of all takes .2 s longer, which the second or
-/// third rendering has gained.
-const LONG_RENDERING: f64 = 4e5;
+/// Samples times records beyond these from which on a rendering gains what it takes longer to start with the larger kernel: .12
+/// to .15 s, where a sample gains 35 to 80 ns for each record, and more in rooms.
+const LONG_RENDERING: f64 = 1.5e6;
+/// The same where what the driver has made of the kernel is kept: 10 to 20 ms. (The first start of all takes .2 s longer, which the
+/// second or third rendering has gained.)
+const LONG_RENDERING_WITH_KEPT: f64 = 4e5;
 
 /// What the choice depends on.
 pub(super) struct Job<'a> {
@@ -22,6 +24,8 @@ pub(super) struct Job<'a> {
     pub facts: &'a DriverFacts,
     /// The tree's SAH cost; none without a tree.
     pub sah_cost: Option<f64>,
+    /// What the driver makes of kernels is kept between starts.
+    pub keeps_kernels: bool,
     /// Of all pixels together.
     pub samples: f64,
     /// Paths may serve several pixels.
@@ -50,6 +54,7 @@ impl Job<'_> {
             return false;
         }
         let far = if self.reuse { FAR_WALK_OF_GROUPS } else { FAR_WALK };
-        (sah_cost - far) * self.samples >= LONG_RENDERING
+        let long = if self.keeps_kernels { LONG_RENDERING_WITH_KEPT } else { LONG_RENDERING };
+        (sah_cost - far) * self.samples >= long
     }
 }
