@@ -41,7 +41,7 @@ void two_product(float a, float b, out float product, out float error) {
 // x without the lower 12 bits of its 24: products of two such numbers, or of one and what another has left, are exact.
 float upper_half(float x) { return uintBitsToFloat(floatBitsToUint(x) & 0xfffff000u); }
 
-// (cos, sin) of 2πu for u in [0, 1]; error < 1.5e-7 absolute. Vulkan's sin and cos may be off by 2^-11.
+// (cos, sin) of 2πu for u in [−2, 2]; error < 1.5e-7 absolute. Vulkan's sin and cos may be off by 2^-11.
 // Reduced to |a| <= π/4 exactly (quadrants of u), then Taylor polynomials of degree 9 and 8.
 vec2 cos_sin_2pi(float u) {
     float quadrant = floor(u * 4.0 + 0.5);

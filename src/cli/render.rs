@@ -137,7 +137,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     })
     .context("starting a thread")?;
     let context = context?;
-    let mut renderer = Renderer::with(&context, &scene, &settings, prepared)?;
+    let mut renderer = Renderer::with(&context, prepared?)?;
     if renderer.hidden_lights() > 0 {
         log::warn!("{} light(s) left out: an opaque sphere keeps them from all that is seen", renderer.hidden_lights());
     }

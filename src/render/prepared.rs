@@ -4,27 +4,51 @@ use std::time::Instant;
 
 use crate::scene::Scene;
 
+use super::error::RenderError;
 use super::features::Features;
 use super::settings::RenderSettings;
+use super::sobol;
 use super::space::RenderSpace;
 use super::tables::Tables;
 
-/// What a scene needs, its tree and its tables, for a renderer ([`Renderer::with`](super::Renderer::with)). No device has a part
-/// in it, so that this can be made while one is opened.
-pub struct Prepared {
+/// A scene with its tree and its tables, for a renderer ([`Renderer::with`](super::Renderer::with)). No device has a part in it, so
+/// that this can be made while one is opened.
+pub struct Prepared<'a> {
+    pub(crate) scene: &'a Scene,
+    pub(crate) settings: &'a RenderSettings,
     pub(crate) features: Features,
     pub(crate) tables: Tables,
     /// What that took.
     pub(crate) seconds: f64,
 }
 
-impl Prepared {
+impl<'a> Prepared<'a> {
     /// Builds the tree and fills the tables.
-    pub fn of(scene: &Scene, settings: &RenderSettings) -> Self {
+    ///
+    /// # Errors
+    /// The settings make no sense.
+    pub fn of(scene: &'a Scene, settings: &'a RenderSettings) -> Result<Self, RenderError> {
         let start = Instant::now();
+        check(scene, settings)?;
         let features = Features::of(scene, settings);
-        let space = RenderSpace::of(scene);
-        let tables = Tables::of(scene, &space, settings);
-        Self { features, tables, seconds: start.elapsed().as_secs_f64() }
+        let tables = Tables::of(scene, &RenderSpace::of(scene), settings);
+        Ok(Self { scene, settings, features, tables, seconds: start.elapsed().as_secs_f64() })
     }
+}
+
+fn check(scene: &Scene, settings: &RenderSettings) -> Result<(), RenderError> {
+    if settings.samples == 0 {
+        return Err(RenderError::Settings("the number of samples is 0, expected at least 1".to_owned()));
+    }
+    if settings.samples > sobol::MAX_SAMPLES {
+        return Err(RenderError::Settings(format!(
+            "the number of samples is {}, expected at most {}",
+            settings.samples,
+            sobol::MAX_SAMPLES
+        )));
+    }
+    if let Some(adaptive) = &settings.adaptive {
+        adaptive.check(u64::from(scene.film.width) * u64::from(scene.film.height), settings.samples)?;
+    }
+    Ok(())
 }

@@ -25,10 +25,11 @@ pub(crate) fn mark(lights: &mut [Light], scene: &Scene, space: &RenderSpace) {
     }
 }
 
-/// Of a corner and its two neighbours; corners of files are rounded.
-fn is_rectangle([a, b, c]: [DVec3; 3]) -> bool {
+/// Of a corner and its two neighbours, as the shaders have them: hardly sheared, as measured by the shorter side.
+fn is_rectangle(corners: [DVec3; 3]) -> bool {
+    let [a, b, c] = corners.map(|corner| corner.as_vec3().as_dvec3());
     let (along, across) = (b - a, c - a);
-    along.dot(across).abs() <= 1e-5 * along.length() * across.length()
+    along.dot(across).abs() <= 1e-5 * along.length_squared().min(across.length_squared())
 }
 
 /// Over places in front of it.
@@ -78,5 +79,9 @@ mod tests {
     fn skewed_parallelograms_are_no_rectangles() {
         assert!(is_rectangle([DVec3::ONE, DVec3::new(1.0, 3.0, 1.0), DVec3::new(2.0, 1.0, 5.0)]));
         assert!(!is_rectangle([DVec3::ZERO, DVec3::X, DVec3::new(1e-4, 1.0, 0.0)]));
+        assert!(
+            !is_rectangle([DVec3::ZERO, 1e4 * DVec3::X, DVec3::new(1e-5, 1.0, 0.0)]),
+            "sheared by a tenth of its width"
+        );
     }
 }

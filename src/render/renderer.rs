@@ -94,36 +94,18 @@ impl Renderer {
     /// # Errors
     /// The device's limits or memory are exceeded; a Vulkan call fails; the settings make no sense.
     pub fn new(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<Self, RenderError> {
-        Self::with(context, scene, settings, Prepared::of(scene, settings))
+        Self::with(context, Prepared::of(scene, settings)?)
     }
 
-    /// The same with what has been prepared of the scene and the settings, which must be these.
+    /// The same for a scene that has been prepared.
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn with(
-        context: &Context,
-        scene: &Scene,
-        settings: &RenderSettings,
-        prepared: Prepared,
-    ) -> Result<Self, RenderError> {
+    pub fn with(context: &Context, prepared: Prepared<'_>) -> Result<Self, RenderError> {
         let start = Instant::now();
-        if settings.samples == 0 {
-            return Err(RenderError::Settings("the number of samples is 0, expected at least 1".to_owned()));
-        }
-        if settings.samples > sobol::MAX_SAMPLES {
-            return Err(RenderError::Settings(format!(
-                "the number of samples is {}, expected at most {}",
-                settings.samples,
-                sobol::MAX_SAMPLES
-            )));
-        }
-        if let Some(adaptive) = &settings.adaptive {
-            adaptive.check(u64::from(scene.film.width) * u64::from(scene.film.height), settings.samples)?;
-        }
+        let Prepared { scene, settings, features, tables, seconds: prepared_seconds } = prepared;
         let device = &context.0;
         let facts = DriverFacts::of(context.info());
-        let Prepared { features, tables, seconds: prepared_seconds } = prepared;
         let subgroup = device.info.subgroup_size;
         let needed = if settings.general || settings.unneeded.is_some() {
             Features::of(scene, &RenderSettings { general: false, unneeded: None, ..settings.clone() })

@@ -76,8 +76,8 @@ Approach approach_exact(Sphere s, vec3 o, vec3 d) {
     float step = upper_half(dot(f, d));
     vec3 high = vec3(upper_half(d.x), upper_half(d.y), upper_half(d.z));
     precise vec3 g = ((f - step * high) + e) - step * (d - high);
-    // From there the centre is so near that what is rounded is small. d is a unit vector only to rounding: |d|² = 1 + δ shifts
-    // the closest approach by b·δ along d, which is orthogonal to l and so of second order here.
+    // From there the centre is so near that what is rounded is small, and so is what it matters that d is a unit vector only to
+    // rounding.
     float rest = dot(g, d);
     vec3 l = g - rest * d;
     return Approach(step + rest, s.radius * s.radius - dot(l, l), dot(f, f) - s.radius * s.radius);

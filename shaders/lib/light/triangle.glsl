@@ -14,7 +14,7 @@ float area_pdf(float area, float r2, float cos_light) { return r2 / (area * cos_
 float flat_pdf(float kind, vec3 v0, vec3 v1, vec3 v2, float area, vec3 from, float r2, float cos_light) {
     float pdf = area_pdf(area, r2, cos_light);
     if (HAS_RECTANGLES && kind == LIGHT_RECTANGLE) {
-        SeenRectangle seen = seen_rectangle(v0, v1, v2, from);
+        SeenRectangle seen = seen_rectangle(v0, v1, v2, normalize(cross(v1 - v0, v2 - v0)), from);
         pdf = looks_large(seen) ? 1.0 / seen.solid_angle : pdf;
     }
     return pdf;
@@ -25,24 +25,23 @@ LightSample flat_sample(float kind, vec3 v0, vec3 v1, vec3 v2, float area, vec3 
     // Uniform barycentrics of a triangle (Turk, Graphics Gems, 1990).
     float root = sqrt(u.x);
     vec2 b = kind == LIGHT_TRIANGLE ? vec2(root * (1.0 - u.y), root * u.y) : u;
+    vec3 normal = normalize(cross(v1 - v0, v2 - v0));
     SeenRectangle seen;
     bool large = false;
     if (HAS_RECTANGLES) {
-        seen = seen_rectangle(v0, v1, v2, from);
+        seen = seen_rectangle(v0, v1, v2, normal, from);
         large = kind == LIGHT_RECTANGLE && looks_large(seen);
         if (large) b = rectangle_point(seen, u);
     }
     vec3 p0 = (1.0 - b.x - b.y) * v0;
     vec3 p1 = b.x * v1;
     vec3 p2 = b.y * v2;
-    vec3 normal = normalize(cross(v1 - v0, v2 - v0));
     // Off the triangle by a bound on the error of the point, and of the distance at which a ray from so far away meets
     // it: the shadow ray must end before the light. (The absolute error of n·d alone is γ(3), whatever the angle.)
-    const float gamma7 = 4.2e-7;
     vec3 p = p0 + p1 + p2;
     vec3 apart = abs(p - from);
-    float error = dot(abs(p0) + abs(p1) + abs(p2), abs(normal)) + (apart.x + apart.y + apart.z);
-    vec3 point = p + normal * (gamma7 * error);
+    vec3 point = p + normal * (GAMMA_7 * (dot(abs(p0) + abs(p1) + abs(p2), abs(normal)) + (apart.x + apart.y + apart.z)));
+    if (HAS_RECTANGLES && large) point = p + seen.off;
     vec3 to = point - from;
     float r2 = dot(to, to);
     float inverse = 1.0 / sqrt(r2);

@@ -134,8 +134,10 @@ impl Lamp {
             }
             Self::Rectangle { corner, edges } => {
                 let n = edges[0].cross(edges[1]).normalize();
-                let (lo, hi, depth) = seen_from(corner, edges, from);
-                ((p - corner).dot(n).abs(), way.normalize().dot(n), 1.0 / solid_angle(lo, hi, depth))
+                // Of the rectangle off the lamp that the point is on, as for the others.
+                let off = (p - corner).dot(n);
+                let (lo, hi, depth) = seen_from(corner + off * n, edges, from);
+                (off.abs(), way.normalize().dot(n), 1.0 / solid_angle(lo, hi, depth))
             }
         }
     }
