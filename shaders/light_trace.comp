@@ -38,15 +38,13 @@ void emitter_point(int light, vec2 u, out vec3 point, out vec3 normal) {
         return;
     }
     vec3 c = light_texel(row + 2).xyz;
-    float root = sqrt(u.x);
-    vec2 w = a.w == LIGHT_TRIANGLE ? vec2(root * (1.0 - u.y), root * u.y) : u;
+    vec2 w = flat_point(a.w, u);
     vec3 p0 = (1.0 - w.x - w.y) * a.xyz;
     vec3 p1 = w.x * b.xyz;
     vec3 p2 = w.y * c;
     normal = normalize(cross(b.xyz - a.xyz, c - a.xyz));
-    const float gamma7 = 4.2e-7;
     vec3 p = p0 + p1 + p2;
-    point = p + normal * (2.0 * gamma7 * dot(abs(p0) + abs(p1) + abs(p2), abs(normal)));
+    point = p + normal * (2.0 * GAMMA_7 * dot(abs(p0) + abs(p1) + abs(p2), abs(normal)));
 }
 
 // A direction from y towards a target, or by the cosine from within it.

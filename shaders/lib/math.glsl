@@ -7,6 +7,7 @@
 
 const float PI = 3.14159265358979;
 const float TWO_PI = 6.28318530717959;
+const float GAMMA_7 = 4.2e-7;   // γ(7): what seven roundings may amount to, relative (Higham 2002, section 3.1)
 #define INFINITY uintBitsToFloat(0x7f800000u)
 
 // `a < b ? a : b` is one instruction on x86, where the built-ins pay for IEEE NaN rules.

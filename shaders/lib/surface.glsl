@@ -44,9 +44,8 @@ Surface surface_of_constant(int id, vec3 p) {
         n = flat_ ? shape.xyz : n;
         curvature = flat_ ? 0.0 : curvature;
         // Back onto the plane; then the error is that of the sums n·p and p, bounded by γ(7) times their terms.
-        const float gamma7 = 4.2e-7;
         p = flat_ && MUTATION != MUTATE_PROJECTION ? p - n * (dot(n, p) - shape.w) : p;
-        offset = flat_ ? gamma7 * (dot(abs(n), abs(p)) + abs(shape.w)) : 0.0;
+        offset = flat_ ? GAMMA_7 * (dot(abs(n), abs(p)) + abs(shape.w)) : 0.0;
     }
     return Surface(p, n, n, material.rgb, material.w, offset, curvature, light);
 }
@@ -69,9 +68,8 @@ Surface surface_of_record(int record, vec3 o, vec3 d, float t) {
     vec3 p1 = b.y * v1;
     vec3 p2 = b.z * v2;
     vec3 p = MUTATION == MUTATE_BARYCENTRIC ? o + t * d : p0 + p1 + p2;
-    const float gamma7 = 4.2e-7;
     float curvature = 0.0;
-    float offset = MUTATION == MUTATE_OFFSET ? 0.0 : gamma7 * dot(abs(p0) + abs(p1) + abs(p2), abs(n));
+    float offset = MUTATION == MUTATE_OFFSET ? 0.0 : GAMMA_7 * dot(abs(p0) + abs(p1) + abs(p2), abs(n));
     if (SMOOTH_NORMALS) {
         int row = leaf ? int(q.b.w) : -1;
         if (row >= 0) {

@@ -1,6 +1,7 @@
 //! Wider vectors for a driver that runs on the CPU.
 
-use std::env;
+use std::path::PathBuf;
+use std::{env, fs};
 
 use crate::cache::user_cache;
 
@@ -22,10 +23,7 @@ pub unsafe fn prefer_wide_vectors() {
     if !has_wide_vectors() || env::var_os(WIDTH).is_some() || env::var_os(CACHE).is_some() {
         return;
     }
-    let Some(folder) = user_cache().map(|cache| cache.join("mesa-512")) else { return };
-    if std::fs::create_dir_all(&folder).is_err() {
-        return;
-    }
+    let Some(folder) = cache_of_width("512") else { return };
     // SAFETY: by the contract of this function.
     unsafe {
         env::set_var(WIDTH, "512");
@@ -42,12 +40,20 @@ pub unsafe fn prefer_wide_vectors() {
 /// As [`prefer_wide_vectors`].
 pub unsafe fn separate_caches_by_width() {
     let width = env::var(WIDTH).ok().filter(|width| !width.is_empty() && width.bytes().all(|b| b.is_ascii_digit()));
-    let (Some(width), None, Some(cache)) = (width, env::var_os(CACHE), user_cache()) else { return };
-    let folder = cache.join(format!("mesa-{width}"));
-    if std::fs::create_dir_all(&folder).is_ok() {
+    if env::var_os(CACHE).is_some() {
+        return;
+    }
+    if let Some(folder) = width.and_then(|width| cache_of_width(&width)) {
         // SAFETY: by the contract of this function.
         unsafe { env::set_var(CACHE, &folder) };
     }
+}
+
+/// A folder for Mesa's code for vectors of a width; none if it cannot be made.
+fn cache_of_width(width: &str) -> Option<PathBuf> {
+    let folder = user_cache()?.join(format!("mesa-{width}"));
+    fs::create_dir_all(&folder).ok()?;
+    Some(folder)
 }
 
 #[cfg(target_arch = "x86_64")]

@@ -107,7 +107,7 @@ fn weight(lamp: &Light, target: &Target) -> f64 {
     let distance = target.center.distance(middle);
     let around = 1.0 - (1.0 - (target.radius / distance).powi(2)).max(0.0).sqrt();
     let cosine = match lamp.shape {
-        LightShape::Triangle([a, b, c]) | LightShape::Parallelogram([a, b, c]) | LightShape::Rectangle([a, b, c]) => {
+        LightShape::Triangle([a, b, c]) | LightShape::Parallelogram([a, b, c]) => {
             let normal = (b - a).cross(c - a).normalize_or_zero();
             let beyond = |corner: DVec3| normal.dot(target.center - corner) + target.radius;
             // A parallelogram's fourth corner.

@@ -57,9 +57,7 @@ impl LightList {
 
 fn same_side(a: &LightShape, b: &LightShape) -> bool {
     let front = |shape: &LightShape| match *shape {
-        LightShape::Triangle([a, b, c]) | LightShape::Parallelogram([a, b, c]) | LightShape::Rectangle([a, b, c]) => {
-            (b - a).cross(c - a)
-        }
+        LightShape::Triangle([a, b, c]) | LightShape::Parallelogram([a, b, c]) => (b - a).cross(c - a),
         LightShape::Sphere { inward: true, .. } => -DVec3::X,
         LightShape::Sphere { inward: false, .. } | LightShape::Point(_) => DVec3::X,
     };

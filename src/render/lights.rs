@@ -22,8 +22,6 @@ pub(crate) enum LightShape {
     Triangle([DVec3; 3]),
     /// A corner and its two neighbours.
     Parallelogram([DVec3; 3]),
-    /// A parallelogram with right angles that is sampled by solid angle.
-    Rectangle([DVec3; 3]),
     Sphere {
         center: DVec3,
         radius: f64,
@@ -37,7 +35,7 @@ impl Light {
         match self.shape {
             LightShape::Point(p) => (p, p),
             LightShape::Triangle([a, b, c]) => (a.min(b).min(c), a.max(b).max(c)),
-            LightShape::Parallelogram([a, b, c]) | LightShape::Rectangle([a, b, c]) => {
+            LightShape::Parallelogram([a, b, c]) => {
                 let d = b + c - a;
                 (a.min(b).min(c).min(d), a.max(b).max(c).max(d))
             }
@@ -50,9 +48,7 @@ impl Light {
         let size = match self.shape {
             LightShape::Point(_) => 1.0,
             LightShape::Triangle([a, b, c]) => (b - a).cross(c - a).length() / 2.0 / std::f64::consts::PI,
-            LightShape::Parallelogram([a, b, c]) | LightShape::Rectangle([a, b, c]) => {
-                (b - a).cross(c - a).length() / std::f64::consts::PI
-            }
+            LightShape::Parallelogram([a, b, c]) => (b - a).cross(c - a).length() / std::f64::consts::PI,
             LightShape::Sphere { radius, inward: false, .. } => radius * radius,
             // Seen from inside, all of it shines.
             LightShape::Sphere { radius, inward: true, .. } => 4.0 * radius * radius,
@@ -63,15 +59,16 @@ impl Light {
     /// Directions around which it emits a hemisphere, or everywhere.
     pub fn cone(&self) -> Cone {
         match self.shape {
-            LightShape::Triangle([a, b, c])
-            | LightShape::Parallelogram([a, b, c])
-            | LightShape::Rectangle([a, b, c]) => {
+            LightShape::Triangle([a, b, c]) | LightShape::Parallelogram([a, b, c]) => {
                 Cone { axis: (b - a).cross(c - a).try_normalize().unwrap_or(DVec3::Z), angle: 0.0 }
             }
             LightShape::Point(_) | LightShape::Sphere { .. } => Cone::ALL,
         }
     }
 }
+
+/// The kind of a rectangle that is sampled by solid angle (shaders/lib/light/choice.glsl); for anything else it is a parallelogram.
+const RECTANGLE: f32 = 5.0;
 
 /// What the shaders see of lights.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -80,11 +77,13 @@ pub(crate) struct LightTable {
     pub texels: Vec<[f32; 4]>,
     pub nodes: u32,
     pub grid: LightGrid,
+    /// Some are rectangles that are sampled by solid angle.
+    pub has_rectangles: bool,
 }
 
 impl LightTable {
-    /// The table of lights; an empty one for none.
-    pub fn of(lights: &[Light]) -> Self {
+    /// The table of lights, of which some are rectangles to be sampled by solid angle; an empty one for none.
+    pub fn of(lights: &[Light], is_rectangle: impl Fn(&Light) -> bool) -> Self {
         if lights.is_empty() {
             return Self { texels: vec![[0.0; 4]], ..Self::default() };
         }
@@ -108,11 +107,17 @@ impl LightTable {
                 }
             });
         }
+        let mut has_rectangles = false;
         for (light, &leaf) in lights.iter().zip(&leaves) {
-            texels.extend(light_texels(light, leaf));
+            let mut of_light = light_texels(light, leaf);
+            if is_rectangle(light) {
+                has_rectangles = true;
+                of_light[0][3] = RECTANGLE;
+            }
+            texels.extend(of_light);
         }
         texels.extend(entries);
-        Self { texels, nodes: tree.nodes.len() as u32, grid }
+        Self { texels, nodes: tree.nodes.len() as u32, grid, has_rectangles }
     }
 }
 
@@ -131,10 +136,9 @@ fn light_texels(light: &Light, leaf: u32) -> [[f32; 4]; 4] {
             let area = (b - a).cross(c - a).length() / 2.0;
             [texel(a, 1.0), texel(b, area as f32), texel(c, leaf), color]
         }
-        LightShape::Parallelogram([a, b, c]) | LightShape::Rectangle([a, b, c]) => {
+        LightShape::Parallelogram([a, b, c]) => {
             let area = (b - a).cross(c - a).length();
-            let kind = if matches!(light.shape, LightShape::Rectangle(_)) { 5.0 } else { 4.0 };
-            [texel(a, kind), texel(b, area as f32), texel(c, leaf), color]
+            [texel(a, 4.0), texel(b, area as f32), texel(c, leaf), color]
         }
         LightShape::Sphere { center, radius, inward } => {
             let kind = if inward { 3.0 } else { 2.0 };

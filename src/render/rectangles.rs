@@ -10,18 +10,16 @@ use super::space::RenderSpace;
 /// Mean solid angle, over places of the scene in front of a lamp, from which on it is sampled by that, sr. Below, it rarely
 /// looks large enough for a gain, and all light that is sampled costs more (in a box of facets 7 to 10% of the time).
 const LOOKS_LARGE: f64 = 0.15;
-/// Places of a mesh that are looked at.
+/// Places of a mesh, and of all spheres, that are looked at.
 const PLACES: usize = 64;
 
-/// Finds them among parallelograms.
-pub(crate) fn mark(lights: &mut [Light], scene: &Scene, space: &RenderSpace) {
-    for light in lights {
-        if let LightShape::Parallelogram(corners) = light.shape
-            && is_rectangle(corners)
-            && mean_solid_angle(corners, scene, space) >= LOOKS_LARGE
-        {
-            light.shape = LightShape::Rectangle(corners);
+/// Whether a light is one of them.
+pub(crate) fn looks_large(light: &Light, scene: &Scene, space: &RenderSpace) -> bool {
+    match light.shape {
+        LightShape::Parallelogram(corners) => {
+            is_rectangle(corners) && mean_solid_angle(corners, scene, space) >= LOOKS_LARGE
         }
+        _ => false,
     }
 }
 
@@ -36,20 +34,22 @@ fn is_rectangle(corners: [DVec3; 3]) -> bool {
 fn mean_solid_angle(corners: [DVec3; 3], scene: &Scene, space: &RenderSpace) -> f64 {
     let [a, b, c] = corners;
     let center = 0.5 * (b + c);
+    let normal = (b - a).cross(c - a);
+    let step = |all: usize| all.div_ceil(PLACES).max(1);
     // Of a sphere, the place nearest to the lamp.
-    let of_spheres = scene.spheres.iter().map(|sphere| {
+    let of_spheres = scene.spheres.iter().step_by(step(scene.spheres.len())).map(|sphere| {
         let middle = space.point(sphere.center);
         middle + space.length(sphere.radius) * (center - middle).normalize_or_zero()
     });
-    let of_meshes = scene.meshes.iter().flat_map(|mesh| {
-        let step = mesh.positions.len().div_ceil(PLACES).max(1);
-        mesh.positions.iter().step_by(step).map(|&p| space.point(p))
-    });
+    let of_meshes = scene
+        .meshes
+        .iter()
+        .flat_map(|mesh| mesh.positions.iter().step_by(step(mesh.positions.len())).map(|&p| space.point(p)));
     let (mut sum, mut count) = (0.0, 0);
     for place in of_spheres.chain(of_meshes) {
         let [a, b, c, d] = [a, b, c, b + c - a].map(|corner| corner - place);
         // The lamp's own corners have none.
-        if a.dot((b - a).cross(c - a)) < -1e-9 * a.length() * (b - a).cross(c - a).length() {
+        if a.dot(normal) < -1e-9 * a.length() * normal.length() {
             sum += solid_angle([a, b, c]) + solid_angle([b, d, c]);
             count += 1;
         }

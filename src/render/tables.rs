@@ -46,7 +46,6 @@ pub(crate) struct Tables {
     beam_texels: u32,
     light_count: u32,
     emitter_count: u32,
-    has_rectangles: bool,
     /// Whether emitters may be seen in the image directly.
     pub shows_emitters: bool,
     /// The only light, if that is a point.
@@ -142,9 +141,8 @@ impl Tables {
             }
             first_triangle += mesh.triangles.len();
         }
-        let mut lights = lights.into_vec();
-        rectangles::mark(&mut lights, scene, space);
-        let mut light_table = LightTable::of(&lights);
+        let lights = lights.into_vec();
+        let mut light_table = LightTable::of(&lights, |light| rectangles::looks_large(light, scene, space));
         let beams = BeamTable::of(scene, space, &lights[points..]);
         let beam_texels = light_table.texels.len() as u32;
         light_table.texels.extend(&beams.texels);
@@ -154,7 +152,6 @@ impl Tables {
             single_point: (points == 1 && lights.len() == 1).then(|| lights[0]),
             light_count: lights.len() as u32,
             emitter_count: (lights.len() - points) as u32,
-            has_rectangles: lights.iter().any(|light| matches!(light.shape, LightShape::Rectangle(_))),
             shows_emitters: lights.iter().any(|l| view.may_show(l)),
             lights: light_table,
             beams,
@@ -268,7 +265,7 @@ impl Tables {
             .bool(constant::SMOOTH_NORMALS, features.smooth_normals)
             .uint(constant::LIGHT_COUNT, self.light_count)
             .uint(constant::EMITTER_COUNT, self.emitter_count)
-            .bool(constant::HAS_RECTANGLES, self.has_rectangles)
+            .bool(constant::HAS_RECTANGLES, self.lights.has_rectangles)
             .uint(constant::LIGHT_NODES, self.lights.nodes)
             .uint(constant::LIGHT_ENTRIES, self.lights.grid.entries)
             .uint(constant::LIGHT_CELLS, self.lights.grid.cells)

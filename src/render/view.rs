@@ -37,9 +37,7 @@ impl View {
     pub fn may_show(&self, light: &Light) -> bool {
         let faces = match light.shape {
             LightShape::Point(_) => false,
-            LightShape::Triangle([a, b, c])
-            | LightShape::Parallelogram([a, b, c])
-            | LightShape::Rectangle([a, b, c]) => (b - a).cross(c - a).dot(a) < 0.0,
+            LightShape::Triangle([a, b, c]) | LightShape::Parallelogram([a, b, c]) => (b - a).cross(c - a).dot(a) < 0.0,
             LightShape::Sphere { .. } => true,
         };
         let (lo, hi) = light.bounds();

@@ -18,12 +18,9 @@ const float SOLID_ANGLE = 0.1;
 
 // A rectangle as it is seen from a point, in a frame around that point.
 struct SeenRectangle {
-    vec3 x;             // along the edges
-    vec3 y;
-    vec3 z;             // to the front of the rectangle
-    vec2 lo;            // its extent along x and y
+    vec2 lo;            // its extent along its edges
     vec2 hi;
-    float depth;        // its z: below 0 if the front is seen
+    float depth;        // where it is along the normal of its front: below 0 if that is seen
     float turn;         // of the sampled angle: where it begins
     float solid_angle;
     vec3 off;           // by which it is seen before the lamp, and sampled there
@@ -31,8 +28,6 @@ struct SeenRectangle {
 
 // Solid angle of the rectangle from (0, 0) to (x, y) in the plane at z, with the signs of x and y.
 float corner_angle(float x, float y, float z) { return atan_accurate(x * y / (abs(z) * sqrt(x * x + y * y + z * z))); }
-
-const float GAMMA_7 = 4.2e-7;
 
 // The corner v0 between v1 and v2. As for other flat lamps (flat_sample) points are off the lamp by a bound on their error; here by
 // the same for all of it, and the solid angle is that of the rectangle there: seen from very near the two differ.
@@ -45,13 +40,10 @@ SeenRectangle seen_rectangle(vec3 v0, vec3 v1, vec3 v2, vec3 normal, vec3 from) 
     r.off = normal * (GAMMA_7 * (3.0 * dot(abs(v0) + size, abs(normal)) + (apart.x + apart.y + apart.z)));
     float width = length(along);
     float height = length(across);
-    r.x = along / width;
-    r.y = across / height;
-    r.z = cross(r.x, r.y);
     vec3 to = v0 + r.off - from;
-    r.lo = vec2(dot(to, r.x), dot(to, r.y));
+    r.lo = vec2(dot(to, along / width), dot(to, across / height));
     r.hi = r.lo + vec2(width, height);
-    r.depth = dot(to, r.z);
+    r.depth = dot(to, normal);
     float lo_lo = corner_angle(r.lo.x, r.lo.y, r.depth);
     float lo_hi = corner_angle(r.lo.x, r.hi.y, r.depth);
     float hi_lo = corner_angle(r.hi.x, r.lo.y, r.depth);

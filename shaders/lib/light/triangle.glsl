@@ -7,6 +7,13 @@
 #include "point.glsl"
 #include "rectangle.glsl"
 
+// Where on its edges from v0 a point lies that is chosen uniformly by area.
+vec2 flat_point(float kind, vec2 u) {
+    // Uniform barycentrics of a triangle (Turk, Graphics Gems, 1990).
+    float root = sqrt(u.x);
+    return kind == LIGHT_TRIANGLE ? vec2(root * (1.0 - u.y), root * u.y) : u;
+}
+
 // Density per solid angle of sampling a point of such an area uniformly, seen at squared distance r2 under cosine `cos_light`.
 float area_pdf(float area, float r2, float cos_light) { return r2 / (area * cos_light); }
 
@@ -22,9 +29,7 @@ float flat_pdf(float kind, vec3 v0, vec3 v1, vec3 v2, float area, vec3 from, flo
 
 // A triangle v0 v1 v2, or the parallelogram or rectangle with the corner v0 between v1 and v2.
 LightSample flat_sample(float kind, vec3 v0, vec3 v1, vec3 v2, float area, vec3 radiance, vec3 from, vec3 n, vec2 u) {
-    // Uniform barycentrics of a triangle (Turk, Graphics Gems, 1990).
-    float root = sqrt(u.x);
-    vec2 b = kind == LIGHT_TRIANGLE ? vec2(root * (1.0 - u.y), root * u.y) : u;
+    vec2 b = flat_point(kind, u);
     vec3 normal = normalize(cross(v1 - v0, v2 - v0));
     SeenRectangle seen;
     bool large = false;
