@@ -79,16 +79,18 @@ void draw_runs(uvec2 corner, uint tile, uint samples, inout Run run) {
         if (wanted && number < runs) {
             uint p = number % TILE;
             uint first = number / TILE * RUN;
-            uvec2 at = pixel_of_tile(corner, p);
-            uint slot = film_slot(tile + p);
+            uvec2 at = pixel_of_work(corner, p);
+            uint work_slot = slot_of_tile(tile, p);
+            uint slot = film_slot(work_slot);
             uint done = film_count(slot);
+            uint state = film_state(slot);
             run.slot = p + first * TILE;
             run.key = pixel_key(pixel_number(at));
-            run.index = index_of_member(done + first, member_of_group(p));
-            run.glances = film_glances(slot);
+            run.index = index_of_member(index_after(state, done) + first, member_of_group(p));
+            run.glances = film_glances(state);
             // A pixel that is ahead of the others just ends sooner.
-            uint end = min(target_samples, done + samples);
-            bool real = at.x < width && at.y < height && tile + p < end_slot;
+            uint end = min(target_of(state), done + samples);
+            bool real = at.x < width && at.y < height && work_slot < end_slot;
             run.left = real && done + first < end ? min(RUN, end - done - first) : 0u;
         }
     } while (next_run < runs && subgroupAny(run.left == 0u));
@@ -150,7 +152,7 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         bool held = h.slot != NOTHING;
         bool shades = held && !h.dying;
         uint p = held ? h.slot % TILE : 0u;
-        uint key = pixel_key(pixel_number(pixel_of_tile(corner, first_of_group(p))));
+        uint key = pixel_key(pixel_number(pixel_of_work(corner, first_of_group(p))));
         Arrival arrival;
         ShadowRay shadow;
         bool second = REUSE && shades && h.path.second;
@@ -193,7 +195,7 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
             h.radiance = vec3(0.0);
         }
         uint state = begins ? run.glances : (goes_on ? next_state(h.path.glances) : h.path.glances);
-        uvec2 at = pixel_of_tile(corner, goes_on ? p : run.slot % TILE);
+        uvec2 at = pixel_of_work(corner, goes_on ? p : run.slot % TILE);
         // From the camera to the first hit the random numbers are the pixel's own.
         if (GLANCES > 0u && REUSE) key = goes_on ? pixel_key(pixel_number(at)) : key;
         path_depart(h.path, arrival, alive, camera, at, begins ? run.key : key, begins ? run.index : h.path.index, state);
@@ -259,6 +261,12 @@ void connect_paths(inout Pocket pocket, inout Run run, PocketWalk w) {
     } while (!out_of_budget());
 }
 
+// One step.
+void walk_further(inout PocketWalk w) {
+    if (REUSE) occlusion_steps += w.shadow && w.walk.current != FINISHED ? 1u : 0u;
+    walk_on(w.walk, w.ray, w.leaving, w.shadow, steps);
+}
+
 // Walks the tree for as long as most lanes have a ray to walk with, and then a while longer if that is all there is
 // to do; `connecting`: with segments, otherwise with paths.
 void walk_pockets(inout Pocket pocket, inout PocketWalk w, Run run, Held h, bool connecting) {
@@ -266,9 +274,9 @@ void walk_pockets(inout Pocket pocket, inout PocketWalk w, Run run, Held h, bool
     do {
         pocket_fetch(pocket, w);
         // Three steps from one fetch to the next.
-        walk_on(w.walk, w.ray, w.leaving, w.shadow, steps);
-        walk_on(w.walk, w.ray, w.leaving, w.shadow, steps);
-        walk_on(w.walk, w.ray, w.leaving, w.shadow, steps);
+        walk_further(w);
+        walk_further(w);
+        walk_further(w);
         loops += 1u;
         pocket_finish(pocket, w);
         if (--until_check == 0u) {
@@ -290,7 +298,8 @@ void share_notes() {
 uint wanted_samples(uint slot) {
     uvec2 at;
     bool real = slot < end_slot && pixel_of_slot(slot, at);
-    return real ? target_samples - min(target_samples, film_count(film_slot(slot))) : 0u;
+    uint target = target_of(film_state(film_slot(slot)));
+    return real ? target - min(target, film_count(film_slot(slot))) : 0u;
 }
 
 // What came of a dispatch.
@@ -306,10 +315,12 @@ struct Added {
 void add_noted(uint tile, uint complete, bool reusing, inout Added added) {
     for (uint p = gl_SubgroupInvocationID; p < TILE; p += gl_SubgroupSize) {
         uvec2 at;
-        if (tile + p < end_slot && pixel_of_slot(tile + p, at)) {
-            uint film_place = film_slot(tile + p);
+        uint slot = slot_of_tile(tile, p);
+        if (slot < end_slot && pixel_of_slot(slot, at)) {
+            uint film_place = film_slot(slot);
             FilmPixel film_pixel = film_load(film_place);
             uint first = film_pixel.count;
+            uint target = target_of(film_pixel.state);
             for (uint s = 0u; s < complete; ++s) {
                 uint path = region + s * TILE + p;
                 vec4 light;
@@ -320,7 +331,7 @@ void add_noted(uint tile, uint complete, bool reusing, inout Added added) {
                     light = path_load(path, ROW_LIGHT);
                     if (GLANCES > 0u && REUSE) light.xyz += path_load(path, ROW_GLANCED).xyz;
                 }
-                if (light.w == PATH_OPEN || film_pixel.count >= target_samples) break;
+                if (light.w == PATH_OPEN || film_pixel.count >= target) break;
                 if (!SHARED_BY_LANES && reusing) {
                     film_pixel.trial += trial_sign(film_pixel.count) * brightness(light.xyz - gathered);
                 }
@@ -343,7 +354,8 @@ void add_noted(uint tile, uint complete, bool reusing, inout Added added) {
         subgroupBarrier();
         for (uint p = gl_SubgroupInvocationID; p < TILE; p += gl_SubgroupSize) {
             uvec2 at;
-            if (tile + p < end_slot && pixel_of_slot(tile + p, at)) note_gradients(region + p, film_slot(tile + p));
+            uint slot = slot_of_tile(tile, p);
+            if (slot < end_slot && pixel_of_slot(slot, at)) note_gradients(region + p, film_slot(slot));
         }
     }
 }
@@ -364,7 +376,7 @@ void main() {
     uint paths = TILE * samples;
     if (NOTES_ARE_CLEARED) {
         [[dont_unroll]] for (uint p = gl_SubgroupInvocationID; p < TILE; p += gl_SubgroupSize) {
-            uint wanted = reusing ? wanted_samples(tile + p) : samples;
+            uint wanted = reusing ? wanted_samples(slot_of_tile(tile, p)) : samples;
             [[dont_unroll]] for (uint s = 0u; s < samples; ++s) path_clear(region + s * TILE + p, s < wanted, reusing);
         }
         share_notes();
@@ -412,5 +424,12 @@ void main() {
     }
     release_region(r);
     if (PATH_STATS) steps += walked_steps;
+    if (is_scattered()) {
+        // What its paths took in all is left to the first pixels.
+        [[dont_unroll]] for (uint p = gl_SubgroupInvocationID; p < TILE; p += gl_SubgroupSize) {
+            uint slot = slot_of_tile(tile, p);
+            if (slot < end_slot) film_note_cost(slot, p < gl_SubgroupSize ? cost_of(shadow_rays, occlusion_steps) : 0u);
+        }
+    }
     add_counts(Counts(added.samples, added.reused, added.bad, rays, shadow_rays, steps, 0u));
 }

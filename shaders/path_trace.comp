@@ -42,7 +42,7 @@ void main() {
     Gradients gradients = Gradients(vec4(0.0), vec4(0.0), vec4(0.0));
     if (REUSE && real && reused_halves != 0u) gradients = gradients_load(film_place);
     uint first = film_pixel.count;
-    uint end = real ? min(target_samples, first + max_new_samples) : 0u;
+    uint end = real ? min(target_of(film_pixel.state), first + max_new_samples) : 0u;
     uint left = end - min(first, end);      // samples that have not ended
     bool going = left > 0u;                 // with a path
     if (REUSE ? !subgroupAny(going) : !going) return;
@@ -57,7 +57,8 @@ void main() {
     uint key = pixel_key(pixel_number(at));
     uint group_key = REUSE ? pixel_key(pixel_number(pixel_of_tile(tile_corner(slot / TILE), first_of_group(p)))) : key;
     Camera camera = frame_camera();
-    Path path = path_begin(camera, at, key, index_of_member(first, member_of_group(p)), film_pixel.glances);
+    Path path = path_begin(camera, at, key, index_of_member(index_after(film_pixel.state, first), member_of_group(p)),
+                           film_glances(film_pixel.state));
     vec3 radiance = vec3(0.0);
     Counts counts = Counts(0u, 0u, 0u, 0u, 0u, 0u, 0u);
     uint loops = 0u;
@@ -108,7 +109,7 @@ void main() {
                 glanced = radiance;
                 radiance = vec3(0.0);
             }
-            uint state = alive ? path.glances : (goes_on ? next_state(path.glances) : film_pixel.glances);
+            uint state = alive ? path.glances : (goes_on ? next_state(path.glances) : film_glances(film_pixel.state));
             path_depart(path, arrival, alive, camera, at, alive ? group_key : key,
                         path.index + (alive || goes_on ? 0u : 1u), state);
             if (REUSE) path.second = path.second && reusing;
@@ -127,6 +128,7 @@ void main() {
         }
     } while (REUSE && within_budget && subgroupAny(going || ended.there));
     if (real) film_store(film_place, film_pixel);
+    if (real && is_scattered()) film_note_cost(film_place, cost_of(counts.shadow_rays, occlusion_steps));
     if (REUSE && real && reused_halves != 0u) gradients_store(film_place, gradients);
     counts.samples = film_pixel.count - first;
     counts.reused = reusing ? counts.samples : 0u;

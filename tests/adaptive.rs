@@ -152,7 +152,7 @@ fn no_pixel_gets_more_than_the_most() {
     assert!(s.mean_samples_per_pixel <= 41.0 && s.mean_samples_per_pixel > 28.0, "{s:?}");
     assert!(film.counts().iter().any(|&n| n > 40));
     // And where all pixels have the same number.
-    let scene = shipped("cat", (24, 24), 1);
+    let scene = shipped("cat", (48, 48), 1);
     let (film, s) = run(&context, &scene, &RenderSettings { samples: 41, ..adaptive(&scene, 1e-4) });
     assert!(!s.stopped && s.gradients && film.counts().iter().all(|&n| n == 40), "{s:?}");
 }

@@ -30,7 +30,7 @@ Camera frame_camera() {
 
 // Unit direction of the camera ray through a point of the pixel at column and row `at`.
 vec3 camera_direction(Camera camera, uvec2 at, vec2 u) {
-    vec2 p = vec2(at) + 0.5 + (REUSE && surveys != 0u ? vec2(0.0) : filter_offset(u));
+    vec2 p = vec2(at) + 0.5 + (REUSE && in_mode(MODE_SURVEY) ? vec2(0.0) : filter_offset(u));
     float x = p.x * camera.column - 1.0;
     float y = 1.0 - p.y * camera.row;
     return normalize(camera.forward + x * camera.right + y * camera.up);

@@ -1,5 +1,5 @@
 // The film: per slot, 3 texels: sum.rgb and the sample count (as bits), then compensation.rgb and residue.rgb, each with
-// a number of the pixel's trial (gradient.glsl), and with the state in which its samples begin (glance.glsl).
+// a number of the pixel's trial (gradient.glsl), and with the state in which its samples begin (glance.glsl, share.glsl).
 //
 // A sum is three floats that overlap by no more than a bit: 72 bits. Two would be 48, which is too few for samples that
 // are alike: at a sum of 1e8 a sample of 0.1 is rounded at 3.5e-7, always to the same side, a drift of 1e-7 after 1e9
@@ -10,6 +10,7 @@
 
 #include "layout.glsl"
 #include "math.glsl"
+#include "share.glsl"
 
 struct FilmPixel {
     vec3 sum;
@@ -17,17 +18,25 @@ struct FilmPixel {
     vec3 residue;
     uint count;
     float trial;
-    uint glances;
+    uint state;
 };
 
-// How a slot's samples begin, see glance.glsl.
-uint film_glances(uint slot) {
-    return MULTIPLE ? imageLoad(film_texels, int(FILM_ROWS * (slot - band_first)) + 2).w : 0u;
+uint film_state(uint slot) {
+    return MULTIPLE || REUSE ? imageLoad(film_texels, int(FILM_ROWS * (slot - band_first)) + 2).w : 0u;
 }
+
+// How a slot's samples begin, see glance.glsl.
+uint film_glances(uint state) { return MULTIPLE ? state & ~STATE_SHARES : 0u; }
 
 // Samples of a slot so far.
 uint film_count(uint slot) {
     return imageLoad(film_texels, int(FILM_ROWS * (slot - band_first))).w;
+}
+
+// In the trial the place of the sums has the cost of the samples instead (share.glsl).
+void film_note_cost(uint slot, uint cost) {
+    int row = int(FILM_ROWS * (slot - band_first));
+    imageStore(film_texels, row, uvec4(cost, 0u, 0u, imageLoad(film_texels, row).w));
 }
 
 FilmPixel film_empty() { return FilmPixel(vec3(0.0), vec3(0.0), vec3(0.0), 0u, 0.0, 0u); }
@@ -45,7 +54,7 @@ void film_store(uint slot, FilmPixel p) {
     int row = int(FILM_ROWS * (slot - band_first));
     imageStore(film_texels, row, uvec4(floatBitsToUint(p.sum), p.count));
     imageStore(film_texels, row + 1, floatBitsToUint(vec4(p.compensation, p.trial)));
-    imageStore(film_texels, row + 2, uvec4(floatBitsToUint(p.residue), p.glances));
+    imageStore(film_texels, row + 2, uvec4(floatBitsToUint(p.residue), p.state));
 }
 
 // a + b = sum + error exactly where |a| >= |b| (Dekker 1971).

@@ -15,7 +15,7 @@
 // Which pixels these are, and how many paths, the host finds from rays with other random numbers too.
 //
 // The state of a path: how many glances, or paths, of its sample are still to come after it, whether the path follows on
-// glances, and what it is itself.
+// glances, and what it is itself. The film keeps that in which a pixel's samples begin, together with its shares (share.glsl).
 
 #ifndef GLANCE_GLSL
 #define GLANCE_GLSL
@@ -29,7 +29,7 @@ const uint GLANCED = 0x10000000u;       // the path that follows on glances
 const uint REPEATED = 0x08000000u;      // one of several paths of a sample,
 const uint REPEATS_SHIFT = 16u;         // of so many
 const uint REPEATS_MASK = 0xffu;
-const uint GLANCES_LEFT = 0xffffu;
+const uint GLANCES_LEFT = 0xfffu;
 // Mirrors that a glance follows light through; lamps behind more of them are seen by the paths.
 const uint GLANCE_MIRRORS = 4u;
 

@@ -130,17 +130,24 @@ layout(push_constant, std430) uniform Push {
     uint seed;
     uint first_slot;        // slots (see pixel_order.glsl) of this dispatch
     uint end_slot;
-    uint target_samples;    // per pixel, in all
+    uint target_samples;    // per pixel, in all, see share.glsl
     uint max_new_samples;   // per pixel, in this dispatch
     uint band_first;        // first slot of the film buffer
     uint tile_step;         // every n-th tile of 64 slots is worked on
     uint group_stride;      // workgroup i of n takes the work of number i·stride mod n, see pixel_order.glsl
     uint reused_halves;     // halves of the image whose paths serve several pixels, a bit each, see reuse.glsl
-    uint shifted;           // 1: groups lie elsewhere, see pixel_order.glsl
+    uint modes;             // MODE_…
     uint band_rows;         // of pixels, in the film buffer, if groups may be shifted
-    uint alike;             // 1: pixels of a group sample lights alike, see reuse.glsl
-    uint surveys;           // 1: a sample is the place at its pixel's centre, see gradient.glsl
+    uint other_samples;     // of the samples per pixel, those in groups that lie elsewhere, see share.glsl
     float beam_scale;       // 0: paths leave no light to beams, see light/beam.glsl
 };
+
+const uint MODE_SHIFTED = 1u;       // groups lie elsewhere, see pixel_order.glsl
+const uint MODE_ALIKE = 2u;         // pixels of a group sample lights alike, see reuse.glsl
+const uint MODE_SURVEY = 4u;        // a sample is the place at its pixel's centre, see gradient.glsl
+const uint MODE_SCATTERED = 8u;     // one group of every tile is worked on, see pixel_order.glsl
+const uint MODES_TURN = 4u;         // bits from there on: of these, which
+
+bool in_mode(uint mode) { return (modes & mode) != 0u; }
 
 #endif

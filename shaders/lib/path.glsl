@@ -64,7 +64,7 @@ bool spheres_occlude(ShadowRay ray) {
 }
 
 // Whether the members of a group of pixels sample lights alike where they first meet a diffuse surface (reuse.glsl).
-bool lights_alike() { return REUSE && LIGHT_COUNT > 0u && !SINGLE_POINT && alike != 0u; }
+bool lights_alike() { return REUSE && LIGHT_COUNT > 0u && !SINGLE_POINT && in_mode(MODE_ALIKE); }
 
 // What arriving at a surface leaves for the departure.
 struct Arrival {
@@ -141,11 +141,11 @@ bool path_arrive(Path path, int id, float t, uint key, inout vec3 radiance, out 
     a.first = REUSE && path.normal == vec3(0.0);
     bool alive = met && a.hits <= MAX_DEPTH && kind != KIND_EMITTER;
     if (is_glance(path.glances)) alive = alive && glances_leave(kind, a.hits);
-    if (REUSE && surveys != 0u) {
+    if (REUSE && in_mode(MODE_SURVEY)) {
         radiance = alive && diffuse ? a.surface.position : vec3(0.0);
         alive = alive && HAS_MIRROR && kind == KIND_MIRROR;
     }
-    if (REPEATS && surveys != 0u) {
+    if (REPEATS && in_mode(MODE_SURVEY)) {
         radiance = vec3(alive && !diffuse ? (kind == KIND_MIRROR ? 1.0 : 2.0) : 0.0);
         alive = false;
     }
@@ -168,7 +168,7 @@ bool path_arrive(Path path, int id, float t, uint key, inout vec3 radiance, out 
     // A path of MAX_DEPTH hits may still meet light with its last ray.
     a.last = a.hits == MAX_DEPTH || (!INDIRECT && diffuse);
     alive = alive && (LIGHT_AFTER_LAST_HIT || !a.last);
-    if (ROULETTE_DEPTH > 0u && a.hits >= ROULETTE_DEPTH && !(REUSE && surveys != 0u)) {
+    if (ROULETTE_DEPTH > 0u && a.hits >= ROULETTE_DEPTH && !(REUSE && in_mode(MODE_SURVEY))) {
         // A path is safe while its throughput is above ¼: ending strong paths costs more in noise than it saves.
         float survive = lower(4.0 * strongest / path_weight(path.glances), 0.95);
         alive = alive && sample_independent(sequence.x, sequence.y, a.hits) < survive;

@@ -28,11 +28,23 @@ uvec2 tile_corner(uint tile) {
 // A pixel of a tile, relative to its corner: bits 0 to 2 of its number tell the group, the others the member.
 uvec2 place_in_tile(uint p) { return uvec2((p & 1u) << 2 | (p >> 3 & 3u), (p & 6u) | p >> 5); }
 
+// Scattered, a workgroup's tile is made of one group of each of eight tiles, which are neighbours: two rows of four.
+const uint SCATTERED_TILES = 8u;
+bool is_scattered() { return REUSE && in_mode(MODE_SCATTERED); }
+
+// What pixel p of a scattered tile is in its own tile.
+uint scattered_pixel(uint p) { return p & (7u << GROUP_BITS) | (p * 3u + (modes >> MODES_TURN)) % MEMBERS; }
+
+// The slot of pixel p of the tile, or the first of the scattered ones, that begins at slot `tile`.
+uint slot_of_tile(uint tile, uint p) {
+    return is_scattered() ? tile + p % SCATTERED_TILES * TILE + scattered_pixel(p) : tile + p;
+}
+
 // The slot that an invocation works on, where each has one; where paths are reused, groups lie side by side.
 uint slot_of_invocation(uint number) {
     uint p = number % TILE;
     if (REUSE) p = p % MEMBERS << GROUP_BITS | p / MEMBERS;
-    return first_slot + number / TILE * tile_step * TILE + p;
+    return slot_of_tile(first_slot + number / TILE * tile_step * TILE, p);
 }
 
 // The number of the pixel at column and row `at`.
@@ -45,12 +57,18 @@ uint band_top = band_first / (64u * columns) * 64u;
 // A pixel of the tile with such a corner. What is shifted out of the film's band comes in again on the other side.
 uvec2 pixel_of_tile(uvec2 corner, uint p) {
     uvec2 at = corner + place_in_tile(p);
-    if (REUSE && shifted != 0u) {
+    if (REUSE && in_mode(MODE_SHIFTED)) {
         at += uvec2(2u, 1u);
         at.x -= at.x >= columns ? columns : 0u;
         at.y -= at.y >= band_top + band_rows ? band_rows : 0u;
     }
     return at;
+}
+
+// The pixel that a workgroup's tile with such a corner works on.
+uvec2 pixel_of_work(uvec2 corner, uint p) {
+    if (!is_scattered()) return pixel_of_tile(corner, p);
+    return corner + 8u * uvec2(p & 3u, p >> 2 & 1u) + place_in_tile(scattered_pixel(p));
 }
 
 // Column and row of the pixel that a slot stands for in the dispatch; false for what pads the blocks at the right and lower
@@ -62,7 +80,7 @@ bool pixel_of_slot(uint slot, out uvec2 at) {
 
 // Where the film holds the pixel that a slot stands for.
 uint film_slot(uint slot) {
-    if (!REUSE || shifted == 0u) return slot;
+    if (!REUSE || !in_mode(MODE_SHIFTED)) return slot;
     uvec2 at = pixel_of_tile(tile_corner(slot / TILE), slot % TILE);
     uint block = (at.y >> 6) * ((width + 31u) / 32u) + (at.x >> 5);
     uint tile = block << 5 | (at.y >> 3 & 7u) << 2 | (at.x >> 3 & 3u);

@@ -193,10 +193,11 @@ uint share_noted(uint tile, uint region, uint samples, inout uint shadow_rays, i
     uint added = 0u;
     [[dont_unroll]] for (uint first = 0u; first < TILE / MEMBERS; first += SUBGROUP_LANES / MEMBERS) {
         uint p = (gl_SubgroupInvocationID % MEMBERS) << GROUP_BITS | (first + gl_SubgroupInvocationID / MEMBERS);
-        uint slot = film_slot(tile + p);
+        uint work_slot = slot_of_tile(tile, p);
+        uint slot = film_slot(work_slot);
         uvec2 at;
-        bool real = first + gl_SubgroupInvocationID / MEMBERS < TILE / MEMBERS && tile + p < end_slot &&
-                    pixel_of_slot(tile + p, at);
+        bool real = first + gl_SubgroupInvocationID / MEMBERS < TILE / MEMBERS && work_slot < end_slot &&
+                    pixel_of_slot(work_slot, at);
         FilmPixel film_pixel = film_empty();
         Gradients gradients = Gradients(vec4(0.0), vec4(0.0), vec4(0.0));
         if (real) {
@@ -204,8 +205,9 @@ uint share_noted(uint tile, uint region, uint samples, inout uint shadow_rays, i
             gradients = gradients_load(slot);
         }
         uint count = film_pixel.count;
+        uint target = target_of(film_pixel.state);
         bool complete = true;
-        bool wanted = real && count < target_samples;
+        bool wanted = real && count < target;
         [[dont_unroll]] for (uint s = 0u; s < samples && subgroupAny(wanted && complete); ++s) {
             uint path = region + s * TILE + p;
             EndedPath ended = ended_none();
@@ -217,7 +219,7 @@ uint share_noted(uint tile, uint region, uint samples, inout uint shadow_rays, i
             }
             if (wanted && complete) ended = noted_path(path, light);
             complete = share_sample(ended, film_pixel, gradients, shadow_rays, loops, bad) && complete;
-            wanted = real && film_pixel.count < target_samples;
+            wanted = real && film_pixel.count < target;
         }
         if (real) {
             film_store(slot, film_pixel);

@@ -14,8 +14,9 @@ void load_scene() {
     load_point();
 }
 
-// With PATH_STATS: records visited by this lane.
+// With PATH_STATS: records visited by this lane; and with REUSE, those of them by rays that only ask for any hit.
 uint walked_steps = 0u;
+uint occlusion_steps = 0u;
 
 // Walks the tree to the end, or as far as the budget goes; then `loops` has reached LOOP_BUDGET. Returns the steps.
 uint walk_tree(inout Walk walk, vec3 o, vec3 d, int leaving, bool any_hit, uint loops) {
@@ -26,6 +27,7 @@ uint walk_tree(inout Walk walk, vec3 o, vec3 d, int leaving, bool any_hit, uint 
         steps += 1u;
     }
     if (PATH_STATS) walked_steps += steps;
+    if (REUSE && any_hit) occlusion_steps += steps;
     return steps;
 }
 

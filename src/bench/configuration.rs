@@ -3,7 +3,8 @@
 use std::str::FromStr;
 
 use crate::render::{
-    Accel, Adaptive, Beams, Feature, Glances, Gradients, RenderSettings, Reuse, Sampler, Scheduler, TriangleTest,
+    Accel, Adaptive, Beams, Feature, Glances, Gradients, RenderSettings, Reuse, Sampler, Scheduler, Shares,
+    TriangleTest,
 };
 
 use super::error::BenchError;
@@ -32,7 +33,7 @@ impl Configuration {
 ///
 /// Keys: `sampler` (sobol, independent, pcg), `accel` (bvh, none), `intersection` (watertight, moller-trumbore),
 /// `sampling` (uniform, adaptive: with the same mean number of samples), `scheduler` (auto, inline, queue),
-/// `reuse` (auto, always, off), `gradients`, `glances`, `beams` (auto, off), `features` (specialised, general, or `+` and
+/// `reuse` (auto, always, off), `gradients`, `shares`, `glances`, `beams` (auto, off), `features` (specialised, general, or `+` and
 /// one of [`Feature::ALL`] that is compiled although not needed), `roulette` (off, or the first hit), `device` (index, name
 /// or UUID).
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -49,6 +50,7 @@ enum Key {
     Scheduler,
     Reuse,
     Gradients,
+    Shares,
     Glances,
     Beams,
     Sampling,
@@ -57,13 +59,14 @@ enum Key {
     Device,
 }
 
-const KEYS: [(&str, Key, &str); 12] = [
+const KEYS: [(&str, Key, &str); 13] = [
     ("sampler", Key::Sampler, "sobol, independent or pcg"),
     ("accel", Key::Accel, "bvh or none"),
     ("intersection", Key::Intersection, "watertight or moller-trumbore"),
     ("scheduler", Key::Scheduler, "auto, inline or queue"),
     ("reuse", Key::Reuse, "auto, always or off"),
     ("gradients", Key::Gradients, "auto or off"),
+    ("shares", Key::Shares, "auto or off"),
     ("glances", Key::Glances, "auto or off"),
     ("beams", Key::Beams, "auto or off"),
     ("sampling", Key::Sampling, "uniform or adaptive"),
@@ -101,6 +104,8 @@ impl Key {
             (Self::Reuse, "off") => s.reuse = Reuse::Off,
             (Self::Gradients, "auto") => s.gradients = Gradients::Auto,
             (Self::Gradients, "off") => s.gradients = Gradients::Off,
+            (Self::Shares, "auto") => s.shares = Shares::Auto,
+            (Self::Shares, "off") => s.shares = Shares::Off,
             (Self::Glances, "auto") => s.glances = Glances::Auto,
             (Self::Glances, "off") => s.glances = Glances::Off,
             (Self::Beams, "auto") => s.beams = Beams::Auto,

@@ -5,7 +5,9 @@ use std::str::FromStr;
 
 use anyhow::Context as _;
 use clap::{Args, ValueEnum};
-use photolith::render::{Accel, Beams, Glances, Gradients, MAX_SAMPLES, Reuse, Sampler, Scheduler, TriangleTest};
+use photolith::render::{
+    Accel, Beams, Glances, Gradients, MAX_SAMPLES, Reuse, Sampler, Scheduler, Shares, TriangleTest,
+};
 use photolith::scene::Scene;
 use photolith::{ContextOptions, RenderSettings, Validation, user_cache};
 
@@ -90,6 +92,10 @@ pub struct SceneOptions {
     #[arg(long, value_enum, default_value_t = GradientsArg::Auto)]
     pub gradients: GradientsArg,
 
+    /// Whether noisy parts of the image get more samples than others
+    #[arg(long, value_enum, default_value_t = SharesArg::Auto)]
+    pub shares: SharesArg,
+
     /// Whether samples look several times at lamps whose edges are seen, and at what is seen through glass
     #[arg(long, value_enum, default_value_t = GlancesArg::Auto)]
     pub glances: GlancesArg,
@@ -163,6 +169,15 @@ pub enum GradientsArg {
     Off,
 }
 
+/// Shares of the samples.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum SharesArg {
+    /// From 4 samples per pixel on, where a trial tells noise: half, twice or four times as many, --samples in the mean
+    Auto,
+    /// Never
+    Off,
+}
+
 /// Light traced from lamps.
 #[derive(Clone, Copy, ValueEnum)]
 pub enum BeamsArg {
@@ -228,6 +243,10 @@ impl SceneOptions {
             gradients: match self.gradients {
                 GradientsArg::Auto => Gradients::Auto,
                 GradientsArg::Off => Gradients::Off,
+            },
+            shares: match self.shares {
+                SharesArg::Auto => Shares::Auto,
+                SharesArg::Off => Shares::Off,
             },
             glances: match self.glances {
                 GlancesArg::Auto => Glances::Auto,

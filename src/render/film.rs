@@ -97,6 +97,16 @@ fn tile_at(column: u32, row: u32, width: u32) -> u32 {
     TILES[0] * TILES[1] * block + row % TILES[1] * TILES[0] + column % TILES[0]
 }
 
+/// The tile of the pixel in column `x` and row `y`.
+pub(crate) fn tile_of_pixel(x: u32, y: u32, width: u32) -> u32 {
+    tile_at(x / SIDE, y / SIDE, width)
+}
+
+/// The column and row of tiles in which a tile is.
+pub(crate) fn place_of_tile(tile: u32, width: u32) -> [u32; 2] {
+    tile_corner(tile, width).map(|x| x / SIDE)
+}
+
 /// The upper left pixel of a tile, which may lie outside the image.
 fn tile_corner(tile: u32, width: u32) -> [u32; 2] {
     let blocks_x = width.div_ceil(BLOCK[0]);
@@ -107,12 +117,9 @@ fn tile_corner(tile: u32, width: u32) -> [u32; 2] {
 
 /// The tiles that touch a tile, itself included, in increasing order.
 pub(crate) fn tiles_around(tile: u32, width: u32, height: u32) -> Vec<usize> {
-    let corner = tile_corner(tile, width);
+    let place = place_of_tile(tile, width);
     let size = [width.div_ceil(BLOCK[0]) * TILES[0], height.div_ceil(BLOCK[1]) * TILES[1]];
-    let near = |axis: usize| {
-        let at = corner[axis] / SIDE;
-        at.saturating_sub(1)..=(at + 1).min(size[axis] - 1)
-    };
+    let near = |axis: usize| place[axis].saturating_sub(1)..=(place[axis] + 1).min(size[axis] - 1);
     let mut found: Vec<_> =
         near(1).flat_map(|row| near(0).map(move |column| tile_at(column, row, width) as usize)).collect();
     found.sort_unstable();

@@ -134,11 +134,19 @@ pub(crate) struct Push {
     pub tile_step: u32,
     pub group_stride: u32,
     pub reused_halves: u32,
-    pub shifted: u32,
+    pub modes: u32,
     pub band_rows: u32,
-    pub alike: u32,
-    pub surveys: u32,
+    pub other_samples: u32,
     pub beam_scale: f32,
+}
+
+/// Bits of [`Push::modes`].
+pub(crate) mod mode {
+    pub const SHIFTED: u32 = 1;
+    pub const ALIKE: u32 = 2;
+    pub const SURVEY: u32 = 4;
+    pub const SCATTERED: u32 = 8;
+    pub const TURN_SHIFT: u32 = 4;
 }
 
 /// Material kinds; a positive kind is a dielectric's index of refraction.
@@ -158,8 +166,8 @@ pub(crate) struct FilmSlot {
     /// How far the first two samples are apart in the light that does not come by what groups share.
     pub trial: f32,
     pub residue: [f32; 3],
-    /// The state in which the pixel's samples begin.
-    pub glances: u32,
+    /// The state in which the pixel's samples begin, and its shares (src/render/shares.rs).
+    pub state: u32,
 }
 
 /// A pixel that a beam lights (shaders/light_trace.comp).
@@ -202,6 +210,8 @@ pub(crate) mod queue {
     pub const PATHS: u32 = 2048;
     /// Texels of a path's notes.
     pub const PATH_ROWS: u32 = 10;
+    /// Tiles of which a scattered one is made.
+    pub const SCATTERED_TILES: u32 = 8;
     /// Samples of the trial whether it pays to reuse paths.
     pub const TRIAL: u32 = 2;
     /// Samples of a pixel of which gradients are noted.

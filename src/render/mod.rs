@@ -30,6 +30,7 @@ mod rectangles;
 pub(crate) mod renderer;
 mod screened_poisson;
 mod settings;
+mod shares;
 pub(crate) mod sobol;
 pub(crate) mod space;
 mod spheres;
@@ -48,7 +49,7 @@ pub use mutation::Mutation;
 pub use prepared::Prepared;
 pub use renderer::Renderer;
 pub use settings::{
-    Accel, Adaptive, Beams, Glances, Gradients, RenderSettings, Reuse, Sampler, Scheduler, TriangleTest,
+    Accel, Adaptive, Beams, Glances, Gradients, RenderSettings, Reuse, Sampler, Scheduler, Shares, TriangleTest,
 };
 pub use sobol::MAX_SAMPLES;
 pub use statistics::{AdaptiveStatistics, Progress, RenderStatistics};

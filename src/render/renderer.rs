@@ -9,8 +9,10 @@ mod gradients;
 mod passes;
 mod repeats;
 mod schedule;
+mod shares;
 mod survey;
 mod trial;
+mod tried;
 mod twins;
 
 use std::ops::ControlFlow;
@@ -34,12 +36,13 @@ use super::layout::{Push, binding, constant, queue};
 use super::plan::{Pace, Rounds};
 use super::prepared::Prepared;
 use super::settings::{Adaptive, Gradients, RenderSettings};
+use super::shares::Shares;
 use super::sobol;
 use super::statistics::{Progress, RenderStatistics};
 use super::view::View;
 use beams::BeamTracer;
 use buffers::{Buffers, Shape};
-use gradients::Certainties;
+use gradients::{Certainties, Groups};
 use passes::Watch;
 use schedule::Job;
 use survey::Places;
@@ -66,8 +69,10 @@ pub struct Renderer {
     reuse: ReuseTrial,
     /// Whether neighbours can be compared where paths are reused.
     gradients: bool,
-    /// Groups of pixels that share paths lie elsewhere (shaders/lib/pixel_order.glsl).
-    shifted: bool,
+    /// Where groups of pixels that share paths are.
+    groups: Groups,
+    /// How many samples each pixel gets of those that are asked for.
+    shares: Shares,
     /// What pixels show, for gradients.
     places: Places,
     /// How certain differences between pixels are, by their class.
@@ -227,7 +232,8 @@ impl Renderer {
             ),
             glances,
             gradients: reuse && settings.gradients == Gradients::Auto && buffers.has_whole_rows(row_slots),
-            shifted: false,
+            groups: Groups::default(),
+            shares: Shares::default(),
             places: Places::default(),
             certainties: Certainties::default(),
             repeats,
@@ -325,6 +331,7 @@ impl Renderer {
         let mut watch = Watch::new(limit, &mut on_progress);
         self.clear_film()?;
         self.reuse = self.reuse.anew();
+        self.shares = Shares::default();
         self.survey()?;
         self.find_beginnings()?;
         self.try_reuse()?;
@@ -339,9 +346,9 @@ impl Renderer {
         Ok(film)
     }
 
-    /// The same number of samples in every pixel.
+    /// The samples that are asked for.
     fn render_uniform(&mut self, watch: &mut Watch<'_>) -> Result<Film, RenderError> {
-        watch.total = u64::from(self.width) * u64::from(self.height) * u64::from(self.settings.samples);
+        watch.total = self.samples_of_image(self.settings.samples);
         let (mut done, mut light) = (0, self.no_beams());
         for samples in self.samples_between_beams() {
             self.pass(&self.whole_film(), done, samples, watch)?;

@@ -84,6 +84,18 @@ pub enum Gradients {
     Off,
 }
 
+/// Whether parts of the image that are noisy get more samples than others (shaders/lib/share.glsl): a half, twice or four times as
+/// many as are asked for, in the mean not more than these. It stays exact in the mean.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Shares {
+    /// Where it is tried whether paths should be reused, from 4 samples per pixel on, unless sampling is adaptive or little is to be
+    /// gained.
+    #[default]
+    Auto,
+    /// Nowhere.
+    Off,
+}
+
 /// Whether samples look several times at lamps whose edges are seen, and, where beams are traced, at what is seen through
 /// glass (shaders/lib/glance.glsl). Images stay exact in the mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -150,7 +162,7 @@ impl Adaptive {
 /// Settings of a rendering. [`RenderSettings::of`] takes them from the scene; the default has no samples.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RenderSettings {
-    /// Samples per pixel; with adaptive sampling, the most that a pixel gets.
+    /// Samples per pixel, in the mean (see [`Shares`]); with adaptive sampling, the most that a pixel gets.
     pub samples: u32,
     /// Sample adaptively; `None`: all pixels alike.
     pub adaptive: Option<Adaptive>,
@@ -168,6 +180,8 @@ pub struct RenderSettings {
     pub reuse: Reuse,
     /// Whether differences between neighbouring pixels are used.
     pub gradients: Gradients,
+    /// Whether noisy parts of the image get more samples.
+    pub shares: Shares,
     /// Whether samples look several times at the edges of lamps.
     pub glances: Glances,
     /// Whether light is traced from lamps.

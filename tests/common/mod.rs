@@ -73,7 +73,9 @@ pub fn render_counted(context: &Context, scene: &Scene, settings: &RenderSetting
     let film = renderer.render(|_| ControlFlow::Continue(())).expect("a film");
     let statistics = renderer.statistics().clone();
     assert_eq!(statistics.bad_samples, 0, "{}: samples that are not finite", scene.source);
-    assert!(film.counts().iter().all(|&n| n == settings.samples), "{}: pixels lack samples", scene.source);
+    // Noisy parts may get up to four times as many as others, these at least half (`Shares`).
+    let shares = settings.samples.div_ceil(2)..=4 * settings.samples;
+    assert!(film.counts().iter().all(|n| shares.contains(n)), "{}: pixels lack samples", scene.source);
     (film, statistics)
 }
 

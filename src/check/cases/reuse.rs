@@ -4,7 +4,7 @@ use crate::check::lab::Rendered;
 use crate::check::scenes::{Build, diffuse, divided_room, icosphere, lamps, mirrored_wall, screened_room, v};
 use crate::check::statistics::z_score;
 use crate::check::{Case, CheckError, Lab, Measured};
-use crate::render::{Gradients, RenderSettings, Renderer, Reuse, Scheduler};
+use crate::render::{Gradients, RenderSettings, Renderer, Reuse, Scheduler, Shares};
 use crate::scene::{Normals, Scene};
 
 pub(super) const CASES: &[Case] = &[
@@ -98,6 +98,24 @@ pub(super) const CASES: &[Case] = &[
         full_only: false,
         measure: |lab| contrast(lab, lamps(), Scheduler::Inline, [COMPARED, ALONE]),
     },
+    Case {
+        name: "shares/paths",
+        what: "the room with lamps, whose noisy parts get more samples than others: paths meet in memory",
+        oracle: "as many samples everywhere",
+        quantity: "the same",
+        threshold: 4.0,
+        full_only: false,
+        measure: |lab| contrast(lab, lamps(), Scheduler::Queue, [UNEVEN, COMPARED]),
+    },
+    Case {
+        name: "shares/lanes",
+        what: "the same in the lanes of a subgroup",
+        oracle: "as many samples everywhere",
+        quantity: "the same",
+        threshold: 4.0,
+        full_only: false,
+        measure: |lab| contrast(lab, lamps(), Scheduler::Inline, [UNEVEN, COMPARED]),
+    },
 ];
 
 /// With a body of few triangles.
@@ -112,10 +130,11 @@ fn with_body(mut scene: Scene, normals: Normals) -> Scene {
     scene
 }
 
-type Way = (Reuse, Gradients);
-const ALONE: Way = (Reuse::Off, Gradients::Off);
-const SHARED: Way = (Reuse::Always, Gradients::Off);
-const COMPARED: Way = (Reuse::Always, Gradients::Auto);
+type Way = (Reuse, Gradients, Shares);
+const ALONE: Way = (Reuse::Off, Gradients::Off, Shares::Off);
+const SHARED: Way = (Reuse::Always, Gradients::Off, Shares::Off);
+const COMPARED: Way = (Reuse::Always, Gradients::Auto, Shares::Off);
+const UNEVEN: Way = (Reuse::Always, Gradients::Auto, Shares::Auto);
 
 const SEEDS: u32 = 12;
 
@@ -127,9 +146,11 @@ fn contrast(
     scheduler: Scheduler,
     [one, another]: [Way; 2],
 ) -> Result<Measured, CheckError> {
-    scene.size(32, lab.size(40, 1024) as u32);
-    let images = |(reuse, gradients): Way, first_seed: u32| -> Result<Vec<Vec<f64>>, CheckError> {
-        let settings = RenderSettings { reuse, gradients, scheduler, ..lab.settings(&scene) };
+    // Of more samples there are no shares.
+    let most = if one.2 == Shares::Auto { 256 } else { 1024 };
+    scene.size(32, lab.size(40, most) as u32);
+    let images = |(reuse, gradients, shares): Way, first_seed: u32| -> Result<Vec<Vec<f64>>, CheckError> {
+        let settings = RenderSettings { reuse, gradients, shares, scheduler, ..lab.settings(&scene) };
         let mut renderer = Renderer::new(&lab.context, &scene, &settings)?;
         let mut image = |seed| {
             renderer.set_seed(seed);

@@ -6,7 +6,10 @@ use std::collections::BTreeMap;
 use std::mem::offset_of;
 
 use super::kernels::{LIGHT_TRACE, built_in};
-use super::layout::{BeamNote, Counters, FilmSlot, GradientSlot, Push, SceneValues, binding, constant, glance, queue};
+use super::layout::{
+    BeamNote, Counters, FilmSlot, GradientSlot, Push, SceneValues, binding, constant, glance, mode, queue,
+};
+use super::shares::{PLAIN_SHARE, SHIFTED_SHARE};
 use super::sobol;
 use super::spheres::MAX_CONSTANT_SPHERES;
 use super::tiles::{TILE, half_of};
@@ -147,10 +150,9 @@ fn push_constants() {
         ("tile_step", offset_of!(Push, tile_step)),
         ("group_stride", offset_of!(Push, group_stride)),
         ("reused_halves", offset_of!(Push, reused_halves)),
-        ("shifted", offset_of!(Push, shifted)),
+        ("modes", offset_of!(Push, modes)),
         ("band_rows", offset_of!(Push, band_rows)),
-        ("alike", offset_of!(Push, alike)),
-        ("surveys", offset_of!(Push, surveys)),
+        ("other_samples", offset_of!(Push, other_samples)),
         ("beam_scale", offset_of!(Push, beam_scale)),
     ]
     .map(|(name, offset)| (name.to_owned(), offset));
@@ -203,6 +205,19 @@ fn records() {
     assert!(layout.contains(&format!("const uint GRADIENT_ROWS = {}u;", size_of::<GradientSlot>() / 16)));
     assert!(reuse.contains("(reused_halves >> ((p ^ (p >> 1)) & 1u)) & 1u"));
     assert!((0..TILE).all(|p| half_of(p) == (p ^ (p >> 1)) & 1));
+    assert!(order.contains(&format!("const uint SCATTERED_TILES = {}u;", queue::SCATTERED_TILES)));
+    let share = include_str!("../../../shaders/lib/share.glsl");
+    assert!(share.contains(&format!("const uint PLAIN_SHARE = {PLAIN_SHARE}u;")));
+    assert!(share.contains(&format!("const uint SHIFTED_SHARE = {SHIFTED_SHARE}u;")));
+    for (name, bit) in [
+        ("MODE_SHIFTED", mode::SHIFTED),
+        ("MODE_ALIKE", mode::ALIKE),
+        ("MODE_SURVEY", mode::SURVEY),
+        ("MODE_SCATTERED", mode::SCATTERED),
+        ("MODES_TURN", mode::TURN_SHIFT),
+    ] {
+        assert!(layout.contains(&format!("const uint {name} = {bit}u;")), "{name}");
+    }
     let glances = include_str!("../../../shaders/lib/glance.glsl");
     assert!(glances.contains(&format!("const uint GLANCING = {:#x}u;", glance::GLANCING)));
     assert!(glances.contains(&format!("const uint PATH_FOLLOWS = {:#x}u;", glance::PATH_FOLLOWS)));

@@ -11,7 +11,7 @@ use super::{glances, repeats};
 impl FilmSlot {
     /// A slot that is empty, but for the state in which its samples are to begin.
     pub(super) fn beginning(state: u32) -> Self {
-        Self { glances: state, ..Self::default() }
+        Self { state, ..Self::default() }
     }
 }
 
@@ -35,18 +35,17 @@ impl Renderer {
         if pixels > 0 { self.empty_film() } else { Ok(()) }
     }
 
-    /// No samples in the film, whose pixels' samples are to begin as they should.
+    /// No samples in the film, whose pixels' samples are to begin as they should, and to be as many.
     pub(super) fn empty_film(&mut self) -> Result<(), RenderError> {
         self.clear_film()?;
-        if self.beginnings.is_empty() {
+        if self.beginnings.is_empty() && self.shares.is_even() {
             return Ok(());
         }
-        let (width, height, states) = (self.width, self.height, take(&mut self.beginnings));
-        let filled = self.fill_film(|slot| {
-            let pixel = pixel_of_slot(slot, width, height);
-            FilmSlot::beginning(pixel.map_or(0, |p| states[p]))
-        });
-        self.beginnings = states;
+        let (width, height) = (self.width, self.height);
+        let (states, shares) = (take(&mut self.beginnings), take(&mut self.shares));
+        let state = |pixel: usize| states.get(pixel).copied().unwrap_or(0) | shares.state(pixel);
+        let filled = self.fill_film(|slot| FilmSlot::beginning(pixel_of_slot(slot, width, height).map_or(0, state)));
+        (self.beginnings, self.shares) = (states, shares);
         filled
     }
 }

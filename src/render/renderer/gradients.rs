@@ -8,11 +8,12 @@ use super::super::film::{Film, pixel_of_slot, rows_of_blocks};
 use super::super::layout::{GradientSlot, queue};
 use super::super::plan::Span;
 use super::super::screened_poisson::{Known, solve};
+use super::super::shares::Share;
 use super::super::stopping::Stopping;
-use super::super::tiles::TILE;
 use super::Renderer;
 use super::passes::Watch;
 use super::survey::{CLASSES, Places, Side};
+use super::tried::TriedGroup;
 
 /// Samples of a pixel from which on neighbours can be of one group in some samples and not in others.
 const FEWEST_SAMPLES: u32 = 3;
@@ -32,7 +33,18 @@ enum Phases {
     OfDoublings,
 }
 
+/// Where groups are.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Groups {
+    /// They lie elsewhere (shaders/lib/pixel_order.glsl).
+    pub shifted: bool,
+    /// Samples per pixel that have been taken with the others.
+    pub other_samples: u32,
+}
+
 impl Phases {
+    const NEVER_SHIFTED: Self = Self::Even(u32::MAX);
+
     /// Of a rendering: one half and the other, or shorter if there are many samples, or if it may end early.
     fn of(samples: u32, limited: bool) -> Self {
         Self::Even(samples.div_ceil(2).min(if limited { 2 } else { LONGEST_PHASE }))
@@ -56,18 +68,32 @@ impl Phases {
         (sample / length + 1).saturating_mul(length)
     }
 
-    /// Samples of either kind among the first `count`, as far as gradients are noted.
+    /// Samples of either kind among the first `count`.
     fn samples(self, count: u32) -> [u32; 2] {
-        let count = count.min(queue::MOST_GRADIENTS);
         // Before the last doubling, there are as many of either kind.
         let before = match self {
             Self::OfDoublings if count > 1 => 1 << count.ilog2(),
             _ => 0,
         };
         let length = self.length(count);
-        let (pairs, rest) = ((count - before) / (2 * length), (count - before) % (2 * length));
+        let (pairs, rest) = ((count - before) / length / 2, (count - before) % length.saturating_mul(2));
         let plain = before / 2 + pairs * length;
         [plain + rest.min(length), plain + rest.saturating_sub(length)]
+    }
+
+    /// The same for a pixel with such shares, as far as gradients are noted.
+    fn noted(self, count: u32, shares: [Share; 2]) -> [u32; 2] {
+        let mut left = count.min(queue::MOST_GRADIENTS);
+        let (mut of_one, mut noted) = ([0; 2], [0; 2]);
+        while left > 0 {
+            let done = of_one[0] + of_one[1];
+            let kind = usize::from(self.is_shifted(done));
+            of_one[kind] += self.end(done) - done;
+            let more = (shares[kind].of(of_one[kind]) - noted[kind]).min(left);
+            noted[kind] += more;
+            left -= more;
+        }
+        noted
     }
 }
 
@@ -101,37 +127,42 @@ impl Renderer {
         samples: u32,
         watch: &mut Watch<'_>,
     ) -> Result<bool, RenderError> {
-        let end = self.statistics.samples + self.pixels(spans) * u64::from(samples - done);
-        if !self.makes_gradients() {
-            self.steady_pass(spans, done, samples, watch)?;
-            return Ok(self.statistics.samples >= end);
-        }
-        let phases = self.phases();
-        let mut done = done;
-        while done < samples && !watch.stop {
+        let phases = if self.makes_gradients() { self.phases() } else { Phases::NEVER_SHIFTED };
+        let (mut done, mut end) = (done, self.statistics.samples);
+        while done < samples {
             let phase_end = phases.end(done).min(samples);
-            self.shifted = phases.is_shifted(done);
-            let result = self.steady_pass(spans, done, phase_end, watch);
-            self.shifted = false;
+            let shifted = phases.is_shifted(done);
+            self.groups = Groups { shifted, other_samples: phases.samples(done)[usize::from(!shifted)] };
+            end += self.samples_between(spans, done, phase_end);
+            let result = if watch.stop { Ok(()) } else { self.steady_pass(spans, done, phase_end, watch) };
+            self.groups = Groups::default();
             result?;
             done = phase_end;
         }
         Ok(self.statistics.samples >= end)
     }
 
-    /// Takes over what the trial shows of gradients, in tiles that begin at the slots `tiles`.
-    pub(super) fn judge_gradients(&mut self, tiles: &[u32], tried: &[GradientSlot]) {
+    /// Samples, over all pixels, of an image that has `samples` per pixel in the mean.
+    pub(super) fn samples_of_image(&self, samples: u32) -> u64 {
+        let phases = if self.makes_gradients() { self.phases() } else { Phases::NEVER_SHIFTED };
+        let pixels = self.pixels(&self.whole_film());
+        let of_kind = |(kind, n)| self.shares.samples(kind, n, pixels);
+        phases.samples(samples).into_iter().enumerate().map(of_kind).sum()
+    }
+
+    /// Takes over what the trial shows of gradients.
+    pub(super) fn judge_gradients(&mut self, tried: &[TriedGroup]) {
         let mut sums = [[0.0f64; 2]; CLASSES];
         let square = |x: f32| f64::from(x).powi(2);
-        for (first, tile) in tiles.iter().zip(tried.chunks(TILE)) {
-            for (i, slot) in tile.iter().enumerate() {
+        for group in tried {
+            for (member, slot) in group.gradients.iter().enumerate() {
                 // The neighbours on the right and below are the next member of the group, and the fourth.
-                let right = (i / 8 % 4 < 3).then_some((Side::Right, i + 8, slot.trial_right));
-                let down = (i / 8 < 4).then_some((Side::Down, i + 32, slot.trial_down));
-                let pixel = pixel_of_slot(first + i as u32, self.width, self.height);
+                let right = (member % 4 < 3).then_some((Side::Right, member + 1, slot.trial_right));
+                let down = (member < 4).then_some((Side::Down, member + 4, slot.trial_down));
+                let pixel = pixel_of_slot(group.slot(member), self.width, self.height);
                 for (side, neighbour, difference) in right.into_iter().chain(down) {
                     let Some(class) = pixel.and_then(|p| self.places.class(p, side)) else { continue };
-                    let values = (square(slot.trial_light) + square(tile[neighbour].trial_light)) / 2.0;
+                    let values = (square(slot.trial_light) + square(group.gradients[neighbour].trial_light)) / 2.0;
                     // Samples that were not finite tell nothing.
                     if values.is_finite() && difference.is_finite() {
                         sums[class][0] += values;
@@ -164,7 +195,9 @@ impl Renderer {
                 }
             }
         })?;
-        let phases = film.counts().iter().map(|&n| self.phases().samples(n)).collect();
+        let phases = self.phases();
+        let noted_of = |(pixel, &n): (usize, &u32)| phases.noted(n, self.shares.of_pixel(pixel));
+        let phases = film.counts().par_iter().enumerate().map(noted_of).collect();
         let band_rows = rows_of_blocks(self.buffers.bands[0].slots, width) as usize;
         let (places, certainties) = (&self.places, self.certainties);
         let known = Noted { noted: &noted, places, certainties, band_rows, phases };
@@ -264,11 +297,15 @@ mod tests {
             for count in 0..=samples {
                 let expected = [false, true].map(|p| (0..count).filter(|&s| phases.is_shifted(s) == p).count() as u32);
                 assert_eq!(phases.samples(count), expected);
+                assert_eq!(phases.noted(count, Default::default()), expected);
             }
             assert!((0..samples).all(|s| (s..phases.end(s)).all(|t| phases.is_shifted(t) == phases.is_shifted(s))));
         }
         let (phases, most) = (Phases::of(1 << 29, false), queue::MOST_GRADIENTS);
-        assert_eq!((phases.samples(most), phases.samples(u32::MAX)), ([most / 2; 2], [most / 2; 2]));
+        assert_eq!(phases.samples(most), [most / 2; 2]);
+        assert_eq!(phases.noted(u32::MAX, Default::default()), [most / 2; 2]);
+        assert_eq!(Phases::NEVER_SHIFTED.samples(1 << 30), [1 << 30, 0]);
+        assert_eq!((Phases::NEVER_SHIFTED.end(1 << 30), Phases::NEVER_SHIFTED.is_shifted(1 << 30)), (u32::MAX, false));
     }
 
     /// A plane of 8×8 pixels, seen so that its differences are exact: what only one group has too much of is spread.

@@ -10,8 +10,9 @@ use rayon::prelude::*;
 
 use super::super::error::RenderError;
 use super::super::film::{Film, pixels_in, rows_of_blocks};
-use super::super::layout::{Counters, FilmSlot, GradientSlot, Push};
+use super::super::layout::{Counters, FilmSlot, GradientSlot, Push, mode};
 use super::super::plan::{Plan, Span, Work};
+use super::super::shares::Share;
 use super::super::statistics::{Progress, RenderStatistics};
 use super::super::tiles::TILE;
 use super::super::upload::staging;
@@ -87,6 +88,14 @@ impl Renderer {
         spans.iter().map(|s| pixels_in(s.first_slot, s.end_slot, self.width, self.height)).sum()
     }
 
+    /// Samples, over all pixels, that bring those of `spans` from `done` samples to `samples` with the groups of pixels where they
+    /// are. Where pixels have shares, `spans` are the whole film.
+    pub(super) fn samples_between(&self, spans: &[Span], done: u32, samples: u32) -> u64 {
+        let (kind, other) = (usize::from(self.groups.shifted), self.groups.other_samples);
+        let of = |count: u32| self.shares.samples(kind, count - other, self.pixels(spans));
+        of(samples) - of(done)
+    }
+
     /// Brings the pixels of `spans` from `done` samples to `samples`, or less far if the watch says stop, with the groups of
     /// pixels where they are.
     pub(super) fn steady_pass(
@@ -96,7 +105,7 @@ impl Renderer {
         samples: u32,
         watch: &mut Watch<'_>,
     ) -> Result<(), RenderError> {
-        let end = self.statistics.samples + self.pixels(spans) * u64::from(samples - done);
+        let end = self.statistics.samples + self.samples_between(spans, done, samples);
         let mut plan = Plan::new(spans.to_vec(), done, samples, &self.pace);
         let mut in_flight: VecDeque<(Ticket, Instant, usize)> = VecDeque::new();
         let mut done_before_repeat = None;
@@ -227,13 +236,21 @@ impl Renderer {
         self.statistics.dispatches += 1;
         let (bands, slots_per_group, stage) = (&self.buffers.bands, self.slots_per_group, self.stage);
         let (pipeline, counters, readback) = (&self.pipeline, &self.buffers.counters, &self.buffers.readbacks[number]);
+        let shifted = if self.groups.shifted { mode::SHIFTED } else { 0 };
+        let modes = if self.makes_gradients() { shifted | mode::ALIKE } else { shifted };
         let common = Push {
             target_samples: work.target_samples,
-            max_new_samples: work.new_samples,
+            // As many as for the largest share, if that is possible at once; if not, the pass is repeated. Where loops have a budget
+            // it is: what runs out of it is done for nothing.
+            max_new_samples: if self.shares.is_even() || self.loop_budget > 0 {
+                work.new_samples
+            } else {
+                work.new_samples.saturating_mul(Share::MOST).min(self.pace.most_samples())
+            },
             tile_step: work.tile_step,
             reused_halves: self.reused_halves(),
-            shifted: u32::from(self.shifted),
-            alike: u32::from(self.makes_gradients()),
+            modes: self.push.modes | modes,
+            other_samples: self.groups.other_samples,
             ..self.push
         };
         let ticket = self.timeline.submit(|r| {

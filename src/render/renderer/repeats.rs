@@ -2,7 +2,7 @@
 
 use super::super::error::RenderError;
 use super::super::features::Features;
-use super::super::layout::glance;
+use super::super::layout::{glance, mode};
 use super::super::settings::{Glances, RenderSettings};
 use super::Renderer;
 use super::glances::FEWEST_SAMPLES;
@@ -38,7 +38,7 @@ impl Renderer {
             return Ok(Vec::new());
         }
         let film = self.beforehand(|renderer| {
-            renderer.push.surveys = 1;
+            renderer.push.modes |= mode::SURVEY;
             renderer.push.seed ^= SEED;
             renderer.film_of_one_sample()
         })?;

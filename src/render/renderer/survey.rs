@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::super::error::RenderError;
 use super::super::film::Film;
+use super::super::layout::mode;
 use super::Renderer;
 use super::trial::ReuseTrial;
 
@@ -80,7 +81,8 @@ impl Renderer {
             return Ok(());
         }
         let film = self.beforehand(|renderer| {
-            (renderer.push.surveys, renderer.reuse) = (1, ReuseTrial::Never);
+            renderer.push.modes |= mode::SURVEY;
+            renderer.reuse = ReuseTrial::Never;
             renderer.film_of_one_sample()
         })?;
         self.places = Places::of(&film, self.width as usize);

@@ -1,15 +1,18 @@
 //! Whether it pays to let paths serve several pixels: decided from a trial (shaders/lib/reuse.glsl).
 
+use std::ops::Range;
+
 use super::super::driver::DriverFacts;
 use super::super::error::RenderError;
 use super::super::features::Features;
-use super::super::film::pixels_in;
-use super::super::layout::{FilmSlot, GradientSlot, queue};
+use super::super::film::pixel_of_slot;
+use super::super::layout::{mode, queue};
 use super::super::plan::{Span, Work};
 use super::super::settings::Reuse;
 use super::super::sobol::MEMBERS;
 use super::super::tiles::{TILE, half_of};
 use super::Renderer;
+use super::tried::{Noise, TriedGroup};
 
 /// Whether paths may serve several pixels, in a scene that needs these features. It depends on neither scheduler nor on
 /// what else is compiled, so that the image does not.
@@ -44,13 +47,11 @@ const MOST_OWN: f64 = 0.35;
 
 /// What the seed is changed by (XOR) in the trial.
 const SEED: u32 = 0x3707_3443;
-/// Every so many tiles take part in the trial: all places within a block of tiles do, and no column more than others.
-const TRIAL_STEP: u32 = 9;
-/// Slots of these, of which the first tile is tried.
-const BLOCK: u32 = TILE as u32 * TRIAL_STEP;
-/// Neighbours on the right and below that a pixel has in its group, in the mean.
-const PAIRS: f64 = 1.25;
-/// Slots whose trial is one dispatch: 262,144 samples.
+/// Tiles of which one takes part in the trial, made of a group of each.
+const SET: u32 = queue::SCATTERED_TILES;
+/// Slots of these.
+const BLOCK: u32 = TILE as u32 * SET;
+/// Slots whose trial is one dispatch: 131,072 samples.
 const DISPATCH_SLOTS: u32 = 1024 * BLOCK;
 
 /// The trial of a rendering and what came of it, apart for the two halves of the image that adaptive sampling keeps
@@ -102,24 +103,21 @@ impl ReuseTrial {
         }
     }
 
-    /// Takes over a tile of the film after the trial: how far the two samples of its pixels are apart, and those of what they
-    /// gather.
+    /// Takes over a group of pixels after the trial: how far the two samples of each are apart, and those of what they gather.
     ///
     /// What n pixels gather from the same second hits has the noise of one path divided by n in common. (That of lights which
     /// all sample alike is not divided, but spread over many pixels by gradients, by which it falls at least as much.) What
     /// each has besides shows in the differences between neighbours, to which two contribute. Pixels with glances are left
     /// out: the noise of a lamp's edge falls faster with further samples.
-    fn judge(&mut self, slots: &[FilmSlot], gradients: &[GradientSlot]) {
+    fn judge(&mut self, group: &TriedGroup) {
         let mut tallies = if let Self::Over(before) = *self { before } else { [Tally::default(); 2] };
-        let square = |x: f32| f64::from(x).powi(2);
-        for (index, (slot, gradient)) in slots.iter().zip(gradients).enumerate() {
-            if slot.glances != 0 {
+        for (member, slot) in group.film.iter().enumerate() {
+            if slot.state != 0 {
                 continue;
             }
-            let tally = &mut tallies[half_of(index)];
-            let (own, light) = (square(slot.trial), square(gradient.trial_light));
-            let differences = square(gradient.trial_right) + square(gradient.trial_down);
-            let with = own + light / MEMBERS as f64 + differences / (2.0 * PAIRS);
+            let tally = &mut tallies[half_of(group.slot(member) as usize % TILE)];
+            let Noise { own, light, differences } = group.noise(member);
+            let with = own + light / MEMBERS as f64 + differences;
             *tally = tally.and(Tally { with, without: own + light, own });
         }
         *self = Self::Over(tallies);
@@ -161,16 +159,17 @@ impl ReuseTrial {
     }
 }
 
-/// What the trial gives: the first slots of its tiles, and all their slots, one tile after another.
-struct Tried {
-    tiles: Vec<u32>,
-    film: Vec<FilmSlot>,
-    gradients: Vec<GradientSlot>,
+/// How many of the eight groups of each tile take part in the trial of a rendering of so many samples per pixel: it takes a
+/// sixty-fourth of the time, if these are many.
+fn turns(samples: u32) -> u32 {
+    (samples / 16).clamp(1, MEMBERS as u32)
 }
 
-/// The slots of the tiles that take part in the trial.
-fn every_nth_tile<T: Copy>(slots: &[T]) -> impl Iterator<Item = T> {
-    slots.chunks(TILE).step_by(TRIAL_STEP as usize).flatten().copied()
+/// The first slots of the groups of a set of tiles that take part in such turns of the trial, tile by tile, as `slot_of_tile` of
+/// shaders/lib/pixel_order.glsl has them.
+fn groups_of_set(first_slot: u32, turns: Range<u32>) -> impl Iterator<Item = u32> {
+    let group = |tile: u32, turn: u32| tile * TILE as u32 + (tile * 3 + turn) % MEMBERS as u32;
+    (0..SET).flat_map(move |tile| turns.clone().map(move |turn| first_slot + group(tile, turn)))
 }
 
 impl Renderer {
@@ -189,21 +188,25 @@ impl Renderer {
         if !wanted || self.settings.samples < queue::TRIAL {
             return Ok(());
         }
-        let Tried { tiles, film, gradients } = self.beforehand(|renderer| {
+        let tried = self.beforehand(|renderer| {
             renderer.push.seed ^= SEED;
+            renderer.push.modes |= mode::SCATTERED;
             renderer.samples_of_trial()
         })?;
         if self.reuse == ReuseTrial::Pending {
-            film.chunks(TILE).zip(gradients.chunks(TILE)).for_each(|(film, g)| self.reuse.judge(film, g));
+            tried.iter().for_each(|group| self.reuse.judge(group));
         }
         log::debug!("reuse of paths: {:?}, halves {:02b}", self.reuse, self.reused_halves());
         if self.makes_gradients() {
-            self.judge_gradients(&tiles, &gradients);
+            self.judge_gradients(&tried);
+        }
+        if self.may_share() {
+            self.divide_samples(&tried);
         }
         self.empty_film()
     }
 
-    fn samples_of_trial(&mut self) -> Result<Tried, RenderError> {
+    fn samples_of_trial(&mut self) -> Result<Vec<TriedGroup>, RenderError> {
         let mut tried = Vec::new();
         for span in self.whole_film() {
             let first_slot = span.first_slot.next_multiple_of(BLOCK);
@@ -212,15 +215,14 @@ impl Renderer {
                 Span { first_slot, end_slot, ..span }
             }));
         }
-        let (mut tiles, mut end) = (Vec::new(), self.statistics.samples);
-        for span in &tried {
-            tiles.extend(tiles_of_trial(span));
-            let pixels =
-                tiles_of_trial(span).map(|t| pixels_in(t, t + TILE as u32, self.width, self.height)).sum::<u64>();
-            end += pixels * u64::from(queue::TRIAL);
+        let (turns, modes) = (turns(self.settings.samples), self.push.modes);
+        let mut end = self.statistics.samples;
+        for (span, turn) in tried.iter().flat_map(|span| (0..turns).map(move |turn| (span, turn))) {
+            self.push.modes = modes | turn << mode::TURN_SHIFT;
+            end += self.pixels_of_trial(span, turn) * u64::from(queue::TRIAL);
             let mut work = Work {
                 spans: vec![*span],
-                tile_step: TRIAL_STEP,
+                tile_step: SET,
                 target_samples: queue::TRIAL,
                 new_samples: self.pace.most_samples().min(queue::TRIAL),
             };
@@ -235,51 +237,79 @@ impl Renderer {
                 work.new_samples = 1;
             }
         }
-        let mut film = Vec::new();
-        self.read_slots(&tried, |_, slots| film.extend(every_nth_tile(slots)))?;
-        let mut gradients = Vec::new();
-        self.read_gradients(&tried, |_, slots| gradients.extend(every_nth_tile(slots)))?;
-        Ok(Tried { tiles, film, gradients })
+        let mut groups: Vec<TriedGroup> = Vec::new();
+        self.read_slots(&tried, |first, slots| {
+            groups.extend(groups_of_span(first, slots, turns).map(|(first_slot, film)| TriedGroup {
+                first_slot,
+                film,
+                gradients: Default::default(),
+            }));
+        })?;
+        let mut next = 0;
+        self.read_gradients(&tried, |first, slots| {
+            for (_, gradients) in groups_of_span(first, slots, turns) {
+                groups[next].gradients = gradients;
+                next += 1;
+            }
+        })?;
+        Ok(groups)
+    }
+
+    /// Pixels of a span that take part in a turn of the trial.
+    fn pixels_of_trial(&self, span: &Span, turn: u32) -> u64 {
+        let members = |first: u32| (0..MEMBERS as u32).map(move |member| first + member * MEMBERS as u32);
+        let sets = (span.first_slot..span.end_slot).step_by(BLOCK as usize);
+        let slots = sets.flat_map(|set| groups_of_set(set, turn..turn + 1)).flat_map(members);
+        let inside = |slot: &u32| *slot < span.end_slot && pixel_of_slot(*slot, self.width, self.height).is_some();
+        slots.filter(inside).count() as u64
     }
 }
 
-/// The first slots of the tiles of a span that take part in the trial.
-fn tiles_of_trial(span: &Span) -> impl Iterator<Item = u32> + use<> {
-    (span.first_slot..span.end_slot).step_by(BLOCK as usize)
+/// The groups among a span's slots, from slot `first` on, that take part in the trial, with their first slots.
+fn groups_of_span<T: Copy>(first: u32, slots: &[T], turns: u32) -> impl Iterator<Item = (u32, [T; MEMBERS])> {
+    let sets = (0..slots.len() as u32).step_by(BLOCK as usize);
+    let groups = sets.flat_map(move |set| groups_of_set(set, 0..turns));
+    groups
+        .filter(|group| (*group as usize) < slots.len())
+        .map(move |group| (first + group, std::array::from_fn(|member| slots[group as usize + member * MEMBERS])))
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::layout::{FilmSlot, GradientSlot};
     use super::*;
 
     /// Slots of pixels with so much noise of their own, in what they gather without each other, and in the differences.
-    fn slots(own: f32, light: f32, difference: f32) -> Vec<(FilmSlot, GradientSlot)> {
+    fn groups(own: f32, light: f32, difference: f32) -> Vec<TriedGroup> {
         let film = FilmSlot { trial: own, ..FilmSlot::default() };
         let gradients = GradientSlot { trial_light: light, trial_down: difference, ..GradientSlot::default() };
-        vec![(film, gradients); 128]
+        let group = |first_slot| TriedGroup { first_slot, film: [film; MEMBERS], gradients: [gradients; MEMBERS] };
+        (0..16).map(group).collect()
     }
 
     #[test]
     fn what_lowers_variance_enough_is_reused() {
-        let judge = |slots: &[(FilmSlot, GradientSlot)]| {
+        let judge = |groups: &[TriedGroup]| {
             let mut trial = ReuseTrial::Pending;
-            let (film, gradients): (Vec<_>, Vec<_>) = slots.iter().copied().unzip();
-            film.chunks(64).zip(gradients.chunks(64)).for_each(|(film, gradients)| trial.judge(film, gradients));
+            groups.iter().for_each(|group| trial.judge(group));
             trial
         };
-        assert_eq!(judge(&slots(0.0, 1.0, 0.0)).halves(1.4), 0b11);
-        assert_eq!(judge(&slots(0.0, -1.0, 0.0)).gain(), Some(8.0));
+        assert_eq!(judge(&groups(0.0, 1.0, 0.0)).halves(1.4), 0b11);
+        assert_eq!(judge(&groups(0.0, -1.0, 0.0)).gain(), Some(8.0));
         // 0.25 of their own, 1 to gather, of which an eighth is common, and 0.25 in the differences.
-        let gain = judge(&slots(0.5, 1.0, 0.5)).gain().unwrap();
+        let gain = judge(&groups(0.5, 1.0, 0.5)).gain().unwrap();
         assert!((gain - 1.25 / (0.25 + 0.125 + 0.1)).abs() < 1e-9, "{gain}");
-        assert_eq!(judge(&slots(3.0, 1.0, 0.0)).halves(1.4), 0);
-        assert_eq!(judge(&slots(0.0, 0.0, 0.0)).halves(1.4), 0);
-        assert_eq!(judge(&slots(0.0, 0.0, 0.0)).gain(), None);
-        assert_eq!(judge(&slots(f32::NAN, 1.0, 0.0)).halves(1.4), 0);
-        assert!(judge(&slots(0.2, 1.0, 0.0)).shares_most_noise() && ReuseTrial::Always.shares_most_noise());
-        assert!(!judge(&slots(0.5, 1.0, 0.0)).shares_most_noise() && !judge(&slots(0.0, 0.0, 0.0)).shares_most_noise());
-        let mut mixed = slots(2.0, 1.0, 0.0);
-        mixed.iter_mut().enumerate().filter(|(i, _)| half_of(*i) == 1).for_each(|(_, s)| s.1.trial_light = 3.0);
+        assert_eq!(judge(&groups(3.0, 1.0, 0.0)).halves(1.4), 0);
+        assert_eq!(judge(&groups(0.0, 0.0, 0.0)).halves(1.4), 0);
+        assert_eq!(judge(&groups(0.0, 0.0, 0.0)).gain(), None);
+        assert_eq!(judge(&groups(f32::NAN, 1.0, 0.0)).halves(1.4), 0);
+        assert!(judge(&groups(0.2, 1.0, 0.0)).shares_most_noise() && ReuseTrial::Always.shares_most_noise());
+        assert!(
+            !judge(&groups(0.5, 1.0, 0.0)).shares_most_noise() && !judge(&groups(0.0, 0.0, 0.0)).shares_most_noise()
+        );
+        let mut mixed = groups(2.0, 1.0, 0.0);
+        let second = mixed.iter_mut().filter(|group| half_of(group.first_slot as usize) == 1);
+        second.for_each(|group| group.gradients.iter_mut().for_each(|slot| slot.trial_light = 3.0));
         assert_eq!(judge(&mixed).halves(1.4), 0b10);
     }
 

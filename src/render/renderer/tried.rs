@@ -1,0 +1,79 @@
+//! What the trial tells of a group of pixels (shaders/lib/gradient.glsl).
+
+use super::super::layout::{FilmSlot, GradientSlot};
+use super::super::sobol::MEMBERS;
+use super::super::tiles::TILE;
+
+/// Neighbours on the right and below that a pixel has in its group, in the mean.
+const PAIRS: f64 = 1.25;
+/// How much of the noise that a group has in common is spread over other groups where differences between neighbours have little
+/// noise.
+const SPREAD: f64 = 0.2;
+
+/// A group of pixels after the trial.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct TriedGroup {
+    /// The slot of its first member; the others follow at distances of eight.
+    pub first_slot: u32,
+    pub film: [FilmSlot; MEMBERS],
+    pub gradients: [GradientSlot; MEMBERS],
+}
+
+/// What the samples of a pixel have of variance, as far as two of them can tell.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Noise {
+    /// Of light that is not shared.
+    pub own: f64,
+    /// Of the other light, without reuse.
+    pub light: f64,
+    /// Half of that of its differences from a neighbour.
+    pub differences: f64,
+}
+
+impl TriedGroup {
+    /// The slot of a member.
+    pub fn slot(&self, member: usize) -> u32 {
+        self.first_slot + (member * MEMBERS) as u32
+    }
+
+    /// The tile that it is in.
+    pub fn tile(&self) -> usize {
+        self.first_slot as usize / TILE
+    }
+
+    /// What its slots were told of the cost of samples: of a set of tiles all together, that of these.
+    pub fn cost(&self) -> f64 {
+        self.film.iter().map(|slot| f64::from(slot.sum[0].to_bits())).sum()
+    }
+
+    /// What a member's samples have of variance.
+    pub fn noise(&self, member: usize) -> Noise {
+        let square = |x: f32| f64::from(x).powi(2);
+        let gradient = &self.gradients[member];
+        Noise {
+            own: square(self.film[member].trial),
+            light: square(gradient.trial_light),
+            differences: (square(gradient.trial_right) + square(gradient.trial_down)) / (2.0 * PAIRS),
+        }
+    }
+
+    /// The variance that a sample of its pixels leaves in an image for which paths are `reused` and, if `gradients`,
+    /// differences between neighbours made use of, in the mean.
+    pub fn variance(&self, reused: bool, gradients: bool) -> f64 {
+        let members = (0..MEMBERS).map(|member| self.noise(member));
+        let sum = members.fold(Noise::default(), |sum, n| Noise {
+            own: sum.own + n.own,
+            light: sum.light + n.light,
+            differences: sum.differences + n.differences,
+        });
+        let light = if reused { sum.light / MEMBERS as f64 } else { sum.light };
+        let smooth = sum.differences / (sum.differences + SPREAD * light);
+        let variance = match (reused, gradients) {
+            (true, true) if smooth < 1.0 => sum.own + light * smooth + sum.differences,
+            (true, _) => sum.own + light + sum.differences,
+            (false, _) => sum.own + light,
+        };
+        // Samples that were not finite tell nothing.
+        if variance.is_finite() { variance / MEMBERS as f64 } else { 0.0 }
+    }
+}

@@ -1,0 +1,246 @@
+//! Shares of the samples (shaders/lib/share.glsl): where an image is noisy, pixels get more samples than elsewhere.
+//!
+//! Of a variance v for one sample, n samples leave v/n. For as many samples in all the image has least noise if n ∝ √v (Neyman
+//! allocation, J. R. Stat. Soc. 97, 1934). Powers of two come near to that, and keep random numbers stratified.
+
+use rayon::prelude::*;
+
+use super::film::{place_of_tile, tile_of_pixel, tiles_around};
+
+/// How many times as many samples as are asked for a pixel is to have, by its number in the shaders.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct Share(u8);
+
+impl Share {
+    /// Shares that there are.
+    pub const COUNT: usize = 4;
+    /// Half as many samples, and four times as many.
+    const STEPS: std::ops::RangeInclusive<i32> = -1..=2;
+    /// The most samples that one of them stands for.
+    pub const MOST: u32 = 4;
+
+    /// So many times a factor of two.
+    fn of_step(step: i32) -> Self {
+        Self([1, 0, 2, 3][(step - Self::STEPS.start()) as usize])
+    }
+
+    /// What it multiplies.
+    fn factor(self) -> f64 {
+        [1.0, 0.5, 2.0, 4.0][usize::from(self.0)]
+    }
+
+    /// So many of `samples`.
+    pub fn of(self, samples: u32) -> u32 {
+        match self.0 {
+            0 => samples,
+            1 => samples.div_ceil(2),
+            n => samples << (n - 1),
+        }
+    }
+}
+
+/// Where a pixel's groups are (shaders/lib/pixel_order.glsl).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Grid {
+    /// Of the image.
+    pub width: u32,
+    pub height: u32,
+    /// Rows in a band of the film, within which groups are shifted.
+    pub band_rows: u32,
+}
+
+impl Grid {
+    /// The tiles of pixel number `pixel`, row by row, in groups as they are and in shifted ones.
+    fn tiles(&self, pixel: usize) -> [u32; 2] {
+        let (x, y) = (pixel as u32 % self.width, pixel as u32 / self.width);
+        let columns = self.width.next_multiple_of(32);
+        let band_top = y / self.band_rows * self.band_rows;
+        let rows = self.band_rows.min(self.height.next_multiple_of(64) - band_top);
+        let before = [(x + columns - 2) % columns, band_top + (y - band_top + rows - 1) % rows];
+        [tile_of_pixel(x, y, self.width), tile_of_pixel(before[0], before[1], self.width)]
+    }
+}
+
+/// The shares of all pixels, row by row: in groups as they are, and in shifted ones. Without any, all pixels are alike.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Shares {
+    of_pixels: Vec<[Share; 2]>,
+    /// How many pixels have each of them.
+    pixels: [[u64; Share::COUNT]; 2],
+}
+
+impl Shares {
+    /// For such tiles; none if not much is to be gained.
+    pub fn of(tiles: &[Tile], grid: Grid) -> Self {
+        let Grid { width, height, .. } = grid;
+        // What their neighbours tell of tiles shows whether it is true.
+        let foretold = divide(&smooth(tiles, width, height, 0.0));
+        let left = left(tiles, &foretold);
+        log::debug!("shares of the samples: {left:.3} of the variance");
+        if left.is_nan() || left > WORTH {
+            return Self::default();
+        }
+        let shares = divide(&smooth(tiles, width, height, 1.0));
+        let pixels = width as usize * height as usize;
+        let of_pixels: Vec<_> =
+            (0..pixels).into_par_iter().map(|p| grid.tiles(p).map(|tile| shares[tile as usize])).collect();
+        let mut counts = [[0; Share::COUNT]; 2];
+        for pixel in &of_pixels {
+            for (counts, share) in counts.iter_mut().zip(pixel) {
+                counts[usize::from(share.0)] += 1;
+            }
+        }
+        Self { of_pixels, pixels: counts }
+    }
+
+    /// Whether all pixels are alike.
+    pub fn is_even(&self) -> bool {
+        self.of_pixels.is_empty()
+    }
+
+    /// A pixel's shares.
+    pub fn of_pixel(&self, pixel: usize) -> [Share; 2] {
+        self.of_pixels.get(pixel).copied().unwrap_or_default()
+    }
+
+    /// What the state of a pixel's slot in the film has of them.
+    pub fn state(&self, pixel: usize) -> u32 {
+        let [plain, shifted] = self.of_pixel(pixel);
+        u32::from(plain.0) << PLAIN_SHARE | u32::from(shifted.0) << SHIFTED_SHARE
+    }
+
+    /// Samples of all `pixels` of the image, if each is to have `samples` in the mean; of either kind of groups.
+    pub fn samples(&self, kind: usize, samples: u32, pixels: u64) -> u64 {
+        if self.is_even() {
+            return pixels * u64::from(samples);
+        }
+        let of_share = |(share, n): (usize, &u64)| n * u64::from(Share(share as u8).of(samples));
+        self.pixels[kind].iter().enumerate().map(of_share).sum()
+    }
+}
+
+/// Where a slot's state has the shares.
+pub(super) const PLAIN_SHARE: u32 = 12;
+pub(super) const SHIFTED_SHARE: u32 = 14;
+
+/// What is known of a tile before its samples are taken.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Tile {
+    /// Those in the image.
+    pub pixels: f64,
+    /// What a sample of each of them takes, in any unit.
+    pub cost: f64,
+    /// Of a sample of a pixel, in the mean.
+    pub variance: f64,
+}
+
+/// What the variance of a tile counts beside the own one of a neighbour; squared where only corners touch.
+const NEIGHBOUR: f64 = 0.5;
+
+/// What must be left of the variance, for the same cost.
+const WORTH: f64 = 0.88;
+
+/// The part of the variance that such shares leave, for the same cost.
+fn left(tiles: &[Tile], shares: &[Share]) -> f64 {
+    let (mut before, mut after) = ([0.0; 2], [0.0; 2]);
+    for (tile, share) in tiles.iter().zip(shares) {
+        let (variance, factor) = (tile.pixels * tile.variance, share.factor());
+        before = [before[0] + variance, before[1] + tile.cost];
+        after = [after[0] + variance / factor, after[1] + tile.cost * factor];
+    }
+    (after[0] * after[1]) / (before[0] * before[1])
+}
+
+/// The tiles with the mean variance of their neighbourhoods, in which they themselves count so much: few pixels tell their own.
+fn smooth(tiles: &[Tile], width: u32, height: u32, own: f64) -> Vec<Tile> {
+    let mean = |(tile, known): (usize, &Tile)| {
+        let [x, y] = place_of_tile(tile as u32, width);
+        let (mut weights, mut sum) = (0.0, 0.0);
+        for other in tiles_around(tile as u32, width, height) {
+            let [u, v] = place_of_tile(other as u32, width);
+            let distance = (x.abs_diff(u) + y.abs_diff(v)) as i32;
+            let weight = tiles[other].pixels * if distance == 0 { own } else { NEIGHBOUR.powi(distance) };
+            weights += weight;
+            sum += weight * tiles[other].variance;
+        }
+        Tile { variance: if weights > 0.0 { sum / weights } else { 0.0 }, ..*known }
+    };
+    tiles.par_iter().enumerate().map(mean).collect()
+}
+
+/// The shares of tiles, so that their samples cost as much as with one for each pixel, or a little less.
+fn divide(tiles: &[Tile]) -> Vec<Share> {
+    let step = |tile: &Tile, scale: f64| {
+        let cost = tile.cost / tile.pixels.max(1.0);
+        // Without variance the logarithm is -∞.
+        let step = (0.5 * (tile.variance / cost.max(1e-9)).log2() + scale).round();
+        (step as i32).clamp(*Share::STEPS.start(), *Share::STEPS.end())
+    };
+    let all: f64 = tiles.iter().map(|tile| tile.cost).sum();
+    let cost = |scale: f64| tiles.iter().map(|tile| tile.cost * f64::from(step(tile, scale)).exp2()).sum::<f64>();
+    // The logarithms of numbers lie between these.
+    let (mut low, mut high) = (-1100.0, 1100.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if cost(middle) <= all { low = middle } else { high = middle }
+    }
+    tiles.iter().map(|tile| Share::of_step(step(tile, low))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GRID: Grid = Grid { width: 64, height: 64, band_rows: 64 };
+
+    /// Tiles of an image of 64 × 64 pixels, of which those in the left half have so many times the variance of the others.
+    fn tiles(contrast: f64, cost: f64) -> Vec<Tile> {
+        let tile = |tile: u32| {
+            let left = place_of_tile(tile, GRID.width)[0] < 4;
+            Tile {
+                pixels: 64.0,
+                cost: if left { 64.0 * cost } else { 64.0 },
+                variance: if left { contrast } else { 1.0 },
+            }
+        };
+        (0..64).map(tile).collect()
+    }
+
+    #[test]
+    fn shares_are_powers_of_two() {
+        let of = |samples: u32| [-1, 0, 1, 2].map(|step| Share::of_step(step).of(samples));
+        assert_eq!((of(8), of(1), of(0)), ([4, 8, 16, 32], [1, 1, 2, 4], [0; 4]));
+        assert!((-1..=2).all(|step| Share::of_step(step).factor() == f64::from(step).exp2()));
+    }
+
+    #[test]
+    fn noise_gets_samples_within_the_cost() {
+        for (contrast, cost) in [(1.0, 1.0), (16.0, 1.0), (16.0, 5.0), (1e6, 1.0), (1e-6, 3.0), (0.0, 1.0)] {
+            let tiles = tiles(contrast, cost);
+            let shares = divide(&tiles);
+            let taken: f64 = tiles.iter().zip(&shares).map(|(tile, share)| tile.cost * share.factor()).sum();
+            assert!(taken <= tiles.iter().map(|tile| tile.cost).sum(), "{contrast} {cost}");
+            assert!(left(&tiles, &shares) <= 1.0, "{contrast} {cost}");
+        }
+        // Where all is alike nothing is to be gained, nor where nothing is known.
+        assert!(Shares::of(&tiles(1.0, 1.0), GRID).is_even());
+        assert!(Shares::of(&vec![Tile::default(); 64], GRID).is_even());
+        assert!(Shares::of(&tiles(f64::NAN, 1.0), GRID).is_even());
+    }
+
+    #[test]
+    fn pixels_have_the_shares_of_their_tiles() {
+        let shares = Shares::of(&tiles(64.0, 1.0), GRID);
+        let [far, near] = [0, 63].map(|x| shares.of_pixel(32 * 64 + x));
+        assert!(far[0].factor() > near[0].factor() && !shares.is_even());
+        // Shifted, the first columns are in the last tile.
+        assert_eq!((far[1], shares.of_pixel(32 * 64 + 2)[1]), (near[1], far[0]));
+        assert_eq!(shares.state(0) & !0xf000, 0);
+        for kind in 0..2 {
+            let samples: u64 = (0..4096).map(|p| u64::from(shares.of_pixel(p)[kind].of(10))).sum();
+            assert_eq!(shares.samples(kind, 10, 4096), samples);
+            assert!(samples <= 40960);
+        }
+        assert_eq!(Shares::default().samples(1, 10, 4096), 40960);
+    }
+}
