@@ -1,4 +1,4 @@
-// Shares of the samples: a pixel may get half, twice or four times as many as are asked for, in the mean as many. Which, the
+// Shares of the samples: a pixel may get half, twice or four times as many as are asked for, in the time of these. Which, the
 // host decides for each tile of 64 slots (pixel_order.glsl) before a rendering, from a trial with other random numbers
 // (src/render/shares.rs), which tells the noise and what samples cost: what the image is in the mean does not depend on it.
 //

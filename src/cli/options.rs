@@ -172,7 +172,7 @@ pub enum GradientsArg {
 /// Shares of the samples.
 #[derive(Clone, Copy, ValueEnum)]
 pub enum SharesArg {
-    /// From 4 samples per pixel on, where a trial tells noise: half, twice or four times as many, --samples in the mean
+    /// From 4 samples per pixel on, where it pays: half, twice or four times --samples, in the time of as many everywhere
     Auto,
     /// Never
     Off,

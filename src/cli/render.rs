@@ -224,6 +224,8 @@ fn metadata(scene: &Scene, settings: &RenderSettings, context: &Context, rendere
     m.push("Samples", statistics.samples_per_pixel);
     if let Some(reached) = statistics.adaptive {
         m.push("Noise", reached.noise);
+    }
+    if statistics.most_samples_per_pixel > statistics.samples_per_pixel {
         m.push("MeanSamples", statistics.mean_samples_per_pixel);
         m.push("MostSamples", statistics.most_samples_per_pixel);
     }

@@ -85,7 +85,7 @@ pub enum Gradients {
 }
 
 /// Whether parts of the image that are noisy get more samples than others (shaders/lib/share.glsl): a half, twice or four times as
-/// many as are asked for, in the mean not more than these. It stays exact in the mean.
+/// many as are asked for, in the time that these would take. It stays exact in the mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Shares {
     /// Where it is tried whether paths should be reused, from 4 samples per pixel on, unless sampling is adaptive or little is to be
@@ -162,7 +162,7 @@ impl Adaptive {
 /// Settings of a rendering. [`RenderSettings::of`] takes them from the scene; the default has no samples.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RenderSettings {
-    /// Samples per pixel, in the mean (see [`Shares`]); with adaptive sampling, the most that a pixel gets.
+    /// Samples per pixel, in noisy parts more and elsewhere fewer (see [`Shares`]); with adaptive sampling, the most that a pixel gets.
     pub samples: u32,
     /// Sample adaptively; `None`: all pixels alike.
     pub adaptive: Option<Adaptive>,
