@@ -5,7 +5,7 @@ mod common;
 
 use common::{assert_same_bits, context, render, render_counted, shipped};
 use glam::DVec3;
-use photolith::render::{Beams, Feature, Glances, Reuse, Scheduler};
+use photolith::render::{Beams, Feature, Glances, Reuse, Scheduler, Shares};
 use photolith::scene::{Material, Normals, Sphere, Surface};
 use photolith::{Film, RenderSettings, Scene};
 
@@ -164,6 +164,28 @@ fn mesh_whose_paths_are_not_worth_reusing() {
     let one = shipped("cat", (48, 40), 1);
     let (_, untried) = counted(&one);
     assert!(untried.reuse_gain.is_none() && untried.reused_samples == untried.samples, "{untried:?}");
+}
+
+/// Which parts of an image are noisy, and what samples cost there, is told by the same numbers however the work is cut.
+#[test]
+fn noisy_parts_get_more_samples() {
+    let context = context();
+    let scene = shipped("cat", (128, 128), 8);
+    let base = RenderSettings::of(&scene);
+    let (expected, statistics) = render_counted(&context, &scene, &base);
+    let counts = expected.counts();
+    assert!(counts.contains(&4) && counts.iter().any(|&n| n > 8), "{statistics:?}");
+    assert_eq!(counts.iter().map(|&n| u64::from(n)).sum::<u64>(), statistics.samples);
+    for settings in [
+        RenderSettings { samples_per_dispatch: Some(1), ..base.clone() },
+        RenderSettings { samples_per_dispatch: Some(5), general: true, ..base.clone() },
+        RenderSettings { scheduler: Scheduler::Inline, ..base.clone() },
+        RenderSettings { scheduler: Scheduler::Queue, ..base.clone() },
+    ] {
+        assert_same_bits(&render(&context, &scene, &settings), &expected, &format!("{settings:?}"));
+    }
+    let even = render(&context, &scene, &RenderSettings { shares: Shares::Off, ..base });
+    assert!(even.counts().iter().all(|&n| n == 8));
 }
 
 #[test]

@@ -88,8 +88,8 @@ pub enum Gradients {
 /// many as are asked for, in the time that these would take. It stays exact in the mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Shares {
-    /// Where it is tried whether paths should be reused, from 4 samples per pixel on, unless sampling is adaptive or little is to be
-    /// gained.
+    /// Where it is tried whether paths should be reused, from 4 samples per pixel on, unless sampling is adaptive or little is to
+    /// be gained.
     #[default]
     Auto,
     /// Nowhere.
@@ -162,7 +162,8 @@ impl Adaptive {
 /// Settings of a rendering. [`RenderSettings::of`] takes them from the scene; the default has no samples.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RenderSettings {
-    /// Samples per pixel, in noisy parts more and elsewhere fewer (see [`Shares`]); with adaptive sampling, the most that a pixel gets.
+    /// Samples per pixel, in noisy parts more and elsewhere fewer (see [`Shares`]); with adaptive sampling, the most that a pixel
+    /// gets.
     pub samples: u32,
     /// Sample adaptively; `None`: all pixels alike.
     pub adaptive: Option<Adaptive>,
@@ -196,7 +197,8 @@ pub struct RenderSettings {
     pub samples_per_dispatch: Option<u32>,
     /// Invocations of a workgroup; `None`: the device's default. Changes no bit of the image.
     pub workgroup_size: Option<u32>,
-    /// Loop iterations of an invocation; `None`: what the driver is known to allow. Changes no bit of the image.
+    /// Loop iterations of an invocation; `None`: what the driver is known to allow. Changes no bit of the image, unless it is too
+    /// small for the trial of [`Shares`].
     pub loop_budget: Option<u32>,
     /// Whether polygons in constants are put to an exact test at once, not first to one that leaves few rays in doubt;
     /// `None`: as is faster with the driver. Changes no bit of the image.

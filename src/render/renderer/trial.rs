@@ -181,7 +181,7 @@ impl Renderer {
         trial.halves(self.reuse_is_worth)
     }
 
-    /// Before a rendering, the film being empty: tries reuse in every few tiles, with other random numbers, so that nothing
+    /// Before a rendering, the film being empty: tries reuse in a few groups of every tile, with other random numbers, so that nothing
     /// that is decided depends on the image's.
     pub(super) fn try_reuse(&mut self) -> Result<(), RenderError> {
         let wanted = self.reuse == ReuseTrial::Pending || (self.reuse == ReuseTrial::Always && self.makes_gradients());
@@ -224,7 +224,8 @@ impl Renderer {
                 spans: vec![*span],
                 tile_step: SET,
                 target_samples: queue::TRIAL,
-                new_samples: self.pace.most_samples().min(queue::TRIAL),
+                // At once, however many the others are to be: what they cost is noted for a dispatch.
+                new_samples: queue::TRIAL,
             };
             // Again, if the budget of loops did not suffice.
             while self.statistics.samples < end {
