@@ -298,8 +298,9 @@ void share_notes() {
 uint wanted_samples(uint slot) {
     uvec2 at;
     bool real = slot < end_slot && pixel_of_slot(slot, at);
-    uint target = target_of(film_state(film_slot(slot)));
-    return real ? target - min(target, film_count(film_slot(slot))) : 0u;
+    uint film_place = film_slot(slot);
+    uint target = target_of(film_state(film_place));
+    return real ? target - min(target, film_count(film_place)) : 0u;
 }
 
 // What came of a dispatch.

@@ -21,11 +21,12 @@ struct FilmPixel {
     uint state;
 };
 
+// How a slot's samples begin, and its shares.
 uint film_state(uint slot) {
     return MULTIPLE || REUSE ? imageLoad(film_texels, int(FILM_ROWS * (slot - band_first)) + 2).w : 0u;
 }
 
-// How a slot's samples begin, see glance.glsl.
+// Of that, how they begin.
 uint film_glances(uint state) { return MULTIPLE ? state & ~STATE_SHARES : 0u; }
 
 // Samples of a slot so far.

@@ -17,7 +17,7 @@
 // they get from there errs alike, and the difference between two of them is known well, as that of the light by y is.
 //
 // All that pays where the light at x makes most of the noise; elsewhere it only costs time. So before a rendering there is a
-// trial of TRIAL samples in some tiles, of which the film notes how far they are from each other (gradient.glsl). The host
+// trial of TRIAL samples in a group of every tile, of which the film notes how far they are from each other (gradient.glsl). The host
 // decides from that (src/render/renderer/trial.rs), apart for the two halves of the image that adaptive sampling keeps
 // independent of each other (src/render/progression.rs).
 //

@@ -17,10 +17,8 @@ const uint PLAIN_SHARE = 12u;
 const uint SHIFTED_SHARE = 14u;
 const uint STATE_SHARES = 0xf000u;
 
-// So many samples for a share: 0 all of them, 1 half, 2 twice, 3 four times as many.
-uint share_of(uint share, uint samples) {
-    return share == 1u ? (samples + 1u) >> 1 : samples << (share == 0u ? 0u : share - 1u);
-}
+// So many samples for a share: 0 all of them, 1 twice, 2 four times as many, 3 (-1) half.
+uint share_of(uint share, uint samples) { return share == 3u ? (samples + 1u) >> 1 : samples << share; }
 
 // What so many shadow rays and segments, and their steps through the tree, cost, in units of 3 ns of a thread on lavapipe 25.0.7
 // (AMD EPYC, Zen 4). They stand for all rays, of which a program that can do more may trace some in vain. Whole numbers: the sum

@@ -7,35 +7,32 @@ use rayon::prelude::*;
 
 use super::film::{place_of_tile, tile_of_pixel, tiles_around};
 
-/// How many times as many samples as are asked for a pixel is to have, by its number in the shaders.
+/// How many times as many samples as are asked for a pixel is to have: the logarithm to the base of 2, from -1 to 2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(crate) struct Share(u8);
+pub(crate) struct Share(i8);
 
 impl Share {
-    /// Shares that there are.
-    pub const COUNT: usize = 4;
-    /// Half as many samples, and four times as many.
-    const STEPS: std::ops::RangeInclusive<i32> = -1..=2;
     /// The most samples that one of them stands for.
     pub const MOST: u32 = 4;
 
-    /// So many times a factor of two.
-    fn of_step(step: i32) -> Self {
-        Self([1, 0, 2, 3][(step - Self::STEPS.start()) as usize])
+    /// The nearest to such a logarithm.
+    fn near(logarithm: f64) -> Self {
+        Self(logarithm.round().clamp(-1.0, 2.0) as i8)
     }
 
     /// What it multiplies.
     fn factor(self) -> f64 {
-        [1.0, 0.5, 2.0, 4.0][usize::from(self.0)]
+        f64::from(self.0).exp2()
     }
 
     /// So many of `samples`.
     pub fn of(self, samples: u32) -> u32 {
-        match self.0 {
-            0 => samples,
-            1 => samples.div_ceil(2),
-            n => samples << (n - 1),
-        }
+        if self.0 < 0 { samples.div_ceil(2) } else { samples << self.0 }
+    }
+
+    /// Its two bits in the shaders.
+    fn bits(self) -> u32 {
+        u32::from(self.0.cast_unsigned() & 3)
     }
 }
 
@@ -65,8 +62,8 @@ impl Grid {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Shares {
     of_pixels: Vec<[Share; 2]>,
-    /// How many pixels have each of them.
-    pixels: [[u64; Share::COUNT]; 2],
+    /// How many pixels have each of them, by its bits.
+    pixels: [[u64; 4]; 2],
 }
 
 impl Shares {
@@ -84,10 +81,10 @@ impl Shares {
         let pixels = width as usize * height as usize;
         let of_pixels: Vec<_> =
             (0..pixels).into_par_iter().map(|p| grid.tiles(p).map(|tile| shares[tile as usize])).collect();
-        let mut counts = [[0; Share::COUNT]; 2];
+        let mut counts = [[0; 4]; 2];
         for pixel in &of_pixels {
             for (counts, share) in counts.iter_mut().zip(pixel) {
-                counts[usize::from(share.0)] += 1;
+                counts[share.bits() as usize] += 1;
             }
         }
         Self { of_pixels, pixels: counts }
@@ -106,7 +103,7 @@ impl Shares {
     /// What the state of a pixel's slot in the film has of them.
     pub fn state(&self, pixel: usize) -> u32 {
         let [plain, shifted] = self.of_pixel(pixel);
-        u32::from(plain.0) << PLAIN_SHARE | u32::from(shifted.0) << SHIFTED_SHARE
+        plain.bits() << PLAIN_SHARE | shifted.bits() << SHIFTED_SHARE
     }
 
     /// Samples of all `pixels` of the image, if each is to have `samples` in the mean; of either kind of groups.
@@ -114,8 +111,8 @@ impl Shares {
         if self.is_even() {
             return pixels * u64::from(samples);
         }
-        let of_share = |(share, n): (usize, &u64)| n * u64::from(Share(share as u8).of(samples));
-        self.pixels[kind].iter().enumerate().map(of_share).sum()
+        let of_share = |share: Share| self.pixels[kind][share.bits() as usize] * u64::from(share.of(samples));
+        (-1..=2).map(|step| of_share(Share(step))).sum()
     }
 }
 
@@ -170,21 +167,19 @@ fn smooth(tiles: &[Tile], width: u32, height: u32, own: f64) -> Vec<Tile> {
 
 /// The shares of tiles, so that their samples cost as much as with one for each pixel, or a little less.
 fn divide(tiles: &[Tile]) -> Vec<Share> {
-    let step = |tile: &Tile, scale: f64| {
-        let cost = tile.cost / tile.pixels.max(1.0);
-        // Without variance the logarithm is -∞.
-        let step = (0.5 * (tile.variance / cost.max(1e-9)).log2() + scale).round();
-        (step as i32).clamp(*Share::STEPS.start(), *Share::STEPS.end())
-    };
+    // Without variance the logarithm is -∞.
+    let wanted = |tile: &Tile| 0.5 * (tile.variance / (tile.cost / tile.pixels.max(1.0)).max(1e-9)).log2();
+    let wanted: Vec<_> = tiles.iter().map(wanted).collect();
     let all: f64 = tiles.iter().map(|tile| tile.cost).sum();
-    let cost = |scale: f64| tiles.iter().map(|tile| tile.cost * f64::from(step(tile, scale)).exp2()).sum::<f64>();
+    let of_tile = |(tile, wanted): (&Tile, &f64), scale| tile.cost * Share::near(wanted + scale).factor();
+    let cost = |scale: f64| tiles.iter().zip(&wanted).map(|tile| of_tile(tile, scale)).sum::<f64>();
     // The logarithms of numbers lie between these.
     let (mut low, mut high) = (-1100.0, 1100.0);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
         if cost(middle) <= all { low = middle } else { high = middle }
     }
-    tiles.iter().map(|tile| Share::of_step(step(tile, low))).collect()
+    wanted.iter().map(|wanted| Share::near(wanted + low)).collect()
 }
 
 #[cfg(test)]
@@ -208,9 +203,11 @@ mod tests {
 
     #[test]
     fn shares_are_powers_of_two() {
-        let of = |samples: u32| [-1, 0, 1, 2].map(|step| Share::of_step(step).of(samples));
+        let of = |samples: u32| [-1.2, 0.1, 1.0, 7.0].map(|logarithm| Share::near(logarithm).of(samples));
         assert_eq!((of(8), of(1), of(0)), ([4, 8, 16, 32], [1, 1, 2, 4], [0; 4]));
-        assert!((-1..=2).all(|step| Share::of_step(step).factor() == f64::from(step).exp2()));
+        assert_eq!([-1, 0, 1, 2].map(|step| Share(step).factor()), [0.5, 1.0, 2.0, 4.0]);
+        assert_eq!([-1, 0, 1, 2].map(|step| Share(step).bits()), [3, 0, 1, 2]);
+        assert_eq!([f64::NEG_INFINITY, f64::NAN].map(Share::near), [Share(-1), Share(0)]);
     }
 
     #[test]

@@ -9,7 +9,7 @@
 use std::ops::{ControlFlow, Deref};
 use std::path::PathBuf;
 
-use photolith::render::RenderStatistics;
+use photolith::render::{RenderStatistics, Reuse, Shares};
 use photolith::{Context, ContextOptions, Film, RenderSettings, Renderer, Scene, Validation};
 
 /// The scenes that are shipped, by name.
@@ -73,9 +73,12 @@ pub fn render_counted(context: &Context, scene: &Scene, settings: &RenderSetting
     let film = renderer.render(|_| ControlFlow::Continue(())).expect("a film");
     let statistics = renderer.statistics().clone();
     assert_eq!(statistics.bad_samples, 0, "{}: samples that are not finite", scene.source);
-    // Noisy parts may get up to four times as many as others, these at least half (`Shares`).
-    let shares = settings.samples.div_ceil(2)..=4 * settings.samples;
-    assert!(film.counts().iter().all(|n| shares.contains(n)), "{}: pixels lack samples", scene.source);
+    // Where paths may be reused noisy parts may get up to four times as many, others at least half (`Shares`).
+    let tried = settings.reuse == Reuse::Always || statistics.reuse_gain.is_some();
+    let shared = settings.shares == Shares::Auto && tried;
+    let samples =
+        if shared { settings.samples.div_ceil(2)..=4 * settings.samples } else { settings.samples..=settings.samples };
+    assert!(film.counts().iter().all(|n| samples.contains(n)), "{}: pixels lack samples", scene.source);
     (film, statistics)
 }
 

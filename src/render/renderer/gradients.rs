@@ -113,6 +113,7 @@ impl Renderer {
 
     fn phases(&self) -> Phases {
         match self.settings.adaptive {
+            _ if !self.makes_gradients() => Phases::NEVER_SHIFTED,
             None => Phases::of(self.settings.samples, self.settings.time_limit.is_some()),
             Some(_) => Phases::OfDoublings,
         }
@@ -127,27 +128,25 @@ impl Renderer {
         samples: u32,
         watch: &mut Watch<'_>,
     ) -> Result<bool, RenderError> {
-        let phases = if self.makes_gradients() { self.phases() } else { Phases::NEVER_SHIFTED };
-        let (mut done, mut end) = (done, self.statistics.samples);
-        while done < samples {
+        let phases = self.phases();
+        let (mut done, mut complete) = (done, true);
+        while done < samples && complete && !watch.stop {
             let phase_end = phases.end(done).min(samples);
             let shifted = phases.is_shifted(done);
             self.groups = Groups { shifted, other_samples: phases.samples(done)[usize::from(!shifted)] };
-            end += self.samples_between(spans, done, phase_end);
-            let result = if watch.stop { Ok(()) } else { self.steady_pass(spans, done, phase_end, watch) };
+            let result = self.steady_pass(spans, done, phase_end, watch);
             self.groups = Groups::default();
-            result?;
+            complete = result?;
             done = phase_end;
         }
-        Ok(self.statistics.samples >= end)
+        Ok(complete && done >= samples)
     }
 
     /// Samples, over all pixels, of an image that has `samples` per pixel in the mean.
     pub(super) fn samples_of_image(&self, samples: u32) -> u64 {
-        let phases = if self.makes_gradients() { self.phases() } else { Phases::NEVER_SHIFTED };
         let pixels = self.pixels(&self.whole_film());
         let of_kind = |(kind, n)| self.shares.samples(kind, n, pixels);
-        phases.samples(samples).into_iter().enumerate().map(of_kind).sum()
+        self.phases().samples(samples).into_iter().enumerate().map(of_kind).sum()
     }
 
     /// Takes over what the trial shows of gradients.

@@ -90,21 +90,22 @@ impl Renderer {
 
     /// Samples, over all pixels, that bring those of `spans` from `done` samples to `samples` with the groups of pixels where they
     /// are. Where pixels have shares, `spans` are the whole film.
-    pub(super) fn samples_between(&self, spans: &[Span], done: u32, samples: u32) -> u64 {
+    fn samples_between(&self, spans: &[Span], done: u32, samples: u32) -> u64 {
         let (kind, other) = (usize::from(self.groups.shifted), self.groups.other_samples);
-        let of = |count: u32| self.shares.samples(kind, count - other, self.pixels(spans));
+        let pixels = self.pixels(spans);
+        let of = |count: u32| self.shares.samples(kind, count - other, pixels);
         of(samples) - of(done)
     }
 
     /// Brings the pixels of `spans` from `done` samples to `samples`, or less far if the watch says stop, with the groups of
-    /// pixels where they are.
+    /// pixels where they are. Returns whether it came so far.
     pub(super) fn steady_pass(
         &mut self,
         spans: &[Span],
         done: u32,
         samples: u32,
         watch: &mut Watch<'_>,
-    ) -> Result<(), RenderError> {
+    ) -> Result<bool, RenderError> {
         let end = self.statistics.samples + self.samples_between(spans, done, samples);
         let mut plan = Plan::new(spans.to_vec(), done, samples, &self.pace);
         let mut in_flight: VecDeque<(Ticket, Instant, usize)> = VecDeque::new();
@@ -118,7 +119,9 @@ impl Renderer {
                 let (ticket, readback) = self.submit(&work)?;
                 in_flight.push_back((ticket, Instant::now(), readback));
             }
-            let Some((ticket, submitted, readback)) = in_flight.pop_front() else { return Ok(()) };
+            let Some((ticket, submitted, readback)) = in_flight.pop_front() else {
+                return Ok(self.statistics.samples >= end);
+            };
             let before = self.statistics.samples;
             self.finish(&ticket, readback)?;
             let seconds = watch.finished_since(submitted);
@@ -240,8 +243,8 @@ impl Renderer {
         let modes = if self.makes_gradients() { shifted | mode::ALIKE } else { shifted };
         let common = Push {
             target_samples: work.target_samples,
-            // As many as for the largest share, if that is possible at once; if not, the pass is repeated. Where loops have a budget
-            // it is: what runs out of it is done for nothing.
+            // As many as for the largest share, if that is possible at once; if not, the pass is repeated. Where loops have a
+            // budget it is: what runs out of it is done for nothing.
             max_new_samples: if self.shares.is_even() || self.loop_budget > 0 {
                 work.new_samples
             } else {
