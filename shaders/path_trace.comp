@@ -77,7 +77,7 @@ void main() {
             bool second = REUSE && path.second;
             vec3 direct = radiance;
             radiance = second ? vec3(0.0) : radiance;
-            bool alive = path_arrive(path, id, t, group_key, radiance, arrival, shadow);
+            bool alive = path_arrive(path, id, t, group_key, reusing ? LIGHT_SAMPLES : 1u, radiance, arrival, shadow);
             if (REUSE) {
                 alive = alive && going;
                 shadow.wanted = shadow.wanted && going;
@@ -116,7 +116,7 @@ void main() {
             going = within_budget && left > 0u && !waits;
         } while (going && (!REUSE || group_lacks_path(reusing, ended.there)));
         if (REUSE && subgroupAny(ended.there)) {
-            within_budget = share_sample(ended, film_pixel, gradients, counts.shadow_rays, loops, counts.bad);
+            within_budget = share_sample(ended, film_pixel, gradients, group_key, counts.shadow_rays, loops, counts.bad);
             ended = ended_none();
             if (waits) {
                 ended = path_ends(meeting, radiance, glanced);

@@ -39,6 +39,7 @@ layout(constant_id = 63) const bool REPEATS = false;       // a sample may be se
 layout(constant_id = 62) const uint GLANCES = 0u;          // of a sample, where a lamp's edge is seen, see glance.glsl
 const bool MULTIPLE = GLANCES > 0u || REPEATS;             // of several paths of any kind
 layout(constant_id = 57) const bool REUSE = false;         // paths serve several pixels, see reuse.glsl
+layout(constant_id = 202) const uint LIGHT_SAMPLES = 1u;   // where such paths first meet a diffuse surface: up to 4
 layout(constant_id = 31) const uint FACET_COUNT = 0u;      // constant flat polygons, see intersect/facet.glsl
 layout(constant_id = 30) const uint LIGHT_LOOPS = 0u;      // loop iterations that choosing lights takes at a hit
 layout(constant_id = 26) const bool PATH_STATS = false;    // count rays and traversal steps
@@ -93,7 +94,7 @@ layout(std430, binding = 6) coherent buffer Paths { vec4 path_rows[]; };    // P
 layout(std430, binding = 6) coherent buffer PathNumbers { float path_numbers[]; };
 layout(rgba32ui, binding = 8) coherent uniform uimageBuffer path_texels;
 layout(std430, binding = 7) coherent buffer QueuePool { uint pool[]; };
-const uint PATH_ROWS = 10u;
+const uint PATH_ROWS = 11u;
 // With REUSE: GRADIENT_ROWS texels a slot, see gradient.glsl.
 layout(rgba32ui, binding = 9) uniform uimageBuffer gradient_texels;
 const uint GRADIENT_ROWS = 3u;

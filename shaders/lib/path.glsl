@@ -81,37 +81,59 @@ struct Arrival {
     uint hits;
 };
 
-// Light from one light at a diffuse surface, before it is known whether anything is in between.
-ShadowRay direct_light(Arrival a, uint index, uint key) {
-    ShadowRay ray = ShadowRay(a.outside, a.normal, 0.0, leaving_id(a.id, a.surface, a.front), vec3(0.0), false);
+// A sample of the lights: which, and where on it.
+struct LightNumbers {
+    vec2 u;
+    vec2 uv;
+};
+
+// The numbers of sample `nth` of the lights at a path's hit of number `hit`: the further ones of LIGHT_SAMPLES are those of the
+// first, moved so that all of them are spread evenly. (light_sample also takes the light that is half of all away.)
+LightNumbers light_numbers(uint key, uint index, uint hit, uint nth) {
+    LightNumbers n = LightNumbers(sample_pair(key, index, pair_choice(hit), hit), vec2(0.0));
+    if (EMITTER_COUNT > 0u) n.uv = sample_pair(key, index, pair_light(hit), hit);
+    if (LIGHT_SAMPLES > 1u) {
+        n.u.x = fract(n.u.x + float(nth) / float(2u * LIGHT_SAMPLES));
+        n.uv = fract(n.uv + 0.5 * vec2(float(nth & 1u), float(nth >> 1)));
+    }
+    return n;
+}
+
+// Light from one light at a point of a diffuse surface, before it is known whether anything is in between. `up` is the geometric
+// normal; `count` samples like this are taken there.
+ShadowRay light_ray(vec3 from, vec3 normal, vec3 up, int leaving, vec3 throughput, LightNumbers n, uint count) {
+    ShadowRay ray = ShadowRay(from, normal, 0.0, leaving, vec3(0.0), false);
     if (LIGHT_COUNT == 0u) return ray;
     LightSample light;
-    if (SINGLE_POINT) {
-        light = point_sample(point_at, point_power, a.outside, a.normal);
-    } else {
-        if (lights_alike() && a.first) index = index_of_sample(index);
-        vec2 u = sample_pair(key, index, pair_choice(a.hits), a.hits);
-        vec2 uv = vec2(0.0);
-        if (EMITTER_COUNT > 0u) uv = sample_pair(key, index, pair_light(a.hits), a.hits);
-        light = light_sample(a.outside, a.normal, u, uv);
-    }
-    vec3 to = light.point - a.outside;
+    if (SINGLE_POINT) light = point_sample(point_at, point_power, from, normal);
+    else light = light_sample(from, normal, n.u, n.uv);
+    vec3 to = light.point - from;
     float r2 = dot(to, to);
     float inverse = 1.0 / sqrt(r2);
     ray.direction = to * inverse;
     ray.distance = r2 * inverse;
     if (EMITTER_COUNT > 0u && light.pdf > 0.0) {
-        light.radiance *= mis_weight(light.pdf, diffuse_pdf(dot(a.normal, ray.direction)));
+        light.radiance *= mis_weight(float(count) * light.pdf, diffuse_pdf(dot(normal, ray.direction)));
     }
-    ray.radiance = a.throughput * light.radiance;
+    ray.radiance = throughput * light.radiance;
     ray.wanted = light.radiance.x + light.radiance.y + light.radiance.z > 0.0;
-    if (SMOOTH_NORMALS) ray.wanted = ray.wanted && dot(a.up, ray.direction) > 0.0;
+    if (SMOOTH_NORMALS) ray.wanted = ray.wanted && dot(up, ray.direction) > 0.0;
     return ray;
 }
 
+// The same at a path's hit, which gets `count` samples.
+ShadowRay direct_light(Arrival a, uint index, uint key, uint count) {
+    LightNumbers n = LightNumbers(vec2(0.0), vec2(0.0));
+    if (LIGHT_COUNT > 0u && !SINGLE_POINT) {
+        n = light_numbers(key, lights_alike() && a.first ? index_of_sample(index) : index, a.hits, 0u);
+    }
+    return light_ray(a.outside, a.normal, a.up, leaving_id(a.id, a.surface, a.front), a.throughput, n, count);
+}
+
 // The path's ray meets surface `id` at distance t (id < 0: it leaves the scene). Adds emitted light to `radiance` and
-// gives a shadow ray. Returns false when the path ends here.
-bool path_arrive(Path path, int id, float t, uint key, inout vec3 radiance, out Arrival a, out ShadowRay shadow) {
+// gives a shadow ray. A first diffuse hit gets `light_samples` samples of lights. Returns false when the path ends here.
+bool path_arrive(Path path, int id, float t, uint key, uint light_samples, inout vec3 radiance, out Arrival a,
+                 out ShadowRay shadow) {
     bool met = id >= 0;
     vec3 throughput = path.throughput;
     // A direction that its pixel gets no light from, although it does from what is shared.
@@ -126,7 +148,9 @@ bool path_arrive(Path path, int id, float t, uint key, inout vec3 radiance, out 
         float weight = glance_weight(path.glances);
         if (EMITTER_COUNT > 0u && path.pdf > 0.0 && a.surface.light >= 0) {
             float cos_light = -dot(path.direction, a.surface.normal);
-            weight *= mis_weight(path.pdf, light_pdf(path.origin, a.surface.light, t, cos_light));
+            float of_light = light_pdf(path.origin, a.surface.light, t, cos_light);
+            if (LIGHT_SAMPLES > 1u && path.second) of_light *= float(light_samples);
+            weight *= mis_weight(path.pdf, of_light);
         }
         if (HAS_BEAMS && path.pdf == 0.0 && path.x2 > 0.0 && path.hits <= BEAM_HITS && a.surface.light >= 0) {
             vec3 y = path.origin + t * path.direction;
@@ -162,13 +186,15 @@ bool path_arrive(Path path, int id, float t, uint key, inout vec3 radiance, out 
     uvec2 sequence = glance_sequence(path.glances, key, path.index);
     shadow = ShadowRay(vec3(0.0), vec3(0.0, 0.0, 1.0), 0.0, -1, vec3(0.0), false);
     if (HAS_DIFFUSE) {
-        shadow = direct_light(a, sequence.y, sequence.x);
+        shadow = direct_light(a, sequence.y, sequence.x, LIGHT_SAMPLES > 1u && a.first ? light_samples : 1u);
         shadow.wanted = shadow.wanted && alive && diffuse;
     }
     // A path of MAX_DEPTH hits may still meet light with its last ray.
     a.last = a.hits == MAX_DEPTH || (!INDIRECT && diffuse);
     alive = alive && (LIGHT_AFTER_LAST_HIT || !a.last);
-    if (ROULETTE_DEPTH > 0u && a.hits >= ROULETTE_DEPTH && !(REUSE && in_mode(MODE_SURVEY))) {
+    // Where it gets further light the throughput must be what light counts.
+    bool may_end = !(REUSE && in_mode(MODE_SURVEY)) && !(LIGHT_SAMPLES > 1u && a.first);
+    if (ROULETTE_DEPTH > 0u && a.hits >= ROULETTE_DEPTH && may_end) {
         // A path is safe while its throughput is above ¼: ending strong paths costs more in noise than it saves.
         float survive = lower(4.0 * strongest / path_weight(path.glances), 0.95);
         alive = alive && sample_independent(sequence.x, sequence.y, a.hits) < survive;

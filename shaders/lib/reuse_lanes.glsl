@@ -91,9 +91,28 @@ void differences(vec3 gathered, bool there, out vec3 right, out vec3 down) {
     }
 }
 
+// What a path gets at x from the further samples of lights, all together; `index` is that of its sample.
+vec3 further_lights(Meeting m, uint key, uint index, inout uint shadow_rays, inout uint loops) {
+    vec3 sum = vec3(0.0);
+    bool there = has_further_light(m.nx, m.hit);
+    [[dont_unroll]] for (uint nth = 1u; nth < LIGHT_SAMPLES; ++nth) {
+        ShadowRay ray = further_light(m.x, m.nx, m.up, m.leaving, m.beta, uint(m.hit), key, index, nth);
+        bool wanted = there && ray.wanted;
+        shadow_rays += wanted ? 1u : 0u;
+        bool hidden;
+        bool walks = shadow_needs_tree(ray, hidden) && wanted;
+        hidden = hidden_in_scene(ray, walks, hidden, loops);
+        if (MUTATION == MUTATE_REUSE) hidden = false;
+        sum += wanted && !hidden ? ray.radiance : vec3(0.0);
+        loops += 1u + LIGHT_LOOPS;
+    }
+    return sum;
+}
+
 // All light of the lane's pixel for one sample, whose path has ended. To be called by all lanes. The part of it that comes by
 // what the group shares is `gathered`; it would be `unshared` without the others.
-vec3 shared_light(EndedPath ended, inout uint shadow_rays, inout uint loops, out vec3 gathered, out vec3 unshared) {
+vec3 shared_light(EndedPath ended, uint key, uint index, inout uint shadow_rays, inout uint loops, out vec3 gathered,
+                  out vec3 unshared) {
     Meeting m = ended.meeting;
     uint me = gl_SubgroupInvocationID % MEMBERS;
     vec3 given = m.gives ? ended.light : vec3(0.0);
@@ -117,28 +136,33 @@ vec3 shared_light(EndedPath ended, inout uint shadow_rays, inout uint loops, out
         if (value > 0.0) sum += theirs * (value / all);
     }
     loops += MEMBERS;
+    vec3 further = vec3(0.0);
+    if (LIGHT_SAMPLES > 1u) further = further_lights(m, key, index, shadow_rays, loops);
     vec3 own = m.gives ? vec3(0.0) : ended.light;
     if (GLANCES > 0u) own += ended.glanced;
     unshared = m.beta * given;
     gathered = m.beta * sum;
+    vec3 direct = m.direct;
+    if (has_further_light(m.nx, m.hit)) direct = (m.direct + further) / float(LIGHT_SAMPLES);
     if (lights_alike()) {
         unshared += m.direct;
-        gathered += m.direct;
+        gathered += direct;
     } else {
-        own += m.direct;
+        own += direct;
     }
     return own + gathered;
 }
 
-// Shares the paths of all lanes, and adds to each lane's pixel the sample whose path has ended. To be called by all lanes.
-// Returns whether that was within the budget of loops; if not, nothing is added.
-bool share_sample(EndedPath ended, inout FilmPixel film_pixel, inout Gradients gradients, inout uint shadow_rays,
+// Shares the paths of all lanes, and adds to each lane's pixel the sample whose path has ended; `key` is the group's. To be called
+// by all lanes. Returns whether that was within the budget of loops; if not, nothing is added.
+bool share_sample(EndedPath ended, inout FilmPixel film_pixel, inout Gradients gradients, uint key, inout uint shadow_rays,
                   inout uint loops, inout uint bad) {
     // Drivers bound the loops of the slowest lane.
     loops = subgroupMax(loops) + 1u;
     doubtful_loops = subgroupMax(doubtful_loops);
     vec3 gathered, unshared;
-    vec3 light = shared_light(ended, shadow_rays, loops, gathered, unshared);
+    uint index = index_of_member(index_after(film_pixel.state, film_pixel.count), gl_SubgroupInvocationID % MEMBERS);
+    vec3 light = shared_light(ended, key, index, shadow_rays, loops, gathered, unshared);
     bool within_budget = LOOP_BUDGET == 0u || subgroupMax(loops + doubtful_loops) < LOOP_BUDGET;
     // What is not finite counts as black.
     if (!is_finite(brightness(light))) {

@@ -23,6 +23,7 @@ const uint ROW_DIRECT = 5u;     // light from x itself, β.r; in memory in the e
 const uint ROW_COUPLINGS = 6u;  // two rows: a(x, y) of its y and each member's x
 const uint ROW_FIRST_UP = 8u;   // with SMOOTH_NORMALS: geometric normal of x
 const uint ROW_GLANCED = 9u;    // light that glances have gathered
+const uint ROW_FURTHER = 10u;   // in memory: that of the further samples of lights at x
 
 const float PATH_UNWANTED = -1.0;   // its pixel is to get no such sample
 const float PATH_OPEN = 0.0;    // it has not ended
@@ -127,11 +128,14 @@ vec4 shared_light(uint path, out vec3 gathered, out vec3 unshared) {
     if (normal.xyz != vec3(0.0)) {
         vec4 direct_row = path_load(path, ROW_DIRECT);
         vec3 direct = direct_row.xyz;
+        if (has_further_light(normal.xyz, normal.w)) {
+            direct = (direct_row.xyz + path_load(path, ROW_FURTHER).xyz) / float(LIGHT_SAMPLES);
+        }
         vec3 beta = vec3(direct_row.w, path_load(path, ROW_SECOND).w, path_load(path, ROW_SECOND_NORMAL).w);
         unshared = beta * given;
         gathered = beta * sum;
         if (lights_alike()) {
-            unshared += direct;
+            unshared += direct_row.xyz;
             gathered += direct;
         } else {
             own += direct;
@@ -164,8 +168,6 @@ void note_gradients(uint first_path, uint slot) {
     gradients_store(slot, g);
 }
 
-// ---- where lanes share
-
 // What has been noted of a path that has ended.
 EndedPath noted_path(uint path, vec4 light) {
     EndedPath ended = ended_none();
@@ -186,6 +188,36 @@ EndedPath noted_path(uint path, vec4 light) {
     return ended;
 }
 
+// The key that the paths of a tile's pixel p have from their first hits on.
+uint noted_key(uint tile, uint p) {
+    return pixel_key(pixel_number(pixel_of_work(tile_corner(tile / TILE), first_of_group(p))));
+}
+
+// Notes what the paths of a tile get from the further samples of lights, in the order of their samples. Returns for how many of
+// each pixel's samples the budget of loops did.
+uint note_further_lights(uint tile, uint region, uint samples, inout uint shadow_rays, inout uint loops) {
+    [[dont_unroll]] for (uint s = 0u; s < samples; ++s) {
+        [[dont_unroll]] for (uint first = 0u; first < TILE; first += gl_SubgroupSize) {
+            // In all lanes: what the slowest of them takes counts.
+            uint p = min(first + gl_SubgroupInvocationID, TILE - 1u);
+            uint path = region + s * TILE + p;
+            uint slot = film_slot(slot_of_tile(tile, p));
+            uint index = index_of_member(index_after(film_state(slot), film_count(slot)) + s, member_of_group(p));
+            Meeting meeting = noted_path(path, path_load(path, ROW_LIGHT)).meeting;
+            uint traced = 0u;
+            vec3 light = further_lights(meeting, noted_key(tile, p), index, traced, loops);
+            if (first + gl_SubgroupInvocationID < TILE) {
+                path_store(path, ROW_FURTHER, vec4(light, 0.0));
+                shadow_rays += traced;
+            }
+            if (LOOP_BUDGET > 0u && subgroupMax(loops + doubtful_loops) >= LOOP_BUDGET) return s;
+        }
+    }
+    return samples;
+}
+
+// ---- where lanes share
+
 // Shares the noted paths of a tile, `samples` for each pixel, and adds them to the film in their order, up to the first that
 // did not end. Returns how many there were; `reused` of those pixels that serve others.
 uint share_noted(uint tile, uint region, uint samples, inout uint shadow_rays, inout uint loops, inout uint bad,
@@ -204,6 +236,7 @@ uint share_noted(uint tile, uint region, uint samples, inout uint shadow_rays, i
             film_pixel = film_load(slot);
             gradients = gradients_load(slot);
         }
+        uint key = LIGHT_SAMPLES > 1u ? noted_key(tile, p) : 0u;
         uint count = film_pixel.count;
         uint target = target_of(film_pixel.state);
         bool complete = true;
@@ -218,7 +251,7 @@ uint share_noted(uint tile, uint region, uint samples, inout uint shadow_rays, i
                 complete = complete && open == 0.0;
             }
             if (wanted && complete) ended = noted_path(path, light);
-            complete = share_sample(ended, film_pixel, gradients, shadow_rays, loops, bad) && complete;
+            complete = share_sample(ended, film_pixel, gradients, key, shadow_rays, loops, bad) && complete;
             wanted = real && film_pixel.count < target;
         }
         if (real) {

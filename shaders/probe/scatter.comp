@@ -24,7 +24,7 @@ void scatter(uint i) {
     vec3 radiance = vec3(0.0);
     Arrival arrival;
     ShadowRay shadow;
-    bool alive = path_arrive(path, id, t, key, radiance, arrival, shadow);
+    bool alive = path_arrive(path, id, t, key, 1u, radiance, arrival, shadow);
     bool lit = false;
     if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
         lit = shadow.wanted && arrives(shadow, steps);

@@ -3,8 +3,8 @@
 use std::str::FromStr;
 
 use crate::render::{
-    Accel, Adaptive, Beams, Feature, Glances, Gradients, RenderSettings, Reuse, Sampler, Scheduler, Shares,
-    TriangleTest,
+    Accel, Adaptive, Beams, Feature, Glances, Gradients, LightSamples, RenderSettings, Reuse, Sampler, Scheduler,
+    Shares, TriangleTest,
 };
 
 use super::error::BenchError;
@@ -33,7 +33,7 @@ impl Configuration {
 ///
 /// Keys: `sampler` (sobol, independent, pcg), `accel` (bvh, none), `intersection` (watertight, moller-trumbore),
 /// `sampling` (uniform, adaptive: with the same mean number of samples), `scheduler` (auto, inline, queue),
-/// `reuse` (auto, always, off), `gradients`, `shares`, `glances`, `beams` (auto, off), `features` (specialised, general, or
+/// `reuse` (auto, always, off), `gradients`, `shares`, `glances`, `beams` (auto, off), `light-samples` (auto, one), `features` (specialised, general, or
 /// `+` and one of [`Feature::ALL`] that is compiled although not needed), `roulette` (off, or the first hit), `device`
 /// (index, name or UUID).
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -51,6 +51,7 @@ enum Key {
     Reuse,
     Gradients,
     Shares,
+    LightSamples,
     Glances,
     Beams,
     Sampling,
@@ -59,7 +60,7 @@ enum Key {
     Device,
 }
 
-const KEYS: [(&str, Key, &str); 13] = [
+const KEYS: [(&str, Key, &str); 14] = [
     ("sampler", Key::Sampler, "sobol, independent or pcg"),
     ("accel", Key::Accel, "bvh or none"),
     ("intersection", Key::Intersection, "watertight or moller-trumbore"),
@@ -67,6 +68,7 @@ const KEYS: [(&str, Key, &str); 13] = [
     ("reuse", Key::Reuse, "auto, always or off"),
     ("gradients", Key::Gradients, "auto or off"),
     ("shares", Key::Shares, "auto or off"),
+    ("light-samples", Key::LightSamples, "auto or one"),
     ("glances", Key::Glances, "auto or off"),
     ("beams", Key::Beams, "auto or off"),
     ("sampling", Key::Sampling, "uniform or adaptive"),
@@ -106,6 +108,8 @@ impl Key {
             (Self::Gradients, "off") => s.gradients = Gradients::Off,
             (Self::Shares, "auto") => s.shares = Shares::Auto,
             (Self::Shares, "off") => s.shares = Shares::Off,
+            (Self::LightSamples, "auto") => s.light_samples = LightSamples::Auto,
+            (Self::LightSamples, "one") => s.light_samples = LightSamples::One,
             (Self::Glances, "auto") => s.glances = Glances::Auto,
             (Self::Glances, "off") => s.glances = Glances::Off,
             (Self::Beams, "auto") => s.beams = Beams::Auto,

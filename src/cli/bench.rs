@@ -22,8 +22,8 @@ use photolith::{Context, RenderSettings, user_cache};
 
 use super::exit;
 use super::options::{
-    AccelArg, BeamsArg, DeviceOptions, GlancesArg, GradientsArg, IntersectionArg, ReuseArg, SamplerArg, SceneOptions,
-    SchedulerArg, SharesArg, Size,
+    AccelArg, BeamsArg, DeviceOptions, GlancesArg, GradientsArg, IntersectionArg, LightSamplesArg, ReuseArg,
+    SamplerArg, SceneOptions, SchedulerArg, SharesArg, Size,
 };
 use samples::SampleCounts;
 
@@ -56,7 +56,7 @@ pub struct BenchArgs {
     max_depth: Option<u32>,
 
     /// Set a setting, or several values of it side by side; may be repeated. Keys: sampler, accel, intersection,
-    /// scheduler, reuse (auto, always, off), gradients, shares, glances, beams (auto, off), sampling (uniform, adaptive),
+    /// scheduler, reuse (auto, always, off), gradients, shares, glances, beams (auto, off), light-samples (auto, one), sampling (uniform, adaptive),
     /// features (specialised, general, +mirror and the like), roulette (off, N), device
     #[arg(long, value_name = "KEY=VALUE,...")]
     vary: Vec<Vary>,
@@ -262,6 +262,7 @@ fn load(args: &BenchArgs, path: &Path) -> anyhow::Result<(Scene, RenderSettings)
         reuse: ReuseArg::Auto,
         gradients: GradientsArg::Auto,
         shares: SharesArg::Auto,
+        light_samples: LightSamplesArg::Auto,
         glances: GlancesArg::Auto,
         beams: BeamsArg::Auto,
         general: false,

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use anyhow::Context as _;
 use clap::{Args, ValueEnum};
 use photolith::render::{
-    Accel, Beams, Glances, Gradients, MAX_SAMPLES, Reuse, Sampler, Scheduler, Shares, TriangleTest,
+    Accel, Beams, Glances, Gradients, LightSamples, MAX_SAMPLES, Reuse, Sampler, Scheduler, Shares, TriangleTest,
 };
 use photolith::scene::Scene;
 use photolith::{ContextOptions, RenderSettings, Validation, user_cache};
@@ -96,6 +96,10 @@ pub struct SceneOptions {
     #[arg(long, value_enum, default_value_t = SharesArg::Auto)]
     pub shares: SharesArg,
 
+    /// How many samples of lights paths take where they first meet a diffuse surface
+    #[arg(long, value_enum, default_value_t = LightSamplesArg::Auto)]
+    pub light_samples: LightSamplesArg,
+
     /// Whether samples look several times at lamps whose edges are seen, and at what is seen through glass
     #[arg(long, value_enum, default_value_t = GlancesArg::Auto)]
     pub glances: GlancesArg,
@@ -178,6 +182,15 @@ pub enum SharesArg {
     Off,
 }
 
+/// Samples of lights.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum LightSamplesArg {
+    /// Four, where paths serve several pixels and there is more than a point light
+    Auto,
+    /// One
+    One,
+}
+
 /// Light traced from lamps.
 #[derive(Clone, Copy, ValueEnum)]
 pub enum BeamsArg {
@@ -243,6 +256,10 @@ impl SceneOptions {
             gradients: match self.gradients {
                 GradientsArg::Auto => Gradients::Auto,
                 GradientsArg::Off => Gradients::Off,
+            },
+            light_samples: match self.light_samples {
+                LightSamplesArg::Auto => LightSamples::Auto,
+                LightSamplesArg::One => LightSamples::One,
             },
             shares: match self.shares {
                 SharesArg::Auto => Shares::Auto,

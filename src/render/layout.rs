@@ -56,6 +56,7 @@ pub(crate) mod constant {
     pub const MAX_FACETS: usize = 32;
     pub const POINT_INSIDE: u32 = 200;
     pub const SHARED_BY_LANES: u32 = 201;
+    pub const LIGHT_SAMPLES: u32 = 202;
     pub const FACET_OCCLUDERS: u32 = 206;
     pub const EXACT_FACETS: u32 = 207;
     pub const FACETS_ACROSS_X: u32 = 208;
@@ -209,7 +210,9 @@ pub(crate) mod queue {
     /// Paths of a workgroup in one dispatch.
     pub const PATHS: u32 = 2048;
     /// Texels of a path's notes.
-    pub const PATH_ROWS: u32 = 10;
+    pub const PATH_ROWS: u32 = 11;
+    /// Most samples of lights at a path's first diffuse hit.
+    pub const LIGHT_SAMPLES: u32 = 4;
     /// Tiles of which a scattered one is made.
     pub const SCATTERED_TILES: u32 = 8;
     /// Samples of the trial whether it pays to reuse paths.

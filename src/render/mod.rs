@@ -49,7 +49,8 @@ pub use mutation::Mutation;
 pub use prepared::Prepared;
 pub use renderer::Renderer;
 pub use settings::{
-    Accel, Adaptive, Beams, Glances, Gradients, RenderSettings, Reuse, Sampler, Scheduler, Shares, TriangleTest,
+    Accel, Adaptive, Beams, Glances, Gradients, LightSamples, RenderSettings, Reuse, Sampler, Scheduler, Shares,
+    TriangleTest,
 };
 pub use sobol::MAX_SAMPLES;
 pub use statistics::{AdaptiveStatistics, Progress, RenderStatistics};

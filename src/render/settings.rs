@@ -96,6 +96,17 @@ pub enum Shares {
     Off,
 }
 
+/// How many samples of lights a path takes where it first meets a diffuse surface, if it serves several pixels
+/// (shaders/lib/reuse.glsl). The image stays exact in the mean.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum LightSamples {
+    /// Four, unless the only light is a point, which is always sampled alike.
+    #[default]
+    Auto,
+    /// One, as everywhere else.
+    One,
+}
+
 /// Whether samples look several times at lamps whose edges are seen, and, where beams are traced, at what is seen through
 /// glass (shaders/lib/glance.glsl). Images stay exact in the mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -183,6 +194,8 @@ pub struct RenderSettings {
     pub gradients: Gradients,
     /// Whether noisy parts of the image get more samples.
     pub shares: Shares,
+    /// Samples of lights.
+    pub light_samples: LightSamples,
     /// Whether samples look several times at the edges of lamps.
     pub glances: Glances,
     /// Whether light is traced from lamps.

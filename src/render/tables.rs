@@ -14,12 +14,12 @@ use super::beams::BeamTable;
 use super::driver::DriverFacts;
 use super::facets::{self, Facet};
 use super::features::Features;
-use super::layout::{SceneValues, constant, kind};
+use super::layout::{SceneValues, constant, kind, queue};
 use super::light_list::LightList;
 use super::lights::{Light, LightShape, LightTable};
 use super::mutation::Mutation;
 use super::rectangles;
-use super::settings::{RenderSettings, Sampler};
+use super::settings::{LightSamples, RenderSettings, Sampler};
 use super::space::RenderSpace;
 use super::spheres::{self, ConstantSphere};
 use super::view::View;
@@ -211,6 +211,12 @@ impl Tables {
     /// Whether emitters are among the lights.
     pub fn has_emitters(&self) -> bool {
         self.emitter_count > 0
+    }
+
+    /// Samples of lights that a path takes where it first meets a diffuse surface, if it serves several pixels.
+    pub fn light_samples(&self, wanted: LightSamples) -> u32 {
+        let differ = self.light_count > 0 && self.single_point.is_none();
+        if differ && wanted == LightSamples::Auto { queue::LIGHT_SAMPLES } else { 1 }
     }
 
     /// The numbers of the scene.

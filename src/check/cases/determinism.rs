@@ -97,6 +97,8 @@ fn stopped(lab: &Lab) -> Result<Measured, CheckError> {
     scene.integrator.samples = 64;
     let mut settings = lab.settings(&scene);
     settings.samples_per_dispatch = Some(3);
+    // How paths are shared depends on how many samples are asked for.
+    settings.reuse = Reuse::Off;
     let mut renderer = Renderer::new(&lab.context, &scene, &settings)?;
     let film =
         renderer.render(|p| if 4 * p.done > p.total { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })?;

@@ -4,7 +4,7 @@ use crate::check::lab::Rendered;
 use crate::check::scenes::{Build, diffuse, divided_room, icosphere, lamps, mirrored_wall, screened_room, v};
 use crate::check::statistics::z_score;
 use crate::check::{Case, CheckError, Lab, Measured};
-use crate::render::{Gradients, RenderSettings, Renderer, Reuse, Scheduler, Shares};
+use crate::render::{Gradients, LightSamples, RenderSettings, Renderer, Reuse, Scheduler, Shares};
 use crate::scene::{Normals, Scene};
 
 pub(super) const CASES: &[Case] = &[
@@ -116,6 +116,24 @@ pub(super) const CASES: &[Case] = &[
         full_only: false,
         measure: |lab| contrast(lab, lamps(), Scheduler::Inline, [UNEVEN, COMPARED]),
     },
+    Case {
+        name: "light-samples/paths",
+        what: "the room with lamps, of which first diffuse hits get four samples: paths meet in memory",
+        oracle: "one sample of them",
+        quantity: "the same",
+        threshold: 4.0,
+        full_only: false,
+        measure: |lab| contrast(lab, lamps(), Scheduler::Queue, [COMPARED, ONE_LIGHT]),
+    },
+    Case {
+        name: "light-samples/lanes",
+        what: "the same in the lanes of a subgroup",
+        oracle: "one sample of them",
+        quantity: "the same",
+        threshold: 4.0,
+        full_only: false,
+        measure: |lab| contrast(lab, lamps(), Scheduler::Inline, [COMPARED, ONE_LIGHT]),
+    },
 ];
 
 /// With a body of few triangles.
@@ -130,11 +148,12 @@ fn with_body(mut scene: Scene, normals: Normals) -> Scene {
     scene
 }
 
-type Way = (Reuse, Gradients, Shares);
-const ALONE: Way = (Reuse::Off, Gradients::Off, Shares::Off);
-const SHARED: Way = (Reuse::Always, Gradients::Off, Shares::Off);
-const COMPARED: Way = (Reuse::Always, Gradients::Auto, Shares::Off);
-const UNEVEN: Way = (Reuse::Always, Gradients::Auto, Shares::Auto);
+type Way = (Reuse, Gradients, Shares, LightSamples);
+const ALONE: Way = (Reuse::Off, Gradients::Off, Shares::Off, LightSamples::One);
+const SHARED: Way = (Reuse::Always, Gradients::Off, Shares::Off, LightSamples::Auto);
+const COMPARED: Way = (Reuse::Always, Gradients::Auto, Shares::Off, LightSamples::Auto);
+const UNEVEN: Way = (Reuse::Always, Gradients::Auto, Shares::Auto, LightSamples::Auto);
+const ONE_LIGHT: Way = (Reuse::Always, Gradients::Auto, Shares::Off, LightSamples::One);
 
 const SEEDS: u32 = 12;
 
@@ -149,15 +168,24 @@ fn contrast(
     // Of more samples there are no shares.
     let most = if one.2 == Shares::Auto { 256 } else { 1024 };
     scene.size(32, lab.size(40, most) as u32);
-    let images = |(reuse, gradients, shares): Way, first_seed: u32| -> Result<Vec<Vec<f64>>, CheckError> {
-        let settings = RenderSettings { reuse, gradients, shares, scheduler, ..lab.settings(&scene) };
-        let mut renderer = Renderer::new(&lab.context, &scene, &settings)?;
-        let mut image = |seed| {
-            renderer.set_seed(seed);
-            Ok(Rendered::by(&mut renderer)?.channel(1))
+    let images =
+        |(reuse, gradients, shares, light_samples): Way, first_seed: u32| -> Result<Vec<Vec<f64>>, CheckError> {
+            let settings = RenderSettings {
+                reuse,
+                gradients,
+                shares,
+                light_samples,
+                scheduler,
+                share_by_lanes: (scheduler == Scheduler::Queue).then_some(false),
+                ..lab.settings(&scene)
+            };
+            let mut renderer = Renderer::new(&lab.context, &scene, &settings)?;
+            let mut image = |seed| {
+                renderer.set_seed(seed);
+                Ok(Rendered::by(&mut renderer)?.channel(1))
+            };
+            (first_seed..first_seed + SEEDS).map(&mut image).collect()
         };
-        (first_seed..first_seed + SEEDS).map(&mut image).collect()
-    };
     let (with, without, other) = (images(one, 0)?, images(another, 0)?, images(another, SEEDS)?);
     let pixels = other[0].len();
     let sums: Vec<f64> = (0..pixels).map(|p| other.iter().map(|image| image[p]).sum()).collect();

@@ -58,6 +58,7 @@ fn expected_constants() -> BTreeMap<String, u32> {
         ("FACET_COUNT", constant::FACET_COUNT),
         ("POINT_INSIDE", constant::POINT_INSIDE),
         ("SHARED_BY_LANES", constant::SHARED_BY_LANES),
+        ("LIGHT_SAMPLES", constant::LIGHT_SAMPLES),
         ("FACET_OCCLUDERS", constant::FACET_OCCLUDERS),
         ("EXACT_FACETS", constant::EXACT_FACETS),
         ("FACETS_ACROSS_X", constant::FACETS_ACROSS_X),
