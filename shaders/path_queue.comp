@@ -152,13 +152,13 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         bool held = h.slot != NOTHING;
         bool shades = held && !h.dying;
         uint p = held ? h.slot % TILE : 0u;
-        uint key = pixel_key(pixel_number(pixel_of_work(corner, first_of_group(p))));
+        uint key = key_of_group(corner, p);
         Arrival arrival;
         ShadowRay shadow;
         bool second = REUSE && shades && h.path.second;
         vec3 radiance = second ? vec3(0.0) : h.radiance;
         vec3 direct = h.radiance;
-        uint light_samples = LIGHT_SAMPLES > 1u && reuses(p) ? LIGHT_SAMPLES : 1u;
+        uint light_samples = reuses(p) ? LIGHT_SAMPLES : 1u;
         bool alive = path_arrive(h.path, shades ? h.id : -1, h.t, key, light_samples, radiance, arrival, shadow) && shades;
         h.radiance = shades ? radiance : h.radiance;
         if (REUSE) {
@@ -418,7 +418,7 @@ void main() {
         uint waiting = pocket_first_segment(pocket) / (MEMBERS * TILE);
         uint missing = min(waiting, run.left > 0u ? run.slot / SEGMENTS : NOTHING);
         complete = min(samples, subgroupMin(missing));
-        if (LIGHT_SAMPLES > 1u) complete = note_further_lights(tile, region, complete, shadow_rays, loops);
+        if (LIGHT_SAMPLES > 1u) complete = note_light_at_first(tile, region, complete, shadow_rays, loops);
     }
     if (SHARED_BY_LANES && reusing) {
         added.samples = share_noted(tile, region, samples, shadow_rays, loops, added.bad, added.reused);

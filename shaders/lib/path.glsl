@@ -63,8 +63,10 @@ bool spheres_occlude(ShadowRay ray) {
     return any_sphere(ray.origin, ray.direction, ray.distance, ray.leaving);
 }
 
-// Whether the members of a group of pixels sample lights alike where they first meet a diffuse surface (reuse.glsl).
+// Whether the members of a group of pixels sample lights alike where they first meet a diffuse surface (reuse.glsl), and the
+// index of their numbers there.
 bool lights_alike() { return REUSE && LIGHT_COUNT > 0u && !SINGLE_POINT && in_mode(MODE_ALIKE); }
+uint index_at_first(uint index) { return lights_alike() ? index_of_sample(index) : index; }
 
 // What arriving at a surface leaves for the departure.
 struct Arrival {
@@ -125,7 +127,7 @@ ShadowRay light_ray(vec3 from, vec3 normal, vec3 up, int leaving, vec3 throughpu
 ShadowRay direct_light(Arrival a, uint index, uint key, uint count) {
     LightNumbers n = LightNumbers(vec2(0.0), vec2(0.0));
     if (LIGHT_COUNT > 0u && !SINGLE_POINT) {
-        n = light_numbers(key, lights_alike() && a.first ? index_of_sample(index) : index, a.hits, 0u);
+        n = light_numbers(key, a.first ? index_at_first(index) : index, a.hits, 0u);
     }
     return light_ray(a.outside, a.normal, a.up, leaving_id(a.id, a.surface, a.front), a.throughput, n, count);
 }
@@ -149,7 +151,7 @@ bool path_arrive(Path path, int id, float t, uint key, uint light_samples, inout
         if (EMITTER_COUNT > 0u && path.pdf > 0.0 && a.surface.light >= 0) {
             float cos_light = -dot(path.direction, a.surface.normal);
             float of_light = light_pdf(path.origin, a.surface.light, t, cos_light);
-            if (LIGHT_SAMPLES > 1u && path.second) of_light *= float(light_samples);
+            if (path.second) of_light *= float(light_samples);
             weight *= mis_weight(path.pdf, of_light);
         }
         if (HAS_BEAMS && path.pdf == 0.0 && path.x2 > 0.0 && path.hits <= BEAM_HITS && a.surface.light >= 0) {
@@ -186,7 +188,7 @@ bool path_arrive(Path path, int id, float t, uint key, uint light_samples, inout
     uvec2 sequence = glance_sequence(path.glances, key, path.index);
     shadow = ShadowRay(vec3(0.0), vec3(0.0, 0.0, 1.0), 0.0, -1, vec3(0.0), false);
     if (HAS_DIFFUSE) {
-        shadow = direct_light(a, sequence.y, sequence.x, LIGHT_SAMPLES > 1u && a.first ? light_samples : 1u);
+        shadow = direct_light(a, sequence.y, sequence.x, a.first ? light_samples : 1u);
         shadow.wanted = shadow.wanted && alive && diffuse;
     }
     // A path of MAX_DEPTH hits may still meet light with its last ray.

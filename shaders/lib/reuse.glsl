@@ -17,8 +17,8 @@
 // they get from there errs alike, and the difference between two of them is known well, as that of the light by y is.
 //
 // What comes to x from lights directly is the mean of LIGHT_SAMPLES samples, all but one of which are taken when the paths of a
-// group are shared, if this one has gone on: the lanes of a subgroup then trace such rays from neighbouring pixels side by side, in half
-// the time that one takes among the rays of paths.
+// group are shared, if this one has gone on: the lanes of a subgroup then trace such rays from neighbouring pixels side by
+// side, in a third of the time that they take among the rays of paths.
 //
 // All that pays where the light at x makes most of the noise; elsewhere it only costs time. So before a rendering there is a
 // trial of TRIAL samples in a group of every tile, of which the film notes how far they are from each other (gradient.glsl). The host
@@ -42,6 +42,9 @@ bool reuses(uint p) { return ((reused_halves >> ((p ^ (p >> 1)) & 1u)) & 1u) != 
 uint member_of_group(uint p) { return REUSE ? p >> GROUP_BITS : 0u; }
 uint first_of_group(uint p) { return REUSE ? p & ((1u << GROUP_BITS) - 1u) : p; }
 
+// The key of all random numbers of a path from its first hit on, whose pixel is p of a workgroup's tile with such a corner.
+uint key_of_group(uvec2 corner, uint p) { return pixel_key(pixel_number(pixel_of_work(corner, first_of_group(p)))); }
+
 // Paths may meet mirrors or glass before x. Then those of a group may have x at different hits, and what leaves y is not the
 // same for both if light is followed over a number of hits.
 const bool SEES_THROUGH = HAS_MIRROR || HAS_DIELECTRIC;
@@ -57,15 +60,6 @@ float coupling(vec3 x, vec3 nx, vec3 y, vec3 ny, out vec3 direction, out float d
     float cy = -dot(ny, direction);
     // So close that the square would underflow, the direction means nothing.
     return cx > 0.0 && cy > 0.0 && r2 > 1e-30 ? cx * cy * inverse * inverse : 0.0;
-}
-
-// Whether the lights at x are sampled further: a path has gone on from there, and not just because it might meet light.
-bool has_further_light(vec3 nx, float hit) { return LIGHT_SAMPLES > 1u && nx != vec3(0.0) && uint(hit) < MAX_DEPTH; }
-
-// Sample `nth` of the lights at the x of a path of sample `index`.
-ShadowRay further_light(vec3 x, vec3 nx, vec3 up, int leaving, vec3 beta, uint hit, uint key, uint index, uint nth) {
-    if (lights_alike()) index = index_of_sample(index);
-    return light_ray(x, nx, up, leaving, beta, light_numbers(key, index, hit, nth), LIGHT_SAMPLES);
 }
 
 // Where a segment that comes from elsewhere may end at a hit: off its surface.

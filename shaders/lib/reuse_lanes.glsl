@@ -91,13 +91,15 @@ void differences(vec3 gathered, bool there, out vec3 right, out vec3 down) {
     }
 }
 
-// What a path gets at x from the further samples of lights, all together; `index` is that of its sample.
-vec3 further_lights(Meeting m, uint key, uint index, inout uint shadow_rays, inout uint loops) {
+// Light from x itself: the mean of the sample that the path has taken, `index` being that of its own, and of the further ones. These
+// are taken if it has gone on from x, and not just because it might meet light.
+vec3 light_at_first(Meeting m, uint key, uint index, inout uint shadow_rays, inout uint loops) {
     vec3 sum = vec3(0.0);
-    bool there = has_further_light(m.nx, m.hit);
+    bool goes_on = m.nx != vec3(0.0) && uint(m.hit) < MAX_DEPTH;
     [[dont_unroll]] for (uint nth = 1u; nth < LIGHT_SAMPLES; ++nth) {
-        ShadowRay ray = further_light(m.x, m.nx, m.up, m.leaving, m.beta, uint(m.hit), key, index, nth);
-        bool wanted = there && ray.wanted;
+        LightNumbers n = light_numbers(key, index_at_first(index), uint(m.hit), nth);
+        ShadowRay ray = light_ray(m.x, m.nx, m.up, m.leaving, m.beta, n, LIGHT_SAMPLES);
+        bool wanted = goes_on && ray.wanted;
         shadow_rays += wanted ? 1u : 0u;
         bool hidden;
         bool walks = shadow_needs_tree(ray, hidden) && wanted;
@@ -106,7 +108,7 @@ vec3 further_lights(Meeting m, uint key, uint index, inout uint shadow_rays, ino
         sum += wanted && !hidden ? ray.radiance : vec3(0.0);
         loops += 1u + LIGHT_LOOPS;
     }
-    return sum;
+    return goes_on ? (m.direct + sum) / float(LIGHT_SAMPLES) : m.direct;
 }
 
 // All light of the lane's pixel for one sample, whose path has ended. To be called by all lanes. The part of it that comes by
@@ -136,14 +138,12 @@ vec3 shared_light(EndedPath ended, uint key, uint index, inout uint shadow_rays,
         if (value > 0.0) sum += theirs * (value / all);
     }
     loops += MEMBERS;
-    vec3 further = vec3(0.0);
-    if (LIGHT_SAMPLES > 1u) further = further_lights(m, key, index, shadow_rays, loops);
+    vec3 direct = m.direct;
+    if (LIGHT_SAMPLES > 1u) direct = light_at_first(m, key, index, shadow_rays, loops);
     vec3 own = m.gives ? vec3(0.0) : ended.light;
     if (GLANCES > 0u) own += ended.glanced;
     unshared = m.beta * given;
     gathered = m.beta * sum;
-    vec3 direct = m.direct;
-    if (has_further_light(m.nx, m.hit)) direct = (m.direct + further) / float(LIGHT_SAMPLES);
     if (lights_alike()) {
         unshared += m.direct;
         gathered += direct;

@@ -23,7 +23,7 @@ const uint ROW_DIRECT = 5u;     // light from x itself, β.r; in memory in the e
 const uint ROW_COUPLINGS = 6u;  // two rows: a(x, y) of its y and each member's x
 const uint ROW_FIRST_UP = 8u;   // with SMOOTH_NORMALS: geometric normal of x
 const uint ROW_GLANCED = 9u;    // light that glances have gathered
-const uint ROW_FURTHER = 10u;   // in memory: that of the further samples of lights at x
+const uint ROW_LIGHT_AT_FIRST = 10u;    // in memory, with LIGHT_SAMPLES: the mean of the light from x itself
 
 const float PATH_UNWANTED = -1.0;   // its pixel is to get no such sample
 const float PATH_OPEN = 0.0;    // it has not ended
@@ -128,9 +128,7 @@ vec4 shared_light(uint path, out vec3 gathered, out vec3 unshared) {
     if (normal.xyz != vec3(0.0)) {
         vec4 direct_row = path_load(path, ROW_DIRECT);
         vec3 direct = direct_row.xyz;
-        if (has_further_light(normal.xyz, normal.w)) {
-            direct = (direct_row.xyz + path_load(path, ROW_FURTHER).xyz) / float(LIGHT_SAMPLES);
-        }
+        if (LIGHT_SAMPLES > 1u) direct = path_load(path, ROW_LIGHT_AT_FIRST).xyz;
         vec3 beta = vec3(direct_row.w, path_load(path, ROW_SECOND).w, path_load(path, ROW_SECOND_NORMAL).w);
         unshared = beta * given;
         gathered = beta * sum;
@@ -188,14 +186,10 @@ EndedPath noted_path(uint path, vec4 light) {
     return ended;
 }
 
-// The key that the paths of a tile's pixel p have from their first hits on.
-uint noted_key(uint tile, uint p) {
-    return pixel_key(pixel_number(pixel_of_work(tile_corner(tile / TILE), first_of_group(p))));
-}
-
-// Notes what the paths of a tile get from the further samples of lights, in the order of their samples. Returns for how many of
-// each pixel's samples the budget of loops did.
-uint note_further_lights(uint tile, uint region, uint samples, inout uint shadow_rays, inout uint loops) {
+// Notes the light that the paths of a tile get at their first hits, in the order of their samples. Returns for how many of each
+// pixel's samples the budget of loops did.
+uint note_light_at_first(uint tile, uint region, uint samples, inout uint shadow_rays, inout uint loops) {
+    uvec2 corner = tile_corner(tile / TILE);
     [[dont_unroll]] for (uint s = 0u; s < samples; ++s) {
         [[dont_unroll]] for (uint first = 0u; first < TILE; first += gl_SubgroupSize) {
             // In all lanes: what the slowest of them takes counts.
@@ -205,9 +199,9 @@ uint note_further_lights(uint tile, uint region, uint samples, inout uint shadow
             uint index = index_of_member(index_after(film_state(slot), film_count(slot)) + s, member_of_group(p));
             Meeting meeting = noted_path(path, path_load(path, ROW_LIGHT)).meeting;
             uint traced = 0u;
-            vec3 light = further_lights(meeting, noted_key(tile, p), index, traced, loops);
+            vec3 light = light_at_first(meeting, key_of_group(corner, p), index, traced, loops);
             if (first + gl_SubgroupInvocationID < TILE) {
-                path_store(path, ROW_FURTHER, vec4(light, 0.0));
+                path_store(path, ROW_LIGHT_AT_FIRST, vec4(light, 0.0));
                 shadow_rays += traced;
             }
             if (LOOP_BUDGET > 0u && subgroupMax(loops + doubtful_loops) >= LOOP_BUDGET) return s;
@@ -222,6 +216,7 @@ uint note_further_lights(uint tile, uint region, uint samples, inout uint shadow
 // did not end. Returns how many there were; `reused` of those pixels that serve others.
 uint share_noted(uint tile, uint region, uint samples, inout uint shadow_rays, inout uint loops, inout uint bad,
                  inout uint reused) {
+    uvec2 corner = tile_corner(tile / TILE);
     uint added = 0u;
     [[dont_unroll]] for (uint first = 0u; first < TILE / MEMBERS; first += SUBGROUP_LANES / MEMBERS) {
         uint p = (gl_SubgroupInvocationID % MEMBERS) << GROUP_BITS | (first + gl_SubgroupInvocationID / MEMBERS);
@@ -236,7 +231,7 @@ uint share_noted(uint tile, uint region, uint samples, inout uint shadow_rays, i
             film_pixel = film_load(slot);
             gradients = gradients_load(slot);
         }
-        uint key = LIGHT_SAMPLES > 1u ? noted_key(tile, p) : 0u;
+        uint key = key_of_group(corner, p);
         uint count = film_pixel.count;
         uint target = target_of(film_pixel.state);
         bool complete = true;

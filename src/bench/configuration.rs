@@ -33,9 +33,9 @@ impl Configuration {
 ///
 /// Keys: `sampler` (sobol, independent, pcg), `accel` (bvh, none), `intersection` (watertight, moller-trumbore),
 /// `sampling` (uniform, adaptive: with the same mean number of samples), `scheduler` (auto, inline, queue),
-/// `reuse` (auto, always, off), `gradients`, `shares`, `glances`, `beams` (auto, off), `light-samples` (auto, one), `features` (specialised, general, or
-/// `+` and one of [`Feature::ALL`] that is compiled although not needed), `roulette` (off, or the first hit), `device`
-/// (index, name or UUID).
+/// `reuse` (auto, always, off), `gradients`, `shares`, `glances`, `beams` (auto, off), `light-samples` (auto, one),
+/// `features` (specialised, general, or `+` and one of [`Feature::ALL`] that is compiled although not needed), `roulette`
+/// (off, or the first hit), `device` (index, name or UUID).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Vary {
     key: Key,

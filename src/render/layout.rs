@@ -211,8 +211,6 @@ pub(crate) mod queue {
     pub const PATHS: u32 = 2048;
     /// Texels of a path's notes.
     pub const PATH_ROWS: u32 = 11;
-    /// Most samples of lights at a path's first diffuse hit.
-    pub const LIGHT_SAMPLES: u32 = 4;
     /// Tiles of which a scattered one is made.
     pub const SCATTERED_TILES: u32 = 8;
     /// Samples of the trial whether it pays to reuse paths.

@@ -14,7 +14,7 @@ use super::beams::BeamTable;
 use super::driver::DriverFacts;
 use super::facets::{self, Facet};
 use super::features::Features;
-use super::layout::{SceneValues, constant, kind, queue};
+use super::layout::{SceneValues, constant, kind};
 use super::light_list::LightList;
 use super::lights::{Light, LightShape, LightTable};
 use super::mutation::Mutation;
@@ -26,6 +26,8 @@ use super::view::View;
 
 /// Ids of the shader from here on are records of the tree (shaders/lib/intersect/tree.glsl).
 const TREE_ID: usize = 0x0100_0000;
+/// Samples of lights at a first diffuse hit: shaders/lib/path.glsl spreads up to four over a lamp.
+const LIGHT_SAMPLES: u32 = 4;
 
 /// Where a primitive of the shader comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -216,7 +218,7 @@ impl Tables {
     /// Samples of lights that a path takes where it first meets a diffuse surface, if it serves several pixels.
     pub fn light_samples(&self, wanted: LightSamples) -> u32 {
         let differ = self.light_count > 0 && self.single_point.is_none();
-        if differ && wanted == LightSamples::Auto { queue::LIGHT_SAMPLES } else { 1 }
+        if differ && wanted == LightSamples::Auto { LIGHT_SAMPLES } else { 1 }
     }
 
     /// The numbers of the scene.

@@ -64,7 +64,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "determinism/stopped",
-        what: "a rendering that is stopped before its end, as by a time limit",
+        what: "a rendering without reuse that is stopped before its end, as by a time limit",
         oracle: "the image of as many samples as were done",
         quantity: "pixels whose bits differ",
         threshold: 0.0,
