@@ -15,7 +15,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "deviation of the image's contrast in standard errors",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, divided_room(), Scheduler::Queue, [SHARED, ALONE]),
+        measure: |lab| contrast(lab, divided_room(), Meet::Memory, [SHARED, ALONE]),
     },
     Case {
         name: "reuse/lanes",
@@ -24,7 +24,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, screened_room(), Scheduler::Inline, [SHARED, ALONE]),
+        measure: |lab| contrast(lab, screened_room(), Meet::Lanes, [SHARED, ALONE]),
     },
     Case {
         name: "reuse/mirrors-paths",
@@ -33,7 +33,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, with_body(mirrored_wall(), Normals::Flat), Scheduler::Queue, [SHARED, ALONE]),
+        measure: |lab| contrast(lab, with_body(mirrored_wall(), Normals::Flat), Meet::Memory, [SHARED, ALONE]),
     },
     Case {
         name: "reuse/mirrors-lanes",
@@ -42,7 +42,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, mirrored_wall(), Scheduler::Inline, [SHARED, ALONE]),
+        measure: |lab| contrast(lab, mirrored_wall(), Meet::Lanes, [SHARED, ALONE]),
     },
     Case {
         name: "reuse/smooth-paths",
@@ -51,7 +51,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, with_body(screened_room(), Normals::Smooth), Scheduler::Queue, [SHARED, ALONE]),
+        measure: |lab| contrast(lab, with_body(screened_room(), Normals::Smooth), Meet::Memory, [SHARED, ALONE]),
     },
     Case {
         name: "reuse/smooth-lanes",
@@ -60,7 +60,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, with_body(screened_room(), Normals::Smooth), Scheduler::Inline, [SHARED, ALONE]),
+        measure: |lab| contrast(lab, with_body(screened_room(), Normals::Smooth), Meet::Lanes, [SHARED, ALONE]),
     },
     Case {
         name: "gradients/paths",
@@ -69,7 +69,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "deviation of the image's contrast in standard errors",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, divided_room(), Scheduler::Queue, [COMPARED, SHARED]),
+        measure: |lab| contrast(lab, divided_room(), Meet::Memory, [COMPARED, SHARED]),
     },
     Case {
         name: "gradients/lanes",
@@ -78,7 +78,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, screened_room(), Scheduler::Inline, [COMPARED, SHARED]),
+        measure: |lab| contrast(lab, screened_room(), Meet::Lanes, [COMPARED, SHARED]),
     },
     Case {
         name: "gradients/lamps-paths",
@@ -87,7 +87,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, lamps(), Scheduler::Queue, [COMPARED, ALONE]),
+        measure: |lab| contrast(lab, lamps(), Meet::Memory, [COMPARED, ALONE]),
     },
     Case {
         name: "gradients/lamps-lanes",
@@ -96,7 +96,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, lamps(), Scheduler::Inline, [COMPARED, ALONE]),
+        measure: |lab| contrast(lab, lamps(), Meet::Lanes, [COMPARED, ALONE]),
     },
     Case {
         name: "shares/paths",
@@ -105,7 +105,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, lamps(), Scheduler::Queue, [UNEVEN, COMPARED]),
+        measure: |lab| contrast(lab, lamps(), Meet::Memory, [UNEVEN, COMPARED]),
     },
     Case {
         name: "shares/lanes",
@@ -114,7 +114,16 @@ pub(super) const CASES: &[Case] = &[
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, lamps(), Scheduler::Inline, [UNEVEN, COMPARED]),
+        measure: |lab| contrast(lab, lamps(), Meet::Lanes, [UNEVEN, COMPARED]),
+    },
+    Case {
+        name: "shares/notes",
+        what: "the same, fetched from memory by the lanes of a subgroup",
+        oracle: "each path by itself, as many everywhere",
+        quantity: "the same",
+        threshold: 4.0,
+        full_only: false,
+        measure: |lab| contrast(lab, lamps(), Meet::Notes, [UNEVEN, ALONE]),
     },
     Case {
         name: "light-samples/paths",
@@ -123,7 +132,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, lamps(), Scheduler::Queue, [COMPARED, ONE_LIGHT]),
+        measure: |lab| contrast(lab, lamps(), Meet::Memory, [COMPARED, ONE_LIGHT]),
     },
     Case {
         name: "light-samples/lanes",
@@ -132,7 +141,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, lamps(), Scheduler::Inline, [COMPARED, ONE_LIGHT]),
+        measure: |lab| contrast(lab, lamps(), Meet::Lanes, [COMPARED, ONE_LIGHT]),
     },
 ];
 
@@ -148,44 +157,64 @@ fn with_body(mut scene: Scene, normals: Normals) -> Scene {
     scene
 }
 
-type Way = (Reuse, Gradients, Shares, LightSamples);
-const ALONE: Way = (Reuse::Off, Gradients::Off, Shares::Off, LightSamples::One);
-const SHARED: Way = (Reuse::Always, Gradients::Off, Shares::Off, LightSamples::Auto);
-const COMPARED: Way = (Reuse::Always, Gradients::Auto, Shares::Off, LightSamples::Auto);
-const UNEVEN: Way = (Reuse::Always, Gradients::Auto, Shares::Auto, LightSamples::Auto);
-const ONE_LIGHT: Way = (Reuse::Always, Gradients::Auto, Shares::Off, LightSamples::One);
+/// Where the paths of a group meet.
+#[derive(Clone, Copy)]
+enum Meet {
+    /// In the lanes of a subgroup, as they end.
+    Lanes,
+    /// In memory.
+    Memory,
+    /// In the lanes of a subgroup, fetched from memory when all have ended.
+    Notes,
+}
+
+/// How paths serve several pixels.
+#[derive(Clone, Copy)]
+struct Way {
+    reuse: Reuse,
+    gradients: Gradients,
+    shares: Shares,
+    light_samples: LightSamples,
+}
+
+const SHARED: Way =
+    Way { reuse: Reuse::Always, gradients: Gradients::Off, shares: Shares::Off, light_samples: LightSamples::Auto };
+const ALONE: Way = Way { reuse: Reuse::Off, light_samples: LightSamples::One, ..SHARED };
+const COMPARED: Way = Way { gradients: Gradients::Auto, ..SHARED };
+const UNEVEN: Way = Way { shares: Shares::Auto, ..COMPARED };
+const ONE_LIGHT: Way = Way { light_samples: LightSamples::One, ..COMPARED };
 
 const SEEDS: u32 = 12;
 
 /// How far the contrast of the scene's image is from that of one that is made in another way. Contrast is the sum of all
 /// pixels, each times how much brighter than the mean it is in a third image, of other seeds.
-fn contrast(
-    lab: &Lab,
-    mut scene: Scene,
-    scheduler: Scheduler,
-    [one, another]: [Way; 2],
-) -> Result<Measured, CheckError> {
+fn contrast(lab: &Lab, mut scene: Scene, meet: Meet, [one, another]: [Way; 2]) -> Result<Measured, CheckError> {
     // Of more samples there are no shares.
-    let most = if one.2 == Shares::Auto { 256 } else { 1024 };
+    let most = if one.shares == Shares::Auto { 256 } else { 1024 };
     scene.size(32, lab.size(40, most) as u32);
-    let images =
-        |(reuse, gradients, shares, light_samples): Way, first_seed: u32| -> Result<Vec<Vec<f64>>, CheckError> {
-            let settings = RenderSettings {
-                reuse,
-                gradients,
-                shares,
-                light_samples,
-                scheduler,
-                share_by_lanes: (scheduler == Scheduler::Queue).then_some(false),
-                ..lab.settings(&scene)
-            };
-            let mut renderer = Renderer::new(&lab.context, &scene, &settings)?;
-            let mut image = |seed| {
-                renderer.set_seed(seed);
-                Ok(Rendered::by(&mut renderer)?.channel(1))
-            };
-            (first_seed..first_seed + SEEDS).map(&mut image).collect()
+    let (scheduler, share_by_lanes) = match meet {
+        Meet::Lanes => (Scheduler::Inline, None),
+        Meet::Memory => (Scheduler::Queue, Some(false)),
+        Meet::Notes => (Scheduler::Queue, Some(true)),
+    };
+    let images = |way: Way, first_seed: u32| -> Result<Vec<Vec<f64>>, CheckError> {
+        let Way { reuse, gradients, shares, light_samples } = way;
+        let settings = RenderSettings {
+            reuse,
+            gradients,
+            shares,
+            light_samples,
+            scheduler,
+            share_by_lanes,
+            ..lab.settings(&scene)
         };
+        let mut renderer = Renderer::new(&lab.context, &scene, &settings)?;
+        let mut image = |seed| {
+            renderer.set_seed(seed);
+            Ok(Rendered::by(&mut renderer)?.channel(1))
+        };
+        (first_seed..first_seed + SEEDS).map(&mut image).collect()
+    };
     let (with, without, other) = (images(one, 0)?, images(another, 0)?, images(another, SEEDS)?);
     let pixels = other[0].len();
     let sums: Vec<f64> = (0..pixels).map(|p| other.iter().map(|image| image[p]).sum()).collect();
