@@ -264,7 +264,7 @@ void connect_paths(inout Pocket pocket, inout Run run, PocketWalk w) {
 
 // One step.
 void walk_further(inout PocketWalk w) {
-    if (REUSE) occlusion_steps += w.shadow && w.walk.current != FINISHED ? 1u : 0u;
+    if (REUSE) occlusion_steps += w.shadow && w.walk.current != FINISHED ? counted(1u) : 0u;
     walk_on(w.walk, w.ray, w.leaving, w.shadow, steps);
 }
 
@@ -375,14 +375,16 @@ void main() {
     region = r * PATHS;
     uint samples = min(max_new_samples, PATHS / TILE);
     bool reusing = REUSE && reused_halves != 0u;
-    uint paths = TILE * samples;
     if (NOTES_ARE_CLEARED) {
+        uint most = 0u;
         [[dont_unroll]] for (uint p = gl_SubgroupInvocationID; p < TILE; p += gl_SubgroupSize) {
             uint wanted = reusing ? wanted_samples(slot_of_tile(tile, p)) : samples;
+            most = max(most, wanted);
             [[dont_unroll]] for (uint s = 0u; s < samples; ++s) path_clear(region + s * TILE + p, s < wanted, reusing);
         }
         share_notes();
-        loops += (TILE + paths) / gl_SubgroupSize;
+        loops += (TILE + TILE * samples) / gl_SubgroupSize;
+        samples = min(samples, subgroupMax(most));
     }
     // What is left of the budget must do for reusing the paths and for the film.
     budget = reusing ? LOOP_BUDGET / 2u : LOOP_BUDGET;
@@ -403,7 +405,8 @@ void main() {
         w = pocket_walk_idle();
         run.slot = gl_SubgroupInvocationID;
         run.left = (samples * SEGMENTS + gl_SubgroupSize - 1u - run.slot) / gl_SubgroupSize;
-        budget = LOOP_BUDGET;
+        // Some must be left for further samples of lights.
+        budget = LIGHT_SAMPLES > 1u ? LOOP_BUDGET / 4u * 3u : LOOP_BUDGET;
         share_notes();
         do {
             connect_paths(pocket, run, w);
@@ -419,6 +422,7 @@ void main() {
         uint missing = min(waiting, run.left > 0u ? run.slot / SEGMENTS : NOTHING);
         complete = min(samples, subgroupMin(missing));
         if (LIGHT_SAMPLES > 1u) complete = note_light_at_first(tile, region, complete, shadow_rays, loops);
+        share_notes();
     }
     if (SHARED_BY_LANES && reusing) {
         added.samples = share_noted(tile, region, samples, shadow_rays, loops, added.bad, added.reused);
@@ -428,7 +432,8 @@ void main() {
     release_region(r);
     if (PATH_STATS) steps += walked_steps;
     if (is_scattered()) {
-        // What its paths took in all is left to the first pixels.
+        // What its paths took in all is left to the first pixels. Other lanes have stored these.
+        share_notes();
         [[dont_unroll]] for (uint p = gl_SubgroupInvocationID; p < TILE; p += gl_SubgroupSize) {
             uint slot = slot_of_tile(tile, p);
             if (slot < end_slot) film_note_cost(slot, p < gl_SubgroupSize ? cost_of(shadow_rays, occlusion_steps) : 0u);

@@ -334,7 +334,7 @@ fn ctrl_c_writes_what_there_is() {
     assert_eq!(names(directory.path()), ["ball.toml", "out.png"]);
     let (image, metadata) = read(&directory.path().join("out.png")).unwrap();
     assert_eq!(image.width(), 512);
-    assert!(metadata.get("Samples").unwrap().parse::<u32>().unwrap() >= 1);
+    assert!(metadata.get("Samples").unwrap().parse::<f64>().unwrap() >= 1.0);
 }
 
 #[test]

@@ -180,7 +180,8 @@ fn noisy_parts_get_more_samples() {
         RenderSettings { samples_per_dispatch: Some(1), ..base.clone() },
         RenderSettings { samples_per_dispatch: Some(5), general: true, ..base.clone() },
         RenderSettings { scheduler: Scheduler::Inline, ..base.clone() },
-        RenderSettings { scheduler: Scheduler::Queue, ..base.clone() },
+        RenderSettings { scheduler: Scheduler::Queue, share_by_lanes: Some(true), ..base.clone() },
+        RenderSettings { scheduler: Scheduler::Queue, share_by_lanes: Some(false), ..base.clone() },
     ] {
         assert_same_bits(&render(&context, &scene, &settings), &expected, &format!("{settings:?}"));
     }

@@ -18,6 +18,9 @@ void load_scene() {
 uint walked_steps = 0u;
 uint occlusion_steps = 0u;
 
+// An empty tree, of a program that could do with one, tells nothing of the cost of a sample.
+uint counted(uint steps) { return TREE_BOX_COUNT > 0u ? steps : 0u; }
+
 // Walks the tree to the end, or as far as the budget goes; then `loops` has reached LOOP_BUDGET. Returns the steps.
 uint walk_tree(inout Walk walk, vec3 o, vec3 d, int leaving, bool any_hit, uint loops) {
     TreeRay r = tree_ray(o, d);
@@ -27,7 +30,7 @@ uint walk_tree(inout Walk walk, vec3 o, vec3 d, int leaving, bool any_hit, uint 
         steps += 1u;
     }
     if (PATH_STATS) walked_steps += steps;
-    if (REUSE && any_hit) occlusion_steps += steps;
+    if (REUSE && any_hit) occlusion_steps += counted(steps);
     return steps;
 }
 

@@ -62,7 +62,7 @@ impl Reference {
     pub fn given(path: &Path, noise: Option<f64>) -> Result<Self, BenchError> {
         let (image, metadata) = image::read(path)
             .map_err(|source| BenchError::Image { what: format!("reference {}", path.display()), source })?;
-        let samples = metadata.get("Samples").and_then(|s| s.parse().ok());
+        let samples = metadata.get("Samples").and_then(|s| s.parse::<f64>().ok()).map(|mean| mean.round() as u64);
         let file = Some(path.to_owned());
         match (noise, image.variance().is_some()) {
             (Some(noise), _) => {

@@ -54,7 +54,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     workgroup: Option<u32>,
 
-    /// Loop iterations of an invocation, 0 for no bound (changes no bit of the image)
+    /// Loop iterations of an invocation, 0 for no bound (changes no bit of the image, unless it is too small to try paths)
     #[arg(long, value_name = "N")]
     loop_budget: Option<u32>,
 
@@ -221,12 +221,12 @@ fn metadata(scene: &Scene, settings: &RenderSettings, context: &Context, rendere
     m.push("Software", format!("photolith {}", env!("CARGO_PKG_VERSION")));
     m.push("Scene", &scene.source);
     let statistics = renderer.statistics();
-    m.push("Samples", statistics.samples_per_pixel);
+    m.push("Samples", statistics.mean_samples_per_pixel);
     if let Some(reached) = statistics.adaptive {
         m.push("Noise", reached.noise);
     }
     if statistics.most_samples_per_pixel > statistics.samples_per_pixel {
-        m.push("MeanSamples", statistics.mean_samples_per_pixel);
+        m.push("FewestSamples", statistics.samples_per_pixel);
         m.push("MostSamples", statistics.most_samples_per_pixel);
     }
     m.push("MaxDepth", scene.integrator.max_depth);

@@ -176,7 +176,7 @@ pub struct RenderSettings {
     /// Samples per pixel, in noisy parts more and elsewhere fewer (see [`Shares`]); with adaptive sampling, the most that a pixel
     /// gets.
     pub samples: u32,
-    /// Sample adaptively; `None`: all pixels alike.
+    /// Sample adaptively, to a noise.
     pub adaptive: Option<Adaptive>,
     /// Selects the random numbers; images of different seeds are independent.
     pub seed: u32,

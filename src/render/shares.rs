@@ -14,6 +14,8 @@ pub(crate) struct Share(i8);
 impl Share {
     /// The most samples that one of them stands for.
     pub const MOST: u32 = 4;
+    /// From the least to the greatest.
+    pub const ALL: [Self; 4] = [Self(-1), Self(0), Self(1), Self(2)];
 
     /// The nearest to such a logarithm.
     fn near(logarithm: f64) -> Self {
@@ -112,7 +114,7 @@ impl Shares {
             return pixels * u64::from(samples);
         }
         let of_share = |share: Share| self.pixels[kind][share.bits() as usize] * u64::from(share.of(samples));
-        (-1..=2).map(|step| of_share(Share(step))).sum()
+        Share::ALL.map(of_share).iter().sum()
     }
 }
 
@@ -127,8 +129,8 @@ pub(crate) struct Tile {
     pub pixels: f64,
     /// What a sample of each of them takes, in any unit.
     pub cost: f64,
-    /// Of a sample of a pixel, in the mean.
-    pub variance: f64,
+    /// Of a sample of a pixel, in the mean, if any have been tried.
+    pub variance: Option<f64>,
 }
 
 /// What the variance of a tile counts beside the own one of a neighbour; squared where only corners touch.
@@ -141,7 +143,7 @@ const WORTH: f64 = 0.88;
 fn left(tiles: &[Tile], shares: &[Share]) -> f64 {
     let (mut before, mut after) = ([0.0; 2], [0.0; 2]);
     for (tile, share) in tiles.iter().zip(shares) {
-        let (variance, factor) = (tile.pixels * tile.variance, share.factor());
+        let (variance, factor) = (tile.pixels * tile.variance.unwrap_or_default(), share.factor());
         before = [before[0] + variance, before[1] + tile.cost];
         after = [after[0] + variance / factor, after[1] + tile.cost * factor];
     }
@@ -156,22 +158,25 @@ fn smooth(tiles: &[Tile], width: u32, height: u32, own: f64) -> Vec<Tile> {
         for other in tiles_around(tile as u32, width, height) {
             let [u, v] = place_of_tile(other as u32, width);
             let distance = (x.abs_diff(u) + y.abs_diff(v)) as i32;
+            let Some(variance) = tiles[other].variance else { continue };
             let weight = tiles[other].pixels * if distance == 0 { own } else { NEIGHBOUR.powi(distance) };
             weights += weight;
-            sum += weight * tiles[other].variance;
+            sum += weight * variance;
         }
-        Tile { variance: if weights > 0.0 { sum / weights } else { 0.0 }, ..*known }
+        Tile { variance: (weights > 0.0).then_some(sum / weights), ..*known }
     };
     tiles.par_iter().enumerate().map(mean).collect()
 }
 
 /// The shares of tiles, so that their samples cost as much as with one for each pixel, or a little less.
 fn divide(tiles: &[Tile]) -> Vec<Share> {
-    // Without variance the logarithm is -∞.
-    let wanted = |tile: &Tile| 0.5 * (tile.variance / (tile.cost / tile.pixels.max(1.0)).max(1e-9)).log2();
+    // Without variance the logarithm is -∞. Where nothing is known, as beyond the edge of the image, all is as it was.
+    let known = |tile: &Tile| tile.variance.filter(|_| tile.pixels > 0.0);
+    let wanted = |tile: &Tile| Some(0.5 * (known(tile)? / (tile.cost / tile.pixels).max(1e-9)).log2());
     let wanted: Vec<_> = tiles.iter().map(wanted).collect();
+    let share = |wanted: &Option<f64>, scale: f64| wanted.map_or(Share(0), |wanted| Share::near(wanted + scale));
     let all: f64 = tiles.iter().map(|tile| tile.cost).sum();
-    let of_tile = |(tile, wanted): (&Tile, &f64), scale| tile.cost * Share::near(wanted + scale).factor();
+    let of_tile = |(tile, wanted): (&Tile, &Option<f64>), scale| tile.cost * share(wanted, scale).factor();
     let cost = |scale: f64| tiles.iter().zip(&wanted).map(|tile| of_tile(tile, scale)).sum::<f64>();
     // The logarithms of numbers lie between these.
     let (mut low, mut high) = (-1100.0, 1100.0);
@@ -179,7 +184,7 @@ fn divide(tiles: &[Tile]) -> Vec<Share> {
         let middle = 0.5 * (low + high);
         if cost(middle) <= all { low = middle } else { high = middle }
     }
-    wanted.iter().map(|wanted| Share::near(wanted + low)).collect()
+    wanted.iter().map(|wanted| share(wanted, low)).collect()
 }
 
 #[cfg(test)]
@@ -195,7 +200,7 @@ mod tests {
             Tile {
                 pixels: 64.0,
                 cost: if left { 64.0 * cost } else { 64.0 },
-                variance: if left { contrast } else { 1.0 },
+                variance: Some(if left { contrast } else { 1.0 }),
             }
         };
         (0..64).map(tile).collect()
@@ -223,6 +228,20 @@ mod tests {
         assert!(Shares::of(&tiles(1.0, 1.0), GRID).is_even());
         assert!(Shares::of(&vec![Tile::default(); 64], GRID).is_even());
         assert!(Shares::of(&tiles(f64::NAN, 1.0), GRID).is_even());
+    }
+
+    #[test]
+    fn tiles_of_which_nothing_is_known_follow_their_neighbours() {
+        let mut some = tiles(64.0, 1.0);
+        let known = Shares::of(&some, GRID);
+        let inner = tile_of_pixel(12, 12, GRID.width) as usize;
+        some[inner].variance = None;
+        let shares = Shares::of(&some, GRID);
+        let pixel = 12 * 64 + 12;
+        assert_eq!(shares.of_pixel(pixel)[0], known.of_pixel(pixel)[0]);
+        // Those beyond the edge of the image have the share that all pixels would have otherwise.
+        some[inner] = Tile::default();
+        assert_eq!(Shares::of(&some, GRID).of_pixel(pixel)[0], Share(0));
     }
 
     #[test]

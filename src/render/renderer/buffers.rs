@@ -18,6 +18,9 @@ pub(super) const BINDINGS: [(u32, BindingKind); 4] = [
     (binding::GRADIENTS, BindingKind::StorageTexels),
 ];
 
+/// Slots of a set of tiles, which a trial wants whole.
+const SET_SLOTS: u64 = (queue::TILE * queue::SCATTERED_TILES) as u64;
+
 /// Pixels of a band: 192 MiB.
 const MOST_BAND_SLOTS: u64 = 1 << 22;
 
@@ -93,7 +96,7 @@ impl Buffers {
         let texels = size_of::<FilmSlot>() as u64 / 16;
         let covered = u64::from(device.limits.max_compute_work_group_count[0]) * u64::from(shape.slots_per_group);
         let band_slots = (device.info.max_texel_elements / texels).min(covered).min(MOST_BAND_SLOTS);
-        let unit = if band_slots < shape.row_slots { 64 } else { shape.row_slots };
+        let unit = if band_slots < shape.row_slots { SET_SLOTS } else { shape.row_slots };
         let band_slots = band_slots / unit * unit;
         let mut bands = Vec::new();
         let mut first = 0u64;

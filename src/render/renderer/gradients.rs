@@ -150,8 +150,13 @@ impl Renderer {
     }
 
     /// Takes over what the trial shows of gradients.
-    pub(super) fn judge_gradients(&mut self, tried: &[TriedGroup]) {
-        let mut sums = [[0.0f64; 2]; CLASSES];
+    pub(super) fn judge_gradients(&mut self, pairs: &PairSums) {
+        self.certainties = certainties(pairs);
+        log::debug!("certainty of differences: {:?}", self.certainties);
+    }
+
+    /// Adds what groups show of neighbours after the trial.
+    pub(super) fn compare_neighbours(&self, tried: &[TriedGroup], sums: &mut PairSums) {
         let square = |x: f32| f64::from(x).powi(2);
         for group in tried {
             for (member, slot) in group.gradients.iter().enumerate() {
@@ -170,8 +175,6 @@ impl Renderer {
                 }
             }
         }
-        self.certainties = certainties(&sums);
-        log::debug!("certainty of differences: {:?}", self.certainties);
     }
 
     /// Reads the whole film, and makes use of its gradients if there are any.
@@ -217,8 +220,11 @@ fn finite(c: Vec4) -> [f32; 3] {
 /// How many times as certain the differences of each class are as the pixels' own values.
 pub(super) type Certainties = [f32; CLASSES];
 
-/// The inverse of the variance of differences, that of values being 1, from sums of squares of both.
-fn certainties(sums: &[[f64; 2]; CLASSES]) -> Certainties {
+/// Sums of squares over the pairs of each class: of values, and of differences.
+pub(super) type PairSums = [[f64; 2]; CLASSES];
+
+/// The inverse of the variance of differences, that of values being 1.
+fn certainties(sums: &PairSums) -> Certainties {
     let all = sums.iter().fold([0.0; 2], |[a, b], sum| [a + sum[0], b + sum[1]]);
     // Where there are few pairs, as in all.
     sums.map(|[values, difference]| {
@@ -305,6 +311,28 @@ mod tests {
         assert_eq!(phases.noted(u32::MAX, Default::default()), [most / 2; 2]);
         assert_eq!(Phases::NEVER_SHIFTED.samples(1 << 30), [1 << 30, 0]);
         assert_eq!((Phases::NEVER_SHIFTED.end(1 << 30), Phases::NEVER_SHIFTED.is_shifted(1 << 30)), (u32::MAX, false));
+    }
+
+    #[test]
+    fn shares_of_phases_are_taken_one_after_the_other() {
+        let all = Share::ALL;
+        let pairs = all.iter().flat_map(|plain| all.map(|shifted| [*plain, shifted]));
+        for (phases, shares) in pairs.flat_map(|s| {
+            [(Phases::of(5, false), s), (Phases::of(16, false), s), (Phases::of(64, true), s), (Phases::OfDoublings, s)]
+        }) {
+            // Sample by sample that is asked for, the pixel takes its share of all of that kind.
+            let (mut asked, mut taken) = ([0; 2], Vec::new());
+            for sample in 0..64 {
+                let kind = usize::from(phases.is_shifted(sample));
+                asked[kind] += 1;
+                let of_kind = taken.iter().filter(|k| **k == kind).count() as u32;
+                taken.extend((of_kind..shares[kind].of(asked[kind])).map(|_| kind));
+            }
+            for count in 0..=taken.len() {
+                let expected = [0, 1].map(|kind| taken[..count].iter().filter(|k| **k == kind).count() as u32);
+                assert_eq!(phases.noted(count as u32, shares), expected, "{phases:?} {shares:?} {count}");
+            }
+        }
     }
 
     /// A plane of 8×8 pixels, seen so that its differences are exact: what only one group has too much of is spread.

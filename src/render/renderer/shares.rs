@@ -1,18 +1,18 @@
 //! Decides how many of the samples each part of the image gets (shaders/lib/share.glsl).
 
-use super::super::film::{pixels_in, rows_of_blocks, slot_count};
+use super::super::film::{pixels_in, rows_of_blocks, slot_count, slots_of_row};
 use super::super::layout::queue;
 use super::super::settings;
 use super::super::shares::{Grid, Share, Shares, Tile};
 use super::super::sobol::{MAX_SAMPLES, levels};
 use super::super::tiles::TILE;
 use super::Renderer;
-use super::tried::TriedGroup;
+use super::trial::Tried;
 
 /// Renderings of fewer samples per pixel give all pixels as many.
 const FEWEST_SAMPLES: u32 = 4;
 /// Tiles of a set.
-const SET: usize = queue::SCATTERED_TILES as usize;
+const SET: u32 = queue::SCATTERED_TILES;
 
 impl Renderer {
     /// Whether pixels may get different numbers of samples.
@@ -23,26 +23,29 @@ impl Renderer {
             && samples >= FEWEST_SAMPLES
             && self.settings.adaptive.is_none()
             && most <= MAX_SAMPLES
-            && levels(most) <= self.features.sobol_levels
+            // What the table has besides must not matter.
+            && levels(most) == levels(samples)
+            && self.buffers.has_whole_rows(slots_of_row(self.width))
     }
 
     /// Decides about the shares of tiles.
-    pub(super) fn divide_samples(&mut self, tried: &[TriedGroup]) {
+    pub(super) fn divide_samples(&mut self, tried: &Tried) {
         let (reused, gradients) = (self.reused_halves() != 0, self.makes_gradients());
         let tiles = slot_count(self.width, self.height) as u32 / TILE as u32;
         let pixels =
             |tile: u32| pixels_in(tile * TILE as u32, (tile + 1) * TILE as u32, self.width, self.height) as f64;
         let mut tiles: Vec<_> = (0..tiles).map(|tile| Tile { pixels: pixels(tile), ..Tile::default() }).collect();
-        for of_tile in tried.chunk_by(|a, b| a.tile() == b.tile()) {
+        for of_tile in tried.groups.chunk_by(|a, b| a.tile == b.tile) {
             let variances = of_tile.iter().map(|group| group.variance(reused, gradients));
-            tiles[of_tile[0].tile()].variance = variances.sum::<f64>() / of_tile.len() as f64;
+            tiles[of_tile[0].tile as usize].variance = Some(variances.sum::<f64>() / of_tile.len() as f64);
         }
-        // What is known of the cost is that of a set of tiles.
-        for of_set in tried.chunk_by(|a, b| a.tile() / SET == b.tile() / SET) {
-            let first = of_set[0].tile() / SET * SET;
-            let set = &mut tiles[first..][..SET];
+        // What is known of the cost is that of a set of tiles. Where samples were taken again it is not known.
+        for of_set in tried.groups.chunk_by(|a, b| a.tile / SET == b.tile / SET) {
+            let first = of_set[0].tile / SET * SET;
+            let set = &mut tiles[first as usize..][..SET as usize];
             let all: f64 = set.iter().map(|tile| tile.pixels).sum();
-            let cost = of_set.iter().map(TriedGroup::cost).sum::<f64>() / all.max(1.0);
+            let of_all = of_set.iter().map(|group| group.cost).sum::<f64>() / all.max(1.0);
+            let cost = if tried.repeated { 1.0 } else { of_all };
             set.iter_mut().for_each(|tile| tile.cost = tile.pixels * cost);
         }
         let band_rows = rows_of_blocks(self.buffers.bands[0].slots, self.width);

@@ -12,7 +12,8 @@ use super::super::settings::Reuse;
 use super::super::sobol::MEMBERS;
 use super::super::tiles::{TILE, half_of};
 use super::Renderer;
-use super::tried::{Noise, TriedGroup};
+use super::gradients::PairSums;
+use super::tried::{GroupNoise, Noise, TriedGroup};
 
 /// Whether paths may serve several pixels, in a scene that needs these features. It depends on neither scheduler nor on
 /// what else is compiled, so that the image does not.
@@ -66,6 +67,23 @@ pub(super) enum ReuseTrial {
     Pending,
     /// What it shows of each half.
     Over([Tally; 2]),
+}
+
+/// What came of a trial.
+pub(super) struct Tried {
+    pub reuse: ReuseTrial,
+    /// Of pairs of neighbours.
+    pub pairs: PairSums,
+    /// Of each group with pixels, in the order of their slots.
+    pub groups: Vec<GroupNoise>,
+    /// Some samples were taken again: what they cost is not known.
+    pub repeated: bool,
+}
+
+impl Default for Tried {
+    fn default() -> Self {
+        Self { reuse: ReuseTrial::Pending, pairs: PairSums::default(), groups: Vec::new(), repeated: false }
+    }
 }
 
 /// Variance in the trial, of all pixels together.
@@ -194,11 +212,11 @@ impl Renderer {
             renderer.samples_of_trial()
         })?;
         if self.reuse == ReuseTrial::Pending {
-            tried.iter().for_each(|group| self.reuse.judge(group));
+            self.reuse = tried.reuse;
         }
         log::debug!("reuse of paths: {:?}, halves {:02b}", self.reuse, self.reused_halves());
         if self.makes_gradients() {
-            self.judge_gradients(&tried);
+            self.judge_gradients(&tried.pairs);
         }
         if self.may_share() {
             self.divide_samples(&tried);
@@ -206,18 +224,25 @@ impl Renderer {
         self.empty_film()
     }
 
-    fn samples_of_trial(&mut self) -> Result<Vec<TriedGroup>, RenderError> {
-        let mut tried = Vec::new();
+    /// How many of the eight groups of each tile take part: more than one only tell which tiles are to have more samples than
+    /// others.
+    fn turns(&self) -> u32 {
+        if self.may_share() && self.settings.time_limit.is_none() { turns(self.settings.samples) } else { 1 }
+    }
+
+    fn samples_of_trial(&mut self) -> Result<Tried, RenderError> {
+        let mut spans = Vec::new();
         for span in self.whole_film() {
             let first_slot = span.first_slot.next_multiple_of(BLOCK);
-            tried.extend((first_slot..span.end_slot).step_by(DISPATCH_SLOTS as usize).map(|first_slot| {
+            spans.extend((first_slot..span.end_slot).step_by(DISPATCH_SLOTS as usize).map(|first_slot| {
                 let end_slot = span.end_slot.min(first_slot + DISPATCH_SLOTS);
                 Span { first_slot, end_slot, ..span }
             }));
         }
-        let (turns, modes) = (turns(self.settings.samples), self.push.modes);
+        let (turns, modes) = (self.turns(), self.push.modes);
         let mut end = self.statistics.samples;
-        for (span, turn) in tried.iter().flat_map(|span| (0..turns).map(move |turn| (span, turn))) {
+        let mut tried = Tried::default();
+        for (span, turn) in spans.iter().flat_map(|span| (0..turns).map(move |turn| (span, turn))) {
             self.push.modes = modes | turn << mode::TURN_SHIFT;
             end += self.pixels_of_trial(span, turn) * u64::from(queue::TRIAL);
             let mut work = Work {
@@ -236,21 +261,34 @@ impl Renderer {
                     return Err(RenderError::Stuck { budget: self.loop_budget });
                 }
                 work.new_samples = 1;
+                tried.repeated |= self.statistics.samples < end;
             }
         }
-        let mut groups: Vec<TriedGroup> = Vec::new();
-        self.read_slots(&tried, |first, slots| {
-            groups.extend(groups_of_span(first, slots, turns).map(|(first_slot, film)| TriedGroup {
+        for span in spans {
+            let groups = self.groups_of_span(span, turns)?;
+            groups.iter().for_each(|group| tried.reuse.judge(group));
+            if !self.places.all.is_empty() {
+                self.compare_neighbours(&groups, &mut tried.pairs);
+            }
+            let inside = |slot| pixel_of_slot(slot, self.width, self.height).is_some();
+            tried.groups.extend(groups.iter().filter_map(|group| group.noise_of_pixels(inside)));
+        }
+        Ok(tried)
+    }
+
+    /// The groups of a span after the trial.
+    fn groups_of_span(&mut self, span: Span, turns: u32) -> Result<Vec<TriedGroup>, RenderError> {
+        let mut groups = Vec::new();
+        self.read_slots(&[span], |first, slots| {
+            groups.extend(groups_among(first, slots, turns).map(|(first_slot, film)| TriedGroup {
                 first_slot,
                 film,
                 gradients: Default::default(),
             }));
         })?;
-        let mut next = 0;
-        self.read_gradients(&tried, |first, slots| {
-            for (_, gradients) in groups_of_span(first, slots, turns) {
-                groups[next].gradients = gradients;
-                next += 1;
+        self.read_gradients(&[span], |first, slots| {
+            for (group, (_, gradients)) in groups.iter_mut().zip(groups_among(first, slots, turns)) {
+                group.gradients = gradients;
             }
         })?;
         Ok(groups)
@@ -267,7 +305,7 @@ impl Renderer {
 }
 
 /// The groups among a span's slots, from slot `first` on, that take part in the trial, with their first slots.
-fn groups_of_span<T: Copy>(first: u32, slots: &[T], turns: u32) -> impl Iterator<Item = (u32, [T; MEMBERS])> {
+fn groups_among<T: Copy>(first: u32, slots: &[T], turns: u32) -> impl Iterator<Item = (u32, [T; MEMBERS])> {
     let sets = (0..slots.len() as u32).step_by(BLOCK as usize);
     let groups = sets.flat_map(move |set| groups_of_set(set, 0..turns));
     groups

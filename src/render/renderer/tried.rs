@@ -36,16 +36,6 @@ impl TriedGroup {
         self.first_slot + (member * MEMBERS) as u32
     }
 
-    /// The tile that it is in.
-    pub fn tile(&self) -> usize {
-        self.first_slot as usize / TILE
-    }
-
-    /// What its slots were told of the cost of samples: of a set of tiles all together, that of these.
-    pub fn cost(&self) -> f64 {
-        self.film.iter().map(|slot| f64::from(slot.sum[0].to_bits())).sum()
-    }
-
     /// What a member's samples have of variance.
     pub fn noise(&self, member: usize) -> Noise {
         let square = |x: f32| f64::from(x).powi(2);
@@ -57,23 +47,46 @@ impl TriedGroup {
         }
     }
 
-    /// The variance that a sample of its pixels leaves in an image for which paths are `reused` and, if `gradients`,
-    /// differences between neighbours made use of, in the mean.
-    pub fn variance(&self, reused: bool, gradients: bool) -> f64 {
-        let members = (0..MEMBERS).map(|member| self.noise(member));
-        let sum = members.fold(Noise::default(), |sum, n| Noise {
+    /// What shares of the samples are made from; nothing if it has no pixels `inside` the image.
+    pub fn noise_of_pixels(&self, inside: impl Fn(u32) -> bool) -> Option<GroupNoise> {
+        let pixels = (0..MEMBERS).filter(|member| inside(self.slot(*member))).count();
+        let noise = (0..MEMBERS).map(|member| self.noise(member)).fold(Noise::default(), |sum, n| Noise {
             own: sum.own + n.own,
             light: sum.light + n.light,
             differences: sum.differences + n.differences,
         });
-        let light = if reused { sum.light / MEMBERS as f64 } else { sum.light };
-        let smooth = sum.differences / (sum.differences + SPREAD * light);
+        let cost = self.film.iter().map(|slot| f64::from(slot.sum[0].to_bits())).sum();
+        let tile = self.first_slot / TILE as u32;
+        (pixels > 0).then_some(GroupNoise { tile, pixels: pixels as u32, noise, cost })
+    }
+}
+
+/// What the samples of a group's pixels have of variance, and what they cost.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct GroupNoise {
+    /// That it is in.
+    pub tile: u32,
+    /// Those in the image.
+    pixels: u32,
+    /// Of all together.
+    noise: Noise,
+    /// What its slots were told of the cost of samples: of a set of tiles all together, that of these.
+    pub cost: f64,
+}
+
+impl GroupNoise {
+    /// The variance that a sample of its pixels leaves in an image for which paths are `reused` and, if `gradients`,
+    /// differences between neighbours made use of, in the mean.
+    pub fn variance(&self, reused: bool, gradients: bool) -> f64 {
+        let Noise { own, light: all_light, differences } = self.noise;
+        let light = if reused { all_light / MEMBERS as f64 } else { all_light };
+        let smooth = differences / (differences + SPREAD * light);
         let variance = match (reused, gradients) {
-            (true, true) if smooth < 1.0 => sum.own + light * smooth + sum.differences,
-            (true, _) => sum.own + light + sum.differences,
-            (false, _) => sum.own + light,
+            (true, true) if smooth < 1.0 => own + light * smooth + differences,
+            (true, _) => own + light + differences,
+            (false, _) => own + light,
         };
         // Samples that were not finite tell nothing.
-        if variance.is_finite() { variance / MEMBERS as f64 } else { 0.0 }
+        if variance.is_finite() { variance / f64::from(self.pixels) } else { 0.0 }
     }
 }
