@@ -108,7 +108,7 @@ impl Renderer {
         self.gradients
             && samples >= FEWEST_SAMPLES
             && trial.halves(self.reuse_is_worth) != 0
-            && trial.shares_most_noise()
+            && trial.suits_gradients(self.settings.adaptive.is_some())
     }
 
     fn phases(&self) -> Phases {

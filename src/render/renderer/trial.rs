@@ -42,9 +42,12 @@ pub(super) fn worth(needed: &Features) -> f64 {
 }
 
 /// The greatest part of variance that may be of light which is not shared for gradients to pay: they lower the rest only, and
-/// with them random numbers are stratified over fewer samples. With .42 to .59 (balls, some of mirror or glass, in a room) they
-/// took 1.04 to 1.5 times as long to the same error, with .29 and less .25 to .95 (lavapipe 25.0.7, 4 to 64 samples).
-const MOST_OWN: f64 = 0.35;
+/// with them random numbers are stratified over fewer samples. With .37 to .52 they take .67 to .95 times as long to the same
+/// error, with .60 .98 to 1.03 (balls and meshes, some of mirror or glass, in a room, terrain; 4 to 64 samples, lavapipe 25.0.7
+/// and 22.3.6).
+const MOST_OWN: f64 = 0.58;
+/// The same where sampling is adaptive: with gradients all pixels get as many samples.
+const MOST_OWN_ADAPTIVE: f64 = 0.35;
 
 /// What the seed is changed by (XOR) in the trial.
 const SEED: u32 = 0x3707_3443;
@@ -168,10 +171,11 @@ impl ReuseTrial {
         }
     }
 
-    /// Whether most noise is that of light which is shared, so that gradients pay.
-    pub fn shares_most_noise(self) -> bool {
+    /// Whether enough noise is that of light which is shared for gradients to pay.
+    pub fn suits_gradients(self, adaptive: bool) -> bool {
+        let most_own = if adaptive { MOST_OWN_ADAPTIVE } else { MOST_OWN };
         match self {
-            Self::Over([a, b]) => Some(a.and(b)).is_some_and(|sum| sum.own < MOST_OWN * sum.with),
+            Self::Over([a, b]) => Some(a.and(b)).is_some_and(|sum| sum.own < most_own * sum.with),
             _ => true,
         }
     }
@@ -342,10 +346,9 @@ mod tests {
         assert_eq!(judge(&groups(0.0, 0.0, 0.0)).halves(1.4), 0);
         assert_eq!(judge(&groups(0.0, 0.0, 0.0)).gain(), None);
         assert_eq!(judge(&groups(f32::NAN, 1.0, 0.0)).halves(1.4), 0);
-        assert!(judge(&groups(0.2, 1.0, 0.0)).shares_most_noise() && ReuseTrial::Always.shares_most_noise());
-        assert!(
-            !judge(&groups(0.5, 1.0, 0.0)).shares_most_noise() && !judge(&groups(0.0, 0.0, 0.0)).shares_most_noise()
-        );
+        let suits = |own| [true, false].map(|adaptive| judge(&groups(own, 1.0, 0.0)).suits_gradients(adaptive));
+        assert_eq!([0.2, 0.3, 0.5].map(suits), [[true, true], [false, true], [false, false]]);
+        assert!(ReuseTrial::Always.suits_gradients(true) && !judge(&groups(0.0, 0.0, 0.0)).suits_gradients(false));
         let mut mixed = groups(2.0, 1.0, 0.0);
         let second = mixed.iter_mut().filter(|group| half_of(group.first_slot as usize) == 1);
         second.for_each(|group| group.gradients.iter_mut().for_each(|slot| slot.trial_light = 3.0));
