@@ -36,8 +36,7 @@ uint film_count(uint slot) {
 
 // In the trial the place of the sums has the cost of the samples instead (share.glsl).
 void film_note_cost(uint slot, uint cost) {
-    int row = int(FILM_ROWS * (slot - band_first));
-    imageStore(film_texels, row, uvec4(cost, 0u, 0u, imageLoad(film_texels, row).w));
+    film_words[4u * FILM_ROWS * (slot - band_first)] = cost;
 }
 
 FilmPixel film_empty() { return FilmPixel(vec3(0.0), vec3(0.0), vec3(0.0), 0u, 0.0, 0u); }
@@ -52,10 +51,14 @@ FilmPixel film_load(uint slot) {
 }
 
 void film_store(uint slot, FilmPixel p) {
-    int row = int(FILM_ROWS * (slot - band_first));
-    imageStore(film_texels, row, uvec4(floatBitsToUint(p.sum), p.count));
-    imageStore(film_texels, row + 1, floatBitsToUint(vec4(p.compensation, p.trial)));
-    imageStore(film_texels, row + 2, uvec4(floatBitsToUint(p.residue), p.state));
+    uint row = FILM_ROWS * (slot - band_first);
+    // A loop: less code to compile.
+    [[dont_unroll]] for (uint i = 0u; i < FILM_ROWS; ++i) {
+        uvec4 value = uvec4(floatBitsToUint(p.sum), p.count);
+        if (i == 1u) value = floatBitsToUint(vec4(p.compensation, p.trial));
+        if (i == 2u) value = uvec4(floatBitsToUint(p.residue), p.state);
+        film_rows[row + i] = value;
+    }
 }
 
 // a + b = sum + error exactly where |a| >= |b| (Dekker 1971).

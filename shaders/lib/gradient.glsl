@@ -37,10 +37,10 @@ Gradients gradients_load(uint slot) {
 }
 
 void gradients_store(uint slot, Gradients g) {
-    int row = int(GRADIENT_ROWS * (slot - band_first));
-    imageStore(gradient_texels, row, floatBitsToUint(g.light));
-    imageStore(gradient_texels, row + 1, floatBitsToUint(g.right));
-    imageStore(gradient_texels, row + 2, floatBitsToUint(g.down));
+    uint row = GRADIENT_ROWS * (slot - band_first);
+    [[dont_unroll]] for (uint i = 0u; i < GRADIENT_ROWS; ++i) {
+        gradient_rows[row + i] = i == 0u ? g.light : (i == 1u ? g.right : g.down);
+    }
 }
 
 // Whether a member of a group has a neighbour in it on the right, or below.

@@ -82,9 +82,12 @@ layout(binding = 2) uniform usamplerBuffer sobol_texels;   // see sampler.glsl
 layout(binding = 3) uniform usamplerBuffer light_texels;   // see light/
 vec4 shape_texel(int row) { return uintBitsToFloat(texelFetch(shape_texels, row)); }
 vec4 light_texel(int row) { return uintBitsToFloat(texelFetch(light_texels, row)); }
-// A texel buffer although it is written: on lavapipe a vec4 of a storage buffer is 4 scalar accesses for each lane, all
-// of them unrolled, and the film's took half of the time that a kernel took to compile.
-layout(rgba32ui, binding = 4) uniform uimageBuffer film_texels;   // FILM_ROWS texels a slot, see film.glsl
+// What kernels both read and write is texels to read and an array to write. On lavapipe a vec4 of an array is 4 scalar accesses for
+// each lane, all of them unrolled: much to compile, so that such a write should be in one place. A texel is one call, which
+// takes six times as long where it writes.
+layout(rgba32ui, binding = 4) readonly uniform uimageBuffer film_texels;    // FILM_ROWS texels a slot, see film.glsl
+layout(std430, binding = 12) writeonly buffer Film { uvec4 film_rows[]; };
+layout(std430, binding = 12) writeonly buffer FilmWords { uint film_words[]; };
 const uint FILM_ROWS = 3u;
 layout(std430, binding = 5) buffer Counters { uint counters[]; };
 // What path_queue.comp notes of its paths.
@@ -96,7 +99,8 @@ layout(rgba32ui, binding = 8) coherent uniform uimageBuffer path_texels;
 layout(std430, binding = 7) coherent buffer QueuePool { uint pool[]; };
 const uint PATH_ROWS = 11u;
 // With REUSE: GRADIENT_ROWS texels a slot, see gradient.glsl.
-layout(rgba32ui, binding = 9) uniform uimageBuffer gradient_texels;
+layout(rgba32ui, binding = 9) readonly uniform uimageBuffer gradient_texels;
+layout(std430, binding = 13) writeonly buffer GradientRows { vec4 gradient_rows[]; };
 const uint GRADIENT_ROWS = 3u;
 
 // The numbers of a scene, of which only how many there are is compiled in: a kernel serves all scenes of a kind, and is not
@@ -141,6 +145,7 @@ layout(push_constant, std430) uniform Push {
     uint band_rows;         // of pixels, in the film buffer, if groups may be shifted
     uint other_samples;     // of the samples per pixel, those in groups that lie elsewhere, see share.glsl
     float beam_scale;       // 0: paths leave no light to beams, see light/beam.glsl
+    uint pixels_each;       // that an invocation works on, one after the other, see path_trace.comp
 };
 
 const uint MODE_SHIFTED = 1u;       // groups lie elsewhere, see pixel_order.glsl

@@ -95,7 +95,7 @@ impl Buffer {
                     | vk::BufferUsageFlags::TRANSFER_SRC
                     | vk::BufferUsageFlags::TRANSFER_DST;
                 // There the host reads what shaders wrote where it is.
-                let on_host = !array && device.info.kind == DeviceKind::Cpu;
+                let on_host = device.info.kind == DeviceKind::Cpu;
                 let location = if on_host { MemoryLocation::GpuToCpu } else { MemoryLocation::GpuOnly };
                 let array = if array { vk::BufferUsageFlags::STORAGE_BUFFER } else { vk::BufferUsageFlags::empty() };
                 (texels | array, location)

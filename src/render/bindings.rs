@@ -10,12 +10,13 @@ use super::sobol::DIMENSIONS;
 use super::tables::Tables;
 use super::upload::upload;
 
-const COMMON: [(u32, BindingKind); 7] = [
+const COMMON: [(u32, BindingKind); 8] = [
     (binding::TREE, BindingKind::Texels),
     (binding::SHAPES, BindingKind::Texels),
     (binding::SOBOL, BindingKind::Texels),
     (binding::LIGHTS, BindingKind::Texels),
     (binding::FILM, BindingKind::StorageTexels),
+    (binding::FILM_ROWS, BindingKind::Array),
     (binding::COUNTERS, BindingKind::Array),
     (binding::SCENE, BindingKind::Values),
 ];

@@ -72,6 +72,8 @@ pub(crate) mod binding {
     pub const SOBOL: u32 = 2;
     pub const LIGHTS: u32 = 3;
     pub const FILM: u32 = 4;
+    /// The same, to write.
+    pub const FILM_ROWS: u32 = 12;
     pub const COUNTERS: u32 = 5;
     /// What the queue's paths note.
     pub const PATHS: u32 = 6;
@@ -80,6 +82,8 @@ pub(crate) mod binding {
     /// The same as `PATHS`, to read.
     pub const PATH_TEXELS: u32 = 8;
     pub const GRADIENTS: u32 = 9;
+    /// The same, to write.
+    pub const GRADIENT_ROWS: u32 = 13;
     /// What beams light.
     pub const BEAMS: u32 = 10;
     pub const SCENE: u32 = 11;
@@ -139,6 +143,7 @@ pub(crate) struct Push {
     pub band_rows: u32,
     pub other_samples: u32,
     pub beam_scale: f32,
+    pub pixels_each: u32,
 }
 
 /// Bits of [`Push::modes`].

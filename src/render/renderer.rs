@@ -209,7 +209,8 @@ impl Renderer {
             Ok::<_, RenderError>((pipeline?, beams.transpose()?, seconds, buffers))
         })?;
         let beams = beams.map(|(layout, pipeline)| {
-            let own = [(binding::FILM, &buffers.bands[0].film), (binding::COUNTERS, &buffers.counters)];
+            let film = &buffers.bands[0].film;
+            let own = [(binding::FILM, film), (binding::FILM_ROWS, film), (binding::COUNTERS, &buffers.counters)];
             BeamTracer::new(device, layout, pipeline, facts.workgroup_size, &buffers.tables.and(&own))
         });
 

@@ -105,13 +105,14 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
         let input = storage("probe input", BATCH * size_of::<I>())?;
         let output = storage("probe output", BATCH * size_of::<O>())?;
         let film_bytes = (film_slots.max(1) * size_of::<FilmSlot>()) as u64;
-        let film = Buffer::new(device, "film", film_bytes, Usage::StorageTexel)?;
+        let film = Buffer::new(device, "film", film_bytes, Usage::StorageTexelAndArray)?;
         let counters = storage("counters", size_of::<Counters>())?;
         let mut timeline = Timeline::new(device, 1)?;
         let table_buffers = TableBuffers::new(device, &mut timeline, tables, &table)?;
         let layout = bindings::layout(device, &BINDINGS)?;
         let bound = table_buffers.and(&[
             (binding::FILM, &film),
+            (binding::FILM_ROWS, &film),
             (binding::COUNTERS, &counters),
             (INPUT, &input),
             (OUTPUT, &output),

@@ -124,6 +124,9 @@ fn bindings() {
         (binding::GRADIENTS, "gradient_texels", false),
         (binding::BEAMS, "beam_texels", false),
         (binding::SCENE, "SceneValues", false),
+        (binding::FILM_ROWS, "Film", true),
+        (binding::FILM_ROWS, "FilmWords", true),
+        (binding::GRADIENT_ROWS, "GradientRows", true),
     ]
     .map(|(number, name, storage)| (0, number, name.to_owned(), storage));
     for (kernel, interface) in kernels() {
@@ -155,6 +158,7 @@ fn push_constants() {
         ("band_rows", offset_of!(Push, band_rows)),
         ("other_samples", offset_of!(Push, other_samples)),
         ("beam_scale", offset_of!(Push, beam_scale)),
+        ("pixels_each", offset_of!(Push, pixels_each)),
     ]
     .map(|(name, offset)| (name.to_owned(), offset));
     for (kernel, interface) in kernels() {

@@ -11,11 +11,12 @@ use super::IN_FLIGHT;
 use crate::gpu::{BindingKind, BindingLayout, BindingSet, Buffer, Device, Timeline, Usage};
 
 /// What the path tracer's kernels see, besides what all do.
-pub(super) const BINDINGS: [(u32, BindingKind); 4] = [
+pub(super) const BINDINGS: [(u32, BindingKind); 5] = [
     (binding::PATHS, BindingKind::Array),
     (binding::QUEUE_POOL, BindingKind::Array),
     (binding::PATH_TEXELS, BindingKind::StorageTexels),
     (binding::GRADIENTS, BindingKind::StorageTexels),
+    (binding::GRADIENT_ROWS, BindingKind::Array),
 ];
 
 /// Slots of a set of tiles, which a trial wants whole.
@@ -95,26 +96,31 @@ impl Buffers {
         // What a binding holds, and a dispatch covers.
         let texels = size_of::<FilmSlot>() as u64 / 16;
         let covered = u64::from(device.limits.max_compute_work_group_count[0]) * u64::from(shape.slots_per_group);
-        let band_slots = (device.info.max_texel_elements / texels).min(covered).min(MOST_BAND_SLOTS);
+        let bytes = size_of::<FilmSlot>().max(size_of::<GradientSlot>()) as u64;
+        let held = (device.info.max_texel_elements / texels).min(device.info.max_storage_range / bytes);
+        let band_slots = held.min(covered).min(MOST_BAND_SLOTS);
         let unit = if band_slots < shape.row_slots { SET_SLOTS } else { shape.row_slots };
         let band_slots = band_slots / unit * unit;
         let mut bands = Vec::new();
         let mut first = 0u64;
         while first < shape.slots {
             let count = (shape.slots - first).min(band_slots);
-            let mut film = Buffer::new(device, "film", count * size_of::<FilmSlot>() as u64, Usage::StorageTexel)?;
+            let mut film =
+                Buffer::new(device, "film", count * size_of::<FilmSlot>() as u64, Usage::StorageTexelAndArray)?;
             // Here, beside the driver's work.
             film.touch();
             let gradients = if shape.reuse { count * size_of::<GradientSlot>() as u64 } else { 0 };
-            let mut gradients = Buffer::new(device, "gradients", gradients, Usage::StorageTexel)?;
+            let mut gradients = Buffer::new(device, "gradients", gradients, Usage::StorageTexelAndArray)?;
             gradients.touch();
             let bound = tables.and(&[
                 (binding::FILM, &film),
+                (binding::FILM_ROWS, &film),
                 (binding::COUNTERS, &counters),
                 (binding::PATHS, &paths),
                 (binding::QUEUE_POOL, &queue_pool),
                 (binding::PATH_TEXELS, &paths),
                 (binding::GRADIENTS, &gradients),
+                (binding::GRADIENT_ROWS, &gradients),
             ]);
             let set = BindingSet::new(layout, &bound)?;
             bands.push(Band { first: first as u32, slots: count as u32, set, film, gradients });
