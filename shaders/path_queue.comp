@@ -345,7 +345,7 @@ void add_noted(uint tile, uint complete, bool reusing, inout Added added) {
             }
             film_store(film_place, film_pixel);
             if (!SHARED_BY_LANES && reusing) {
-                path_store_compactly(region + p, ROW_FIRST, uintBitsToFloat(uvec4(first, film_pixel.count, 0u, 0u)));
+                path_store(region + p, ROW_FIRST, uintBitsToFloat(uvec4(first, film_pixel.count, 0u, 0u)));
             }
             added.samples += film_pixel.count - first;
             added.reused += !SHARED_BY_LANES && reusing && reuses(p) ? film_pixel.count - first : 0u;

@@ -92,10 +92,9 @@ const uint FILM_ROWS = 3u;
 layout(std430, binding = 5) buffer Counters { uint counters[]; };
 // What path_queue.comp notes of its paths.
 layout(std430, binding = 6) coherent buffer Paths { vec4 path_rows[]; };    // PATH_ROWS a path, see reuse_notes.glsl
-// The same, to write single numbers; and to read, or to write where time does not matter: on lavapipe a vec4 of a storage
-// buffer is 4 scalar accesses for each lane, all of them unrolled, a texel one call (slow where it writes).
+// The same, to write single numbers, and to read.
 layout(std430, binding = 6) coherent buffer PathNumbers { float path_numbers[]; };
-layout(rgba32ui, binding = 8) coherent uniform uimageBuffer path_texels;
+layout(rgba32ui, binding = 8) coherent readonly uniform uimageBuffer path_texels;
 layout(std430, binding = 7) coherent buffer QueuePool { uint pool[]; };
 const uint PATH_ROWS = 11u;
 // With REUSE: GRADIENT_ROWS texels a slot, see gradient.glsl.

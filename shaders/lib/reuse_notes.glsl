@@ -39,25 +39,19 @@ int path_texel(uint path, uint row) { return int(row * (REGIONS << SLOT_BITS) + 
 vec4 path_load(uint path, uint row) { return uintBitsToFloat(imageLoad(path_texels, path_texel(path, row))); }
 void path_store(uint path, uint row, vec4 value) { path_rows[path_texel(path, row)] = value; }
 
-// Slower, but less code to compile.
-void path_store_compactly(uint path, uint row, vec4 value) {
-    imageStore(path_texels, path_texel(path, row), floatBitsToUint(value));
-}
-
 // Where loops have no budget all paths end, and lanes know which of them are wanted.
 const bool STATES_ARE_CLEARED = LOOP_BUDGET > 0u || !SHARED_BY_LANES;
 const bool NOTES_ARE_CLEARED = STATES_ARE_CLEARED || (GLANCES > 0u && REUSE);
 
 // The path has not begun; `reusing`: it may serve others.
 void path_clear(uint path, bool wanted, bool reusing) {
-    if (STATES_ARE_CLEARED) {
-        path_store_compactly(path, ROW_LIGHT, vec4(0.0, 0.0, 0.0, wanted ? PATH_OPEN : PATH_UNWANTED));
+    [[dont_unroll]] for (uint i = 0u; i < 4u; ++i) {
+        uint row = i == 0u ? ROW_LIGHT : (i == 1u ? ROW_FIRST_NORMAL : (i == 2u ? ROW_SECOND_NORMAL : ROW_GLANCED));
+        bool cleared = reusing && !SHARED_BY_LANES;
+        if (i == 0u) cleared = STATES_ARE_CLEARED;
+        if (i == 3u) cleared = GLANCES > 0u && REUSE;
+        if (cleared) path_store(path, row, vec4(0.0, 0.0, 0.0, i == 0u && !wanted ? PATH_UNWANTED : PATH_OPEN));
     }
-    if (reusing && !SHARED_BY_LANES) {
-        path_store_compactly(path, ROW_FIRST_NORMAL, vec4(0.0));
-        path_store_compactly(path, ROW_SECOND_NORMAL, vec4(0.0));
-    }
-    if (GLANCES > 0u && REUSE) path_store_compactly(path, ROW_GLANCED, vec4(0.0));
 }
 
 // Notes a(x, y) of a path's y and of the x of a member of its group.
