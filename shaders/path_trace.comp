@@ -21,10 +21,11 @@ layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
 #include "lib/trace.glsl"
 #include "lib/reuse_lanes.glsl"
 
-// Whether to go on before paths are shared: some lane that shares them has none that has ended, or no lane shares any.
-bool group_lacks_path(bool reusing, bool has_ended) {
+// Whether to go on before paths are shared: some lane that shares them has none that has ended, or no lane shares any, as is known
+// from the beginning. (A vote is a loop over the lanes on lavapipe.)
+bool group_lacks_path(bool reusing, bool has_ended, bool none_reuses) {
     if (SUBGROUP_LANES == MEMBERS) return subgroupAny(!has_ended);
-    return subgroupAny(reusing && !has_ended) || !subgroupAny(reusing);
+    return none_reuses || subgroupAny(reusing && !has_ended);
 }
 
 void main() {
@@ -54,6 +55,7 @@ void main() {
 
     uint p = slot % TILE;
     bool reusing = REUSE && reuses(p);
+    bool none_reuses = REUSE && reused_halves == 0u;
     uint key = pixel_key(pixel_number(at));
     uint group_key = REUSE ? pixel_key(pixel_number(pixel_of_tile(tile_corner(slot / TILE), first_of_group(p)))) : key;
     Camera camera = frame_camera();
@@ -114,7 +116,7 @@ void main() {
                         path.index + (alive || goes_on ? 0u : 1u), state);
             if (REUSE) path.second = path.second && reusing;
             going = within_budget && left > 0u && !waits;
-        } while (going && (!REUSE || group_lacks_path(reusing, ended.there)));
+        } while (going && (!REUSE || group_lacks_path(reusing, ended.there, none_reuses)));
         if (REUSE && subgroupAny(ended.there)) {
             within_budget = share_sample(ended, film_pixel, gradients, group_key, counts.shadow_rays, loops, counts.bad);
             ended = ended_none();

@@ -18,6 +18,7 @@ struct Counts {
 
 // Adds them to the dispatch's, once for a subgroup: atomics on one address wait for each other.
 void add_counts(Counts c) {
+    bool adds = subgroupElect();
     [[dont_unroll]] for (uint counter = 0u; counter < COUNTERS; ++counter) {
         uint count = c.samples;
         if (counter == COUNT_REUSED) count = c.reused;
@@ -27,7 +28,7 @@ void add_counts(Counts c) {
         if (counter == COUNT_STEPS) count = c.steps;
         if (counter == COUNT_TRUNCATED) count = c.truncated;
         count = subgroupAdd(count);
-        if (count > 0u && subgroupElect()) atomicAdd(counters[counter], count);
+        if (count > 0u && adds) atomicAdd(counters[counter], count);
     }
 }
 
