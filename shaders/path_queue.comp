@@ -53,7 +53,6 @@ uint rays = 0u;             // of this lane
 uint shadow_rays = 0u;
 uint steps = 0u;
 
-uint lanes(bool wanted) { return subgroupBallotBitCount(subgroupBallot(wanted)); }
 bool out_of_budget() { return LOOP_BUDGET > 0u && loops + doubtful_loops >= budget; }
 
 // The samples that a lane will begin next, all of one pixel.
@@ -68,7 +67,7 @@ struct Run {
 // Runs for the lanes that have none, as long as there are any.
 void draw_runs(uvec2 corner, uint tile, uint samples, inout Run run) {
     uint runs = TILE * ((samples + RUN - 1u) / RUN);
-    if (next_run >= runs || !subgroupAny(run.left == 0u)) return;
+    if (next_run >= runs || !any_lane(run.left == 0u)) return;
     // A run may turn out to be empty: then its lane draws again.
     do {
         bool wanted = run.left == 0u;
@@ -93,7 +92,7 @@ void draw_runs(uvec2 corner, uint tile, uint samples, inout Run run) {
             bool real = at.x < width && at.y < height && work_slot < end_slot;
             run.left = real && done + first < end ? min(RUN, end - done - first) : 0u;
         }
-    } while (next_run < runs && subgroupAny(run.left == 0u));
+    } while (next_run < runs && any_lane(run.left == 0u));
 }
 
 // One of the regions that no other workgroup holds. On CPUs there are more of them than workgroups run at one time;
@@ -135,7 +134,7 @@ bool can_advance(Held h, Pocket pocket, Run run) {
 // Whether to go on with what these lanes can do: if they are most, or if no lane has a ray for the tree.
 bool enough(bool can, bool waits) {
     uint count = lanes(can);
-    return count >= ENOUGH_LANES || (count > 0u && !subgroupAny(waits));
+    return count >= ENOUGH_LANES || (count > 0u && !any_lane(waits));
 }
 
 // Whether a lane has a ray for the tree.
@@ -398,7 +397,7 @@ void main() {
     do {
         advance(camera, corner, tile, samples, h, pocket, run, w);
         if (HAS_TREE) walk_pockets(pocket, w, run, h, false);
-    } while (!out_of_budget() && subgroupAny(has_ray(pocket, w) || can_advance(h, pocket, run)));
+    } while (!out_of_budget() && any_lane(has_ray(pocket, w) || can_advance(h, pocket, run)));
     if (!SHARED_BY_LANES && reusing) {
         // The paths have ended, or the budget did not suffice for them; then they are given up.
         pocket = pocket_empty();
@@ -411,7 +410,7 @@ void main() {
         do {
             connect_paths(pocket, run, w);
             if (HAS_TREE) walk_pockets(pocket, w, run, h, true);
-        } while (!out_of_budget() && subgroupAny(has_ray(pocket, w) || can_connect(pocket, run)));
+        } while (!out_of_budget() && any_lane(has_ray(pocket, w) || can_connect(pocket, run)));
     }
     share_notes();
     Added added = Added(0u, 0u, 0u);

@@ -22,10 +22,10 @@ layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
 #include "lib/reuse_lanes.glsl"
 
 // Whether to go on before paths are shared: some lane that shares them has none that has ended, or no lane shares any, as is known
-// from the beginning. (A vote is a loop over the lanes on lavapipe.)
+// from the beginning.
 bool group_lacks_path(bool reusing, bool has_ended, bool none_reuses) {
-    if (SUBGROUP_LANES == MEMBERS) return subgroupAny(!has_ended);
-    return none_reuses || subgroupAny(reusing && !has_ended);
+    if (SUBGROUP_LANES == MEMBERS) return any_lane(!has_ended);
+    return none_reuses || any_lane(reusing && !has_ended);
 }
 
 void main() {
@@ -46,7 +46,7 @@ void main() {
     uint end = real ? min(target_of(film_pixel.state), first + max_new_samples) : 0u;
     uint left = end - min(first, end);      // samples that have not ended
     bool going = left > 0u;                 // with a path
-    if (REUSE ? !subgroupAny(going) : !going) return;
+    if (REUSE ? !any_lane(going) : !going) return;
     // The host asks for whole groups in whole subgroups; a device that cuts them up must not go on.
     if (REUSE && (gl_SubgroupSize != SUBGROUP_LANES || gl_NumSubgroups * SUBGROUP_LANES != gl_WorkGroupSize.x)) {
         if (subgroupElect()) atomicAdd(counters[COUNT_TRUNCATED], 1u);
@@ -117,7 +117,7 @@ void main() {
             if (REUSE) path.second = path.second && reusing;
             going = within_budget && left > 0u && !waits;
         } while (going && (!REUSE || group_lacks_path(reusing, ended.there, none_reuses)));
-        if (REUSE && subgroupAny(ended.there)) {
+        if (REUSE && any_lane(ended.there)) {
             within_budget = share_sample(ended, film_pixel, gradients, group_key, counts.shadow_rays, loops, counts.bad);
             ended = ended_none();
             if (waits) {
@@ -128,7 +128,7 @@ void main() {
             }
             going = within_budget && left > 0u;
         }
-    } while (REUSE && within_budget && subgroupAny(going || ended.there));
+    } while (REUSE && within_budget && any_lane(going || ended.there));
     if (real) film_store(film_place, film_pixel);
     if (real && is_scattered()) film_note_cost(film_place, cost_of(counts.shadow_rays, occlusion_steps));
     if (REUSE && real && reused_halves != 0u) gradients_store(film_place, gradients);

@@ -7,6 +7,7 @@
 #include "gradient.glsl"
 #include "reuse.glsl"
 #include "trace.glsl"
+#include "votes.glsl"
 
 // A path's first two hits. A normal of 0 stands for a hit that is not there.
 struct Meeting {

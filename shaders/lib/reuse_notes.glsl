@@ -230,7 +230,7 @@ uint share_noted(uint tile, uint region, uint samples, inout uint shadow_rays, i
         uint target = target_of(film_pixel.state);
         bool complete = true;
         bool wanted = real && count < target;
-        [[dont_unroll]] for (uint s = 0u; s < samples && subgroupAny(wanted && complete); ++s) {
+        [[dont_unroll]] for (uint s = 0u; s < samples && any_lane(wanted && complete); ++s) {
             uint path = region + s * TILE + p;
             EndedPath ended = ended_none();
             vec4 light = path_load(path, ROW_LIGHT);
