@@ -12,8 +12,8 @@
 // tree with what their pockets hold; then paths go on from the results.
 //
 // Pockets are arrays that are only indexed by constants: such an access is a blend or a move of registers, where one
-// by a variable index, or to a buffer, is a scalar access for each lane and component. For the same reason the lanes
-// are counted (a ballot is a loop over them) only once in a few steps, and loops end at their ends: after a break
+// by a variable index, or to a buffer, is a scalar access for each lane and component. Lanes are counted
+// only once in a few steps, which takes as many instructions as there are lanes, and loops end at their ends: after a break
 // lavapipe executes the rest of the body once more, for no lane.
 //
 // Loops that only move data stay loops. lavapipe makes a coroutine of a compute shader, for which LLVM 15 reckons the

@@ -176,7 +176,8 @@ pub enum GradientsArg {
 /// Shares of the samples.
 #[derive(Clone, Copy, ValueEnum)]
 pub enum SharesArg {
-    /// From 4 samples per pixel on, where it pays: half, twice or four times --samples, in the time of as many everywhere
+    /// Where it pays, of 4 to 256 or of more than 1024 samples: half, twice or four times --samples, in the time of as many
+    /// everywhere
     Auto,
     /// Never
     Off,

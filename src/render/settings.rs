@@ -88,8 +88,8 @@ pub enum Gradients {
 /// many as are asked for, in the time that these would take. It stays exact in the mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Shares {
-    /// Where it is tried whether paths should be reused, from 4 samples per pixel on, unless sampling is adaptive or little is to
-    /// be gained.
+    /// Where it is tried whether paths should be reused, from 4 samples per pixel on, unless sampling is adaptive, little is to
+    /// be gained, or four times as many samples need a larger table of random numbers (257 to 1024, more than 2¹⁸).
     #[default]
     Auto,
     /// Nowhere.
