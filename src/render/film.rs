@@ -1,5 +1,7 @@
 //! The film on the host: exact sums of samples, per pixel.
 
+use rayon::prelude::*;
+
 use super::layout::FilmSlot;
 
 /// Sums of samples, row 0 at the top.
@@ -51,21 +53,20 @@ impl Film {
     }
 
     /// Adds something to the mean of each pixel.
-    pub(crate) fn add(&mut self, corrections: impl IntoIterator<Item = [f32; 3]>) {
-        for ((sum, &n), correction) in self.sums.iter_mut().zip(&self.counts).zip(corrections) {
+    pub(crate) fn add(&mut self, corrections: &[[f32; 3]]) {
+        let pixels = self.sums.par_iter_mut().zip(&self.counts).zip(corrections);
+        pixels.for_each(|((sum, &n), correction)| {
             for (s, c) in sum.iter_mut().zip(correction) {
-                *s += f64::from(n) * f64::from(c);
+                *s += f64::from(n) * f64::from(*c);
             }
-        }
+        });
     }
 
     /// Takes over slots of the device's film, the first of which is slot `first`.
     pub(crate) fn read_slots(&mut self, first: u32, slots: &[FilmSlot]) {
-        for (i, slot) in slots.iter().enumerate() {
-            if let Some(pixel) = pixel_of_slot(first + i as u32, self.width, self.height) {
-                self.put(pixel, std::array::from_fn(|c| slot.total(c)), slot.count);
-            }
-        }
+        let width = self.width;
+        to_pixels(first, slots, &mut self.sums, width, |sum, slot| *sum = std::array::from_fn(|c| slot.total(c)));
+        to_pixels(first, slots, &mut self.counts, width, |count, slot| *count = slot.count);
     }
 }
 
@@ -144,6 +145,34 @@ pub(crate) fn pixel_of_slot(slot: u32, width: u32, height: u32) -> Option<usize>
     (x < width && y < height).then(|| y as usize * width as usize + x as usize)
 }
 
+/// The slot of the pixel in column `x` and row `y`.
+fn slot_of_pixel(x: u32, y: u32, width: u32) -> u32 {
+    let group = x / 4 % 2 + y % SIDE / 2 * 2;
+    tile_of_pixel(x, y, width) * 64 + y % 2 * 32 + x % 4 * 8 + group
+}
+
+/// Hands slots, the first of which is slot `first`, to the pixels of an image that they stand for.
+pub(crate) fn to_pixels<S: Sync, P: Send>(
+    first: u32,
+    slots: &[S],
+    pixels: &mut [P],
+    width: u32,
+    put: impl Fn(&mut P, &S) + Sync,
+) {
+    let Some(last) = (slots.len() as u32).checked_sub(1).map(|more| first + more) else { return };
+    // The rows of the blocks that they are in.
+    let [top, bottom] = [first, last].map(|slot| (tile_corner(slot / 64, width)[1] / BLOCK[1] * BLOCK[1]) as usize);
+    let rows = pixels.par_chunks_mut(width as usize).enumerate().skip(top).take(bottom - top + BLOCK[1] as usize);
+    rows.for_each(|(y, row)| {
+        for (x, pixel) in row.iter_mut().enumerate() {
+            let slot = slot_of_pixel(x as u32, y as u32, width);
+            if let Some(slot) = slot.checked_sub(first).and_then(|i| slots.get(i as usize)) {
+                put(pixel, slot);
+            }
+        }
+    });
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -171,6 +200,16 @@ mod tests {
                 }
             }
             assert!(seen.iter().all(|&n| n == 1), "{w}×{h}");
+            let numbers: Vec<_> = (0..slot_count(w, h) as u32).collect();
+            let mut slots_of_pixels = vec![u32::MAX; (w * h) as usize];
+            // In parts, as of bands.
+            for part in numbers.chunks(192) {
+                to_pixels(part[0], part, &mut slots_of_pixels, w, |pixel, slot| *pixel = *slot);
+            }
+            assert!(
+                slots_of_pixels.iter().enumerate().all(|(p, slot)| pixel_of_slot(*slot, w, h) == Some(p)),
+                "{w}×{h}"
+            );
             let slots = slot_count(w, h) as u32;
             assert_eq!(pixels_in(0, slots, w, h), u64::from(w * h));
             let inside = |slot: &u32| pixel_of_slot(*slot, w, h).is_some();

@@ -163,7 +163,7 @@ impl Renderer {
             self.trace_beams_to(&mut light, more.min(most), watch)?;
         }
         self.statistics.beams = light.beams;
-        film.add(light.mean());
+        film.add(&light.mean().collect::<Vec<_>>());
         Ok(light.noise(film))
     }
 

@@ -4,7 +4,7 @@ use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::super::error::RenderError;
-use super::super::film::{Film, pixel_of_slot, rows_of_blocks};
+use super::super::film::{Film, pixel_of_slot, rows_of_blocks, to_pixels};
 use super::super::layout::{GradientSlot, queue};
 use super::super::plan::Span;
 use super::super::screened_poisson::{Known, solve};
@@ -191,11 +191,7 @@ impl Renderer {
         let (width, height) = (self.width, self.height);
         let mut noted = vec![GradientSlot::default(); width as usize * height as usize];
         self.read_gradients(&self.whole_film(), |first, slots| {
-            for (i, slot) in slots.iter().enumerate() {
-                if let Some(pixel) = pixel_of_slot(first + i as u32, width, height) {
-                    noted[pixel] = *slot;
-                }
-            }
+            to_pixels(first, slots, &mut noted, width, |pixel, slot| *pixel = *slot);
         })?;
         let phases = self.phases();
         let noted_of = |(pixel, &n): (usize, &u32)| phases.noted(n, self.shares.of_pixel(pixel));
@@ -205,8 +201,9 @@ impl Renderer {
         let known = Noted { noted: &noted, places, certainties, band_rows, phases };
         let share = |p: usize| known.phases[p].iter().sum::<u32>() as f32 / film.counts()[p].max(1) as f32;
         let gradients = known.phases.iter().any(|[_, shifted]| *shifted > 0);
-        let corrections: Vec<_> = known.corrections().iter().enumerate().map(|(p, c)| finite(share(p) * *c)).collect();
-        film.add(corrections);
+        let correction = |(p, c): (usize, Vec4)| finite(share(p) * c);
+        let corrections: Vec<_> = known.corrections().into_par_iter().enumerate().map(correction).collect();
+        film.add(&corrections);
         self.statistics.gradients = gradients;
         Ok(())
     }

@@ -62,8 +62,9 @@ impl Places {
             [Some(one), None] | [None, Some(one)] => 2.0 * one,
             [None, None] => f32::MAX,
         };
-        // A class is a factor of 8.
-        Some((((bend.max(1e-6) * 1e6).log2() / 3.0) as usize).min(CLASSES - 1))
+        // A class is a factor of 8: three steps of the exponent of a number from 1 on.
+        let exponent = ((bend.max(1e-6) * 1e6).max(1.0).to_bits() >> 23) - 127;
+        Some((exponent as usize / 3).min(CLASSES - 1))
     }
 }
 
