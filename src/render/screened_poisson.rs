@@ -86,8 +86,9 @@ pub(super) fn solve(known: &[Known], width: usize) -> Vec<Vec4> {
     let (fixed, own): (Vec<_>, Vec<_>) = (0..known.len()).into_par_iter().map(fixed).unzip();
     let least = own.into_par_iter().reduce(|| 1.0, f32::min);
 
-    let mut states = vec![State::default(); known.len()];
-    let mut next = states.clone();
+    // In parallel: what takes time is the system's, which hands out the memory.
+    let zeros = || (0..known.len()).into_par_iter().map(|_| State::default()).collect::<Vec<_>>();
+    let (mut states, mut next) = (zeros(), zeros());
     for steps in chebyshev(least, 2.0).chunks(STEPS_AT_ONCE) {
         let rows = BLOCK[1];
         next.par_chunks_mut(rows * width).enumerate().for_each(|(band, next)| {

@@ -189,7 +189,8 @@ impl Renderer {
     /// Makes use of the gradients of a film.
     fn use_gradients(&mut self, film: &mut Film) -> Result<(), RenderError> {
         let (width, height) = (self.width, self.height);
-        let mut noted = vec![GradientSlot::default(); width as usize * height as usize];
+        let pixels = width as usize * height as usize;
+        let mut noted: Vec<_> = (0..pixels).into_par_iter().map(|_| GradientSlot::default()).collect();
         self.read_gradients(&self.whole_film(), |first, slots| {
             to_pixels(first, slots, &mut noted, width, |pixel, slot| *pixel = *slot);
         })?;
