@@ -433,6 +433,7 @@ void main() {
     if (is_scattered()) {
         // What its paths took in all is left to the first pixels. Other lanes have stored these.
         share_notes();
+        subgroupBarrier();
         [[dont_unroll]] for (uint p = gl_SubgroupInvocationID; p < TILE; p += gl_SubgroupSize) {
             uint slot = slot_of_tile(tile, p);
             if (slot < end_slot) film_note_cost(slot, p < gl_SubgroupSize ? cost_of(shadow_rays, occlusion_steps) : 0u);

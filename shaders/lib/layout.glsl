@@ -144,7 +144,6 @@ layout(push_constant, std430) uniform Push {
     uint band_rows;         // of pixels, in the film buffer, if groups may be shifted
     uint other_samples;     // of the samples per pixel, those in groups that lie elsewhere, see share.glsl
     float beam_scale;       // 0: paths leave no light to beams, see light/beam.glsl
-    uint pixels_each;       // that an invocation works on, one after the other, see path_trace.comp
 };
 
 const uint MODE_SHIFTED = 1u;       // groups lie elsewhere, see pixel_order.glsl

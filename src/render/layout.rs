@@ -143,7 +143,6 @@ pub(crate) struct Push {
     pub band_rows: u32,
     pub other_samples: u32,
     pub beam_scale: f32,
-    pub pixels_each: u32,
 }
 
 /// Bits of [`Push::modes`].

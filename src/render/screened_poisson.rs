@@ -216,7 +216,11 @@ mod tests {
     /// In an image of several blocks, what comes of each is what comes of it without blocks.
     #[test]
     fn blocks_leave_no_seams() {
-        let (width, height) = (BLOCK[0] + 70, 2 * BLOCK[1] + 3);
+        let sizes = [[BLOCK[0] + 70, 2 * BLOCK[1] + 3], BLOCK, BLOCK.map(|side| side + 1), [1, 70], [170, 1]];
+        sizes.into_iter().for_each(has_no_seams);
+    }
+
+    fn has_no_seams([width, height]: [usize; 2]) {
         let pixel = |p: usize| {
             let noise = |salt: usize| ((p * 7919 + salt * 104_729) % 1013) as f32 / 1013.0;
             let right = if (p + 1).is_multiple_of(width) { 0.0 } else { 30.0 * noise(1) };

@@ -158,7 +158,6 @@ fn push_constants() {
         ("band_rows", offset_of!(Push, band_rows)),
         ("other_samples", offset_of!(Push, other_samples)),
         ("beam_scale", offset_of!(Push, beam_scale)),
-        ("pixels_each", offset_of!(Push, pixels_each)),
     ]
     .map(|(name, offset)| (name.to_owned(), offset));
     for (kernel, interface) in kernels() {

@@ -8,6 +8,7 @@ use super::super::layout::{Counters, FilmSlot, GradientSlot, binding, queue};
 use super::super::sobol::DIMENSIONS;
 use super::super::tables::Tables;
 use super::IN_FLIGHT;
+use super::trial::BLOCK;
 use crate::gpu::{BindingKind, BindingLayout, BindingSet, Buffer, Device, Timeline, Usage};
 
 /// What the path tracer's kernels see, besides what all do.
@@ -19,11 +20,8 @@ pub(super) const BINDINGS: [(u32, BindingKind); 5] = [
     (binding::GRADIENT_ROWS, BindingKind::Array),
 ];
 
-/// Slots of a set of tiles, which a trial wants whole.
-const SET_SLOTS: u64 = (queue::TILE * queue::SCATTERED_TILES) as u64;
-
-/// Pixels of a band: 192 MiB.
-const MOST_BAND_SLOTS: u64 = 1 << 22;
+/// Pixels of a band: 128 MiB, which an array may have on every device.
+const MOST_BAND_SLOTS: u64 = (1 << 27) / size_of::<FilmSlot>() as u64;
 
 /// What decides about sizes, besides the tables.
 pub(super) struct Shape {
@@ -99,7 +97,7 @@ impl Buffers {
         let bytes = size_of::<FilmSlot>().max(size_of::<GradientSlot>()) as u64;
         let held = (device.info.max_texel_elements / texels).min(device.info.max_storage_range / bytes);
         let band_slots = held.min(covered).min(MOST_BAND_SLOTS);
-        let unit = if band_slots < shape.row_slots { SET_SLOTS } else { shape.row_slots };
+        let unit = if band_slots < shape.row_slots { u64::from(BLOCK) } else { shape.row_slots };
         let band_slots = band_slots / unit * unit;
         let mut bands = Vec::new();
         let mut first = 0u64;

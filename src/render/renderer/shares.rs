@@ -36,10 +36,12 @@ impl Renderer {
             |tile: u32| pixels_in(tile * TILE as u32, (tile + 1) * TILE as u32, self.width, self.height) as f64;
         let mut tiles: Vec<_> = (0..tiles).map(|tile| Tile { pixels: pixels(tile), ..Tile::default() }).collect();
         for of_tile in tried.groups.chunk_by(|a, b| a.tile == b.tile) {
-            let variances = of_tile.iter().map(|group| group.variance(reused, gradients));
-            tiles[of_tile[0].tile as usize].variance = Some(variances.sum::<f64>() / of_tile.len() as f64);
+            let variances: Vec<_> = of_tile.iter().filter_map(|group| group.variance(reused, gradients)).collect();
+            let known = !variances.is_empty();
+            let mean = variances.iter().sum::<f64>() / variances.len() as f64;
+            tiles[of_tile[0].tile as usize].variance = known.then_some(mean);
         }
-        // What is known of the cost is that of a set of tiles. Where samples were taken again it is not known.
+        // What is known of the cost is that of a set of tiles, part of which may be noted where there is no pixel. Where samples were taken again it is not known.
         for of_set in tried.groups.chunk_by(|a, b| a.tile / SET == b.tile / SET) {
             let first = of_set[0].tile / SET * SET;
             let set = &mut tiles[first as usize..][..SET as usize];

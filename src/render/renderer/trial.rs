@@ -54,7 +54,7 @@ const SEED: u32 = 0x3707_3443;
 /// Tiles of which one takes part in the trial, made of a group of each.
 const SET: u32 = queue::SCATTERED_TILES;
 /// Slots of these.
-const BLOCK: u32 = TILE as u32 * SET;
+pub(super) const BLOCK: u32 = TILE as u32 * SET;
 /// Slots whose trial is one dispatch: 131,072 samples.
 const DISPATCH_SLOTS: u32 = 1024 * BLOCK;
 
@@ -77,7 +77,7 @@ pub(super) struct Tried {
     pub reuse: ReuseTrial,
     /// Of pairs of neighbours.
     pub pairs: PairSums,
-    /// Of each group with pixels, in the order of their slots.
+    /// Of each group, in the order of their slots.
     pub groups: Vec<GroupNoise>,
     /// Some samples were taken again: what they cost is not known.
     pub repeated: bool,
@@ -237,7 +237,8 @@ impl Renderer {
     fn samples_of_trial(&mut self) -> Result<Tried, RenderError> {
         let mut spans = Vec::new();
         for span in self.whole_film() {
-            let first_slot = span.first_slot.next_multiple_of(BLOCK);
+            let first_slot = span.first_slot;
+            debug_assert!(first_slot.is_multiple_of(BLOCK), "a band begins within a set of tiles");
             spans.extend((first_slot..span.end_slot).step_by(DISPATCH_SLOTS as usize).map(|first_slot| {
                 let end_slot = span.end_slot.min(first_slot + DISPATCH_SLOTS);
                 Span { first_slot, end_slot, ..span }
@@ -275,7 +276,7 @@ impl Renderer {
                 self.compare_neighbours(&groups, &mut tried.pairs);
             }
             let inside = |slot| pixel_of_slot(slot, self.width, self.height).is_some();
-            tried.groups.extend(groups.iter().filter_map(|group| group.noise_of_pixels(inside)));
+            tried.groups.extend(groups.iter().map(|group| group.noise_of_pixels(inside)));
         }
         Ok(tried)
     }

@@ -47,8 +47,8 @@ impl TriedGroup {
         }
     }
 
-    /// What shares of the samples are made from; nothing if it has no pixels `inside` the image.
-    pub fn noise_of_pixels(&self, inside: impl Fn(u32) -> bool) -> Option<GroupNoise> {
+    /// What shares of the samples are made from, its pixels being those of the slots `inside` the image.
+    pub fn noise_of_pixels(&self, inside: impl Fn(u32) -> bool) -> GroupNoise {
         let pixels = (0..MEMBERS).filter(|member| inside(self.slot(*member))).count();
         let noise = (0..MEMBERS).map(|member| self.noise(member)).fold(Noise::default(), |sum, n| Noise {
             own: sum.own + n.own,
@@ -57,7 +57,7 @@ impl TriedGroup {
         });
         let cost = self.film.iter().map(|slot| f64::from(slot.sum[0].to_bits())).sum();
         let tile = self.first_slot / TILE as u32;
-        (pixels > 0).then_some(GroupNoise { tile, pixels: pixels as u32, noise, cost })
+        GroupNoise { tile, pixels: pixels as u32, noise, cost }
     }
 }
 
@@ -76,8 +76,8 @@ pub(super) struct GroupNoise {
 
 impl GroupNoise {
     /// The variance that a sample of its pixels leaves in an image for which paths are `reused` and, if `gradients`,
-    /// differences between neighbours made use of, in the mean.
-    pub fn variance(&self, reused: bool, gradients: bool) -> f64 {
+    /// differences between neighbours made use of, in the mean; `None` without pixels.
+    pub fn variance(&self, reused: bool, gradients: bool) -> Option<f64> {
         let Noise { own, light: all_light, differences } = self.noise;
         let light = if reused { all_light / MEMBERS as f64 } else { all_light };
         let smooth = differences / (differences + SPREAD * light);
@@ -87,6 +87,7 @@ impl GroupNoise {
             (false, _) => own + light,
         };
         // Samples that were not finite tell nothing.
-        if variance.is_finite() { variance / f64::from(self.pixels) } else { 0.0 }
+        let known = if variance.is_finite() { variance } else { 0.0 };
+        (self.pixels > 0).then(|| known / f64::from(self.pixels))
     }
 }
