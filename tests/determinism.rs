@@ -251,10 +251,14 @@ fn a_film_of_n_samples_is_the_start_of_a_longer_one() {
     let context = context();
     // Below 2^10 samples, so that both use the same table of the sampler.
     let (short, long) = (shipped("spheres", (9, 7), 1), shipped("spheres", (9, 7), 2));
-    let one = render(&context, &short, &RenderSettings::of(&short));
-    let two = render(&context, &long, &RenderSettings { samples_per_dispatch: Some(1), ..RenderSettings::of(&long) });
-    for (one, two) in one.sums().iter().zip(two.sums()) {
-        assert!(one.iter().zip(two).all(|(a, b)| a <= b), "{one:?} is more than {two:?}");
+    // Of one sample nothing is tried, so that it must be told whether paths are reused.
+    for reuse in [Reuse::Off, Reuse::Always] {
+        let one = render(&context, &short, &RenderSettings { reuse, ..RenderSettings::of(&short) });
+        let one_by_one = RenderSettings { samples_per_dispatch: Some(1), reuse, ..RenderSettings::of(&long) };
+        let two = render(&context, &long, &one_by_one);
+        for (one, two) in one.sums().iter().zip(two.sums()) {
+            assert!(one.iter().zip(two).all(|(a, b)| a <= b), "{reuse:?}: {one:?} is more than {two:?}");
+        }
     }
 }
 
