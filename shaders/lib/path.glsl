@@ -195,7 +195,7 @@ bool path_arrive(Path path, int id, float t, uint key, uint light_samples, inout
     a.last = a.hits == MAX_DEPTH || (!INDIRECT && diffuse);
     alive = alive && (LIGHT_AFTER_LAST_HIT || !a.last);
     // Where it gets further light the throughput must be what light counts.
-    bool may_end = !(REUSE && in_mode(MODE_SURVEY)) && !(LIGHT_SAMPLES > 1u && light_samples > 1u && a.first && diffuse);
+    bool may_end = !(REUSE && in_mode(MODE_SURVEY)) && !(light_samples > 1u && a.first && diffuse);
     if (ROULETTE_DEPTH > 0u && a.hits >= ROULETTE_DEPTH && may_end) {
         // A path is safe while its throughput is above ¼: ending strong paths costs more in noise than it saves.
         float survive = lower(4.0 * strongest / path_weight(path.glances), 0.95);

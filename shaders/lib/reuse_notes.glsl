@@ -45,6 +45,7 @@ const bool NOTES_ARE_CLEARED = STATES_ARE_CLEARED || (GLANCES > 0u && REUSE);
 
 // The path has not begun; `reusing`: it may serve others.
 void path_clear(uint path, bool wanted, bool reusing) {
+    // A loop: less code to compile.
     [[dont_unroll]] for (uint i = 0u; i < 4u; ++i) {
         uint row = i == 0u ? ROW_LIGHT : (i == 1u ? ROW_FIRST_NORMAL : (i == 2u ? ROW_SECOND_NORMAL : ROW_GLANCED));
         bool cleared = reusing && !SHARED_BY_LANES;

@@ -87,7 +87,7 @@ pub(super) fn solve(known: &[Known], width: usize) -> Vec<Vec4> {
     let least = own.into_par_iter().reduce(|| 1.0, f32::min);
 
     // In parallel: what takes time is the system's, which hands out the memory.
-    let zeros = || (0..known.len()).into_par_iter().map(|_| State::default()).collect::<Vec<_>>();
+    let zeros = || rayon::iter::repeat_n(State::default(), known.len()).collect::<Vec<_>>();
     let (mut states, mut next) = (zeros(), zeros());
     for steps in chebyshev(least, 2.0).chunks(STEPS_AT_ONCE) {
         let rows = BLOCK[1];

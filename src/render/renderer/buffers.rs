@@ -22,6 +22,7 @@ pub(super) const BINDINGS: [(u32, BindingKind); 5] = [
 
 /// Pixels of a band: 128 MiB, which an array may have on every device.
 const MOST_BAND_SLOTS: u64 = (1 << 27) / size_of::<FilmSlot>() as u64;
+const _: () = assert!(size_of::<GradientSlot>() <= size_of::<FilmSlot>(), "gradients are bound like the film");
 
 /// What decides about sizes, besides the tables.
 pub(super) struct Shape {
@@ -94,9 +95,7 @@ impl Buffers {
         // What a binding holds, and a dispatch covers.
         let texels = size_of::<FilmSlot>() as u64 / 16;
         let covered = u64::from(device.limits.max_compute_work_group_count[0]) * u64::from(shape.slots_per_group);
-        let bytes = size_of::<FilmSlot>().max(size_of::<GradientSlot>()) as u64;
-        let held = (device.info.max_texel_elements / texels).min(device.info.max_storage_range / bytes);
-        let band_slots = held.min(covered).min(MOST_BAND_SLOTS);
+        let band_slots = (device.info.max_texel_elements / texels).min(covered).min(MOST_BAND_SLOTS);
         let unit = if band_slots < shape.row_slots { u64::from(BLOCK) } else { shape.row_slots };
         let band_slots = band_slots / unit * unit;
         let mut bands = Vec::new();

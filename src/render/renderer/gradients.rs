@@ -190,7 +190,8 @@ impl Renderer {
     fn use_gradients(&mut self, film: &mut Film) -> Result<(), RenderError> {
         let (width, height) = (self.width, self.height);
         let pixels = width as usize * height as usize;
-        let mut noted: Vec<_> = (0..pixels).into_par_iter().map(|_| GradientSlot::default()).collect();
+        // In parallel: what takes time is the system's, which hands out the memory.
+        let mut noted: Vec<_> = rayon::iter::repeat_n(GradientSlot::default(), pixels).collect();
         self.read_gradients(&self.whole_film(), |first, slots| {
             to_pixels(first, slots, &mut noted, width, |pixel, slot| *pixel = *slot);
         })?;

@@ -1,18 +1,15 @@
 //! Decides how many of the samples each part of the image gets (shaders/lib/share.glsl).
 
 use super::super::film::{pixels_in, rows_of_blocks, slot_count, slots_of_row};
-use super::super::layout::queue;
 use super::super::settings;
 use super::super::shares::{Grid, Share, Shares, Tile};
 use super::super::sobol::{MAX_SAMPLES, levels};
 use super::super::tiles::TILE;
 use super::Renderer;
-use super::trial::Tried;
+use super::trial::{SET, Tried};
 
 /// Renderings of fewer samples per pixel give all pixels as many.
 const FEWEST_SAMPLES: u32 = 4;
-/// Tiles of a set.
-const SET: u32 = queue::SCATTERED_TILES;
 
 impl Renderer {
     /// Whether pixels may get different numbers of samples.
@@ -41,7 +38,8 @@ impl Renderer {
             let mean = variances.iter().sum::<f64>() / variances.len() as f64;
             tiles[of_tile[0].tile as usize].variance = known.then_some(mean);
         }
-        // What is known of the cost is that of a set of tiles, part of which may be noted where there is no pixel. Where samples were taken again it is not known.
+        // What is known of the cost is that of a set of tiles, part of which may be noted where there is no pixel. Where samples
+        // were taken again it is not known.
         for of_set in tried.groups.chunk_by(|a, b| a.tile / SET == b.tile / SET) {
             let first = of_set[0].tile / SET * SET;
             let set = &mut tiles[first as usize..][..SET as usize];

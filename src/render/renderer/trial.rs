@@ -52,7 +52,7 @@ const MOST_OWN_ADAPTIVE: f64 = 0.35;
 /// What the seed is changed by (XOR) in the trial.
 const SEED: u32 = 0x3707_3443;
 /// Tiles of which one takes part in the trial, made of a group of each.
-const SET: u32 = queue::SCATTERED_TILES;
+pub(super) const SET: u32 = queue::SCATTERED_TILES;
 /// Slots of these.
 pub(super) const BLOCK: u32 = TILE as u32 * SET;
 /// Slots whose trial is one dispatch: 131,072 samples.
@@ -60,19 +60,21 @@ const DISPATCH_SLOTS: u32 = 1024 * BLOCK;
 
 /// The trial of a rendering and what came of it, apart for the two halves of the image that adaptive sampling keeps
 /// independent of each other.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) enum ReuseTrial {
     /// No paths are reused.
     Never,
     /// All are, whatever it gains.
     Always,
     /// It has not been made.
+    #[default]
     Pending,
     /// What it shows of each half.
     Over([Tally; 2]),
 }
 
 /// What came of a trial.
+#[derive(Default)]
 pub(super) struct Tried {
     pub reuse: ReuseTrial,
     /// Of pairs of neighbours.
@@ -81,12 +83,6 @@ pub(super) struct Tried {
     pub groups: Vec<GroupNoise>,
     /// Some samples were taken again: what they cost is not known.
     pub repeated: bool,
-}
-
-impl Default for Tried {
-    fn default() -> Self {
-        Self { reuse: ReuseTrial::Pending, pairs: PairSums::default(), groups: Vec::new(), repeated: false }
-    }
 }
 
 /// Variance in the trial, of all pixels together.
