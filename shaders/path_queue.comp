@@ -180,7 +180,8 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         bool ended = held && !alive && !later;
         bool goes_on = ended && sample_goes_on(h.path.glances);
         if (ended && !goes_on) {
-            path_store(region + h.slot, ROW_LIGHT, vec4(h.radiance, h.gives ? PATH_GIVES : (h.met ? PATH_MET : PATH_ENDED)));
+            float state = h.gives && is_worth_giving(h.radiance) ? PATH_GIVES : (h.met ? PATH_MET : PATH_ENDED);
+            path_store(region + h.slot, ROW_LIGHT, vec4(h.radiance, state));
         }
 
         // Next rays of living paths and first rays of new ones.
@@ -244,7 +245,7 @@ void connect_paths(inout Pocket pocket, inout Run run, PocketWalk w) {
         vec3 y = path_load(region + path, ROW_SECOND).xyz;
         vec3 normal = path_load(region + path, ROW_SECOND_NORMAL).xyz;
         ShadowRay ray = connect(region + path, y, normal, region + path_of_member(path, member), value);
-        bool gives = takes && normal != vec3(0.0);
+        bool gives = takes && path_load(region + path, ROW_LIGHT).w == PATH_GIVES;
         bool wanted = gives && ray.wanted;
         shadow_rays += wanted ? 1u : 0u;
         bool hidden;

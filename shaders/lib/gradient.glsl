@@ -47,8 +47,6 @@ void gradients_store(uint slot, Gradients g) {
 bool has_right(uint member) { return (member & 3u) != 3u; }
 bool has_down(uint member) { return member < 4u; }
 
-float brightness(vec3 light) { return light.x + light.y + light.z; }
-
 // What a pixel's sample `index` counts in the trial.
 float trial_sign(uint index) { return index < TRIAL / 2u ? 1.0 : (index < TRIAL ? -1.0 : 0.0); }
 

@@ -95,4 +95,6 @@ void basis(vec3 n, out vec3 tangent, out vec3 bitangent) {
     bitangent = vec3(b, s + n.y * n.y * a, -n.y);
 }
 
+float brightness(vec3 light) { return light.x + light.y + light.z; }
+
 #endif

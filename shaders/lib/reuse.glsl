@@ -62,6 +62,9 @@ float coupling(vec3 x, vec3 nx, vec3 y, vec3 ny, out vec3 direction, out float d
     return cx > 0.0 && cy > 0.0 && r2 > 1e-30 ? cx * cy * inverse * inverse : 0.0;
 }
 
+// Whether it is worth finding out who sees light that leaves a second hit. (Not if it is none, nor if it is no number.)
+bool is_worth_giving(vec3 light) { return brightness(light) > 0.0; }
+
 // Where a segment that comes from elsewhere may end at a hit: off its surface.
 vec3 end_of_segment(Arrival a, float t) {
     if (a.surface.curvature == 0.0) return a.outside;

@@ -118,12 +118,14 @@ vec3 shared_light(EndedPath ended, uint key, uint index, inout uint shadow_rays,
                   out vec3 unshared) {
     Meeting m = ended.meeting;
     uint me = gl_SubgroupInvocationID % MEMBERS;
-    vec3 given = m.gives ? ended.light : vec3(0.0);
+    bool gives = m.gives && is_worth_giving(ended.light);
+    vec3 given = gives ? ended.light : vec3(0.0);
+    vec3 ny = gives ? m.ny : vec3(0.0);
     vec3 sum = vec3(0.0);
     [[dont_unroll]] for (uint from = 0u; from < MEMBERS; ++from) {
         ShadowRay ray = ShadowRay(m.x, m.nx, 0.0, m.leaving, vec3(0.0), false);
         vec3 y = of_member(m.y, from);
-        float value = coupling(m.x, m.nx, y, of_member(m.ny, from), ray.direction, ray.distance);
+        float value = coupling(m.x, m.nx, y, of_member(ny, from), ray.direction, ray.distance);
         if (SMOOTH_NORMALS) value = from == me || dot(m.up, ray.direction) > 0.0 ? value : 0.0;
         if (SEES_THROUGH) value = of_member(m.hit, from) == m.hit ? value : 0.0;
         // The path itself has shown that nothing is in between.
@@ -141,7 +143,7 @@ vec3 shared_light(EndedPath ended, uint key, uint index, inout uint shadow_rays,
     loops += MEMBERS;
     vec3 direct = m.direct;
     if (LIGHT_SAMPLES > 1u) direct = light_at_first(m, key, index, shadow_rays, loops);
-    vec3 own = m.gives ? vec3(0.0) : ended.light;
+    vec3 own = gives ? vec3(0.0) : ended.light;
     if (GLANCES > 0u) own += ended.glanced;
     unshared = m.beta * given;
     gathered = m.beta * sum;
