@@ -11,8 +11,7 @@ const WIDTH: &str = "LP_NATIVE_VECTOR_WIDTH";
 const CACHE: &str = "MESA_SHADER_CACHE_DIR";
 
 /// Asks llvmpipe for vectors of 512 bits if the CPU has them; other drivers do not listen. It pays where lanes compute
-/// (a room of spheres: 4 to 40% less time; lamps, with a tree: up to 9% less) and less where they follow the tree, whose
-/// accesses are scalar.
+/// (a room of spheres: 4 to 40% less time), not where they follow the tree, whose accesses are scalar.
 ///
 /// This sets environment variables of the process, unless the user has. Call it before the first
 /// [`Context`](super::Context).

@@ -178,11 +178,11 @@ impl Features {
     }
 
     /// Whether vectors of 512 bits pay on a CPU (see [`prefer_wide_vectors`](crate::gpu::prefer_wide_vectors)): without a
-    /// hierarchy, and where lamps are to be sampled, which is much to compute (.91 of the time with 64 lamps; a mesh under one
-    /// takes as long with either). Where paths are reused under point lights in a scene with a hierarchy, lavapipe 22.3.6 takes
-    /// 1.06 to 1.15 times the time with them.
+    /// hierarchy. With one lavapipe 22.3.6 takes 1.0 to 2.7 times the time (a mesh that fills the view, under a lamp: 1.6
+    /// if it is a mirror, 2.7 if paths are reused; Sapphire Rapids), and 25.0.7 as long with either, or .93 where lamps are
+    /// sampled and paths are not reused. Which of them runs is known only when it is too late to choose.
     pub fn suits_wide_vectors(&self) -> bool {
-        !self.tree || self.emitter
+        !self.tree
     }
 
     /// Each feature: its name, whether it is compiled in, and why.
