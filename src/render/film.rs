@@ -118,13 +118,21 @@ fn tile_corner(tile: u32, width: u32) -> [u32; 2] {
 
 /// The tiles that touch a tile, itself included, in increasing order.
 pub(crate) fn tiles_around(tile: u32, width: u32, height: u32) -> Vec<usize> {
-    let place = place_of_tile(tile, width);
-    let size = [width.div_ceil(BLOCK[0]) * TILES[0], height.div_ceil(BLOCK[1]) * TILES[1]];
-    let near = |axis: usize| place[axis].saturating_sub(1)..=(place[axis] + 1).min(size[axis] - 1);
-    let mut found: Vec<_> =
-        near(1).flat_map(|row| near(0).map(move |column| tile_at(column, row, width) as usize)).collect();
+    let mut found: Vec<_> = tiles_within(1, tile, width, height).map(|(tile, _)| tile).collect();
     found.sort_unstable();
     found
+}
+
+/// The tiles of the columns and rows within `reach` of a tile's, itself included, row by row, and how many columns and rows
+/// away each is.
+pub(crate) fn tiles_within(reach: u32, tile: u32, width: u32, height: u32) -> impl Iterator<Item = (usize, u32)> {
+    let [x, y] = place_of_tile(tile, width);
+    let size = [width.div_ceil(BLOCK[0]) * TILES[0], height.div_ceil(BLOCK[1]) * TILES[1]];
+    let near = move |at: u32, size: u32| at.saturating_sub(reach)..=(at + reach).min(size - 1);
+    let in_row = move |row: u32| {
+        near(x, size[0]).map(move |column| (tile_at(column, row, width) as usize, x.abs_diff(column) + y.abs_diff(row)))
+    };
+    near(y, size[1]).flat_map(in_row)
 }
 
 /// Pixels of whole tiles from slot `first` to slot `end`, which is not one of them.
