@@ -265,7 +265,8 @@ mod tests {
     #[test]
     fn tiles_where_no_light_was_found_stay_as_they_are() {
         let mut some = tiles(1.0, 1.0);
-        let in_columns = |tile: usize, columns: Range<u32>| columns.contains(&place_of_tile(tile as u32, GRID.width)[0]);
+        let in_columns =
+            |tile: usize, columns: Range<u32>| columns.contains(&place_of_tile(tile as u32, GRID.width)[0]);
         for (tile, of_tile) in some.iter_mut().enumerate() {
             of_tile.variance = Some(if in_columns(tile, 0..2) { 256.0 } else { 1.0 });
             if in_columns(tile, 4..8) {
