@@ -20,7 +20,7 @@
 // dominators of all basic blocks once for each local variable: its time goes with the product of the two. A texel
 // access has five variables and two blocks, a vec4 written to a storage buffer eighty blocks.
 //
-// A workgroup is one subgroup. It owns a tile of 64 pixels, whose samples its lanes draw in runs. The light of each
+// A workgroup is one subgroup. It owns a tile of 64 pixels, or a few if they get few samples, which its lanes draw in runs. The light of each
 // path goes to a slot of its own, and the film is summed in the order of the samples: the image does not depend on how
 // work is cut or scheduled, and no stage needs the host.
 //
@@ -40,7 +40,7 @@ layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
 
 const uint PATHS = 1u << SLOT_BITS;     // paths of a workgroup in one dispatch
 const uint RUN = 8u;                    // samples of a pixel that a lane draws at once
-const uint CHECK_PATHS = 4u;            // steps of the paths from one count of the lanes to the next
+const uint CHECK_PATHS = 2u;            // steps of the paths from one count of the lanes to the next
 const uint CHECK_WALKS = 4u;            // fetches from one count to the next
 
 // What the subgroup shares; the same in all lanes.
@@ -66,7 +66,7 @@ struct Run {
 
 // Runs for the lanes that have none, as long as there are any.
 void draw_runs(uvec2 corner, uint tile, uint samples, inout Run run) {
-    uint runs = TILE * ((samples + RUN - 1u) / RUN);
+    uint runs = work_pixels * ((samples + RUN - 1u) / RUN);
     if (next_run >= runs || !any_lane(run.left == 0u)) return;
     // A run may turn out to be empty: then its lane draws again.
     do {
@@ -76,14 +76,14 @@ void draw_runs(uvec2 corner, uint tile, uint samples, inout Run run) {
         next_run += subgroupBallotBitCount(ballot);
         loops += 1u;
         if (wanted && number < runs) {
-            uint p = number % TILE;
-            uint first = number / TILE * RUN;
+            uint p = pixel_of_path(number);
+            uint first = sample_of_path(number) * RUN;
             uvec2 at = pixel_of_work(corner, p);
             uint work_slot = slot_of_tile(tile, p);
             uint slot = film_slot(work_slot);
             uint done = film_count(slot);
             uint state = film_state(slot);
-            run.slot = p + first * TILE;
+            run.slot = p + first * work_pixels;
             run.key = pixel_key(pixel_number(at));
             run.index = index_of_member(index_after(state, done) + first, member_of_group(p));
             run.glances = film_glances(state);
@@ -150,7 +150,7 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         // Shade the hits that lanes hold.
         bool held = h.slot != NOTHING;
         bool shades = held && !h.dying;
-        uint p = held ? h.slot % TILE : 0u;
+        uint p = held ? pixel_of_path(h.slot) : 0u;
         uint key = key_of_group(corner, p);
         Arrival arrival;
         ShadowRay shadow;
@@ -196,12 +196,12 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
             h.radiance = vec3(0.0);
         }
         uint state = begins ? run.glances : (goes_on ? next_state(h.path.glances) : h.path.glances);
-        uvec2 at = pixel_of_work(corner, goes_on ? p : run.slot % TILE);
+        uvec2 at = pixel_of_work(corner, goes_on ? p : pixel_of_path(run.slot));
         // From the camera to the first hit the random numbers are the pixel's own.
         if (GLANCES > 0u && REUSE) key = goes_on ? pixel_key(pixel_number(at)) : key;
         path_depart(h.path, arrival, alive, camera, at, begins ? run.key : key, begins ? run.index : h.path.index, state);
         run.left -= begins ? 1u : 0u;
-        run.slot += begins ? TILE : 0u;
+        run.slot += begins ? work_pixels : 0u;
         run.index += begins ? 1u : 0u;
         float t = INFINITY;
         int id = -1;
@@ -227,8 +227,8 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
 }
 
 // The segments from the second hits of paths to the first hits of the other members of their groups, in the order of
-// the samples: those of 64 paths to one member after another.
-const uint SEGMENTS = TILE * (MEMBERS - 1u);    // of a sample
+// the samples, one path's after another's.
+const uint SEGMENTS = MEMBERS - 1u;     // of a path
 
 // Makes segments for as long as most lanes can. A lane takes every n-th, `run.slot` being the next one.
 void connect_paths(inout Pocket pocket, inout Run run, PocketWalk w) {
@@ -240,8 +240,8 @@ void connect_paths(inout Pocket pocket, inout Run run, PocketWalk w) {
         if (traced != NOTHING) note_coupling(region + traced / MEMBERS, traced % MEMBERS, value);
         bool takes = run.left > 0u && pocket_room(pocket);
         uint segment = takes ? run.slot : 0u;
-        uint path = segment / (MEMBERS - 1u);
-        uint member = member_of(path) ^ (1u + segment % (MEMBERS - 1u));
+        uint path = segment / SEGMENTS;
+        uint member = member_of(path) ^ (1u + segment % SEGMENTS);
         vec3 y = path_load(region + path, ROW_SECOND).xyz;
         vec3 normal = path_load(region + path, ROW_SECOND_NORMAL).xyz;
         ShadowRay ray = connect(region + path, y, normal, region + path_of_member(path, member), value);
@@ -315,7 +315,7 @@ struct Added {
 // `reusing`: with what the others of their groups have noted, if memory is where paths are shared. (Asked each time, and not of
 // a variable: src/gpu/prune.rs knows of none.)
 void add_noted(uint tile, uint complete, bool reusing, inout Added added) {
-    for (uint p = gl_SubgroupInvocationID; p < TILE; p += gl_SubgroupSize) {
+    for (uint p = gl_SubgroupInvocationID; p < work_pixels; p += gl_SubgroupSize) {
         uvec2 at;
         uint slot = slot_of_tile(tile, p);
         if (slot < end_slot && pixel_of_slot(slot, at)) {
@@ -324,7 +324,7 @@ void add_noted(uint tile, uint complete, bool reusing, inout Added added) {
             uint first = film_pixel.count;
             uint target = target_of(film_pixel.state);
             for (uint s = 0u; s < complete; ++s) {
-                uint path = region + s * TILE + p;
+                uint path = region + s * work_pixels + p;
                 vec4 light;
                 vec3 gathered, unshared;
                 if (!SHARED_BY_LANES && reusing) {
@@ -354,7 +354,7 @@ void add_noted(uint tile, uint complete, bool reusing, inout Added added) {
     if (!SHARED_BY_LANES && reusing) {
         share_notes();
         subgroupBarrier();
-        for (uint p = gl_SubgroupInvocationID; p < TILE; p += gl_SubgroupSize) {
+        for (uint p = gl_SubgroupInvocationID; p < work_pixels; p += gl_SubgroupSize) {
             uvec2 at;
             uint slot = slot_of_tile(tile, p);
             if (slot < end_slot && pixel_of_slot(slot, at)) note_gradients(region + p, film_slot(slot));
@@ -364,7 +364,7 @@ void add_noted(uint tile, uint complete, bool reusing, inout Added added) {
 
 void main() {
     load_scene();
-    uint tile = first_slot + group_of_work() * tile_step * TILE;
+    uint tile = first_slot + group_of_work() * tile_step * work_pixels;
     if (tile >= end_slot || max_new_samples == 0u) return;
     // The host asks for workgroups of one subgroup; a device that cuts them up must not go on.
     if (gl_NumSubgroups != 1u || (SHARED_BY_LANES && gl_SubgroupSize != SUBGROUP_LANES)) {
@@ -373,17 +373,17 @@ void main() {
     }
     uint r = acquire_region();
     region = r * PATHS;
-    uint samples = min(max_new_samples, PATHS / TILE);
+    uint samples = min(max_new_samples, sample_of_path(PATHS));
     bool reusing = REUSE && reused_halves != 0u;
     if (NOTES_ARE_CLEARED) {
         uint most = 0u;
-        [[dont_unroll]] for (uint p = gl_SubgroupInvocationID; p < TILE; p += gl_SubgroupSize) {
+        [[dont_unroll]] for (uint p = gl_SubgroupInvocationID; p < work_pixels; p += gl_SubgroupSize) {
             uint wanted = reusing ? wanted_samples(slot_of_tile(tile, p)) : samples;
             most = max(most, wanted);
-            [[dont_unroll]] for (uint s = 0u; s < samples; ++s) path_clear(region + s * TILE + p, s < wanted, reusing);
+            [[dont_unroll]] for (uint s = 0u; s < samples; ++s) path_clear(region + s * work_pixels + p, s < wanted, reusing);
         }
         share_notes();
-        loops += (TILE + TILE * samples) / gl_SubgroupSize;
+        loops += (1u + samples) * work_pixels / gl_SubgroupSize;
         samples = min(samples, subgroupMax(most));
     }
     // What is left of the budget must do for reusing the paths and for the film.
@@ -404,7 +404,7 @@ void main() {
         pocket = pocket_empty();
         w = pocket_walk_idle();
         run.slot = gl_SubgroupInvocationID;
-        run.left = (samples * SEGMENTS + gl_SubgroupSize - 1u - run.slot) / gl_SubgroupSize;
+        run.left = (samples * work_pixels * SEGMENTS + gl_SubgroupSize - 1u - run.slot) / gl_SubgroupSize;
         // Some must be left for further samples of lights.
         budget = LIGHT_SAMPLES > 1u ? LOOP_BUDGET / 4u * 3u : LOOP_BUDGET;
         share_notes();
@@ -418,8 +418,8 @@ void main() {
     uint complete = samples;    // samples of each pixel before the first that is not to be had
     if (!SHARED_BY_LANES && reusing) {
         // Segments that the budget did not suffice for are missing.
-        uint waiting = pocket_first_segment(pocket) / (MEMBERS * TILE);
-        uint missing = min(waiting, run.left > 0u ? run.slot / SEGMENTS : NOTHING);
+        uint waiting = sample_of_path(pocket_first_segment(pocket) / MEMBERS);
+        uint missing = min(waiting, run.left > 0u ? sample_of_path(run.slot / SEGMENTS) : NOTHING);
         complete = min(samples, subgroupMin(missing));
         if (LIGHT_SAMPLES > 1u) complete = note_light_at_first(tile, region, complete, shadow_rays, loops);
         share_notes();

@@ -166,6 +166,29 @@ fn mesh_whose_paths_are_not_worth_reusing() {
     assert!(untried.reuse_gain.is_none() && untried.reused_samples == untried.samples, "{untried:?}");
 }
 
+/// Where loops have no budget, workgroups of the queue take several tiles if these get few samples (four or eight here, with two
+/// threads). Of some of them, parts lie outside.
+#[test]
+fn few_samples_in_many_tiles() {
+    let context = context();
+    for samples in [1, 4] {
+        let scene = shipped("cat", (260, 252), samples);
+        for reuse in [Reuse::Off, Reuse::Auto] {
+            let base = RenderSettings { reuse, ..RenderSettings::of(&scene) };
+            let expected = render(&context, &scene, &RenderSettings { scheduler: Scheduler::Inline, ..base.clone() });
+            for by_lanes in [true, false] {
+                let settings = RenderSettings {
+                    scheduler: Scheduler::Queue,
+                    share_by_lanes: Some(by_lanes),
+                    loop_budget: Some(0),
+                    ..base.clone()
+                };
+                assert_same_bits(&render(&context, &scene, &settings), &expected, &format!("{samples} {settings:?}"));
+            }
+        }
+    }
+}
+
 /// Which parts of an image are noisy, and what samples cost there, is told by the same numbers however the work is cut.
 #[test]
 fn noisy_parts_get_more_samples() {

@@ -144,6 +144,7 @@ layout(push_constant, std430) uniform Push {
     uint band_rows;         // of pixels, in the film buffer, if groups may be shifted
     uint other_samples;     // of the samples per pixel, those in groups that lie elsewhere, see share.glsl
     float beam_scale;       // 0: paths leave no light to beams, see light/beam.glsl
+    uint tile_bits;         // log2 of the tiles of a workgroup of path_queue.comp
 };
 
 const uint MODE_SHIFTED = 1u;       // groups lie elsewhere, see pixel_order.glsl

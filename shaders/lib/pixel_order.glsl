@@ -8,7 +8,8 @@
 
 #include "layout.glsl"
 
-const uint TILE = 64u;          // slots of a tile
+const uint TILE_BITS = 6u;
+const uint TILE = 1u << TILE_BITS;  // slots of a tile
 const uint MEMBERS = 8u;        // of a group
 const uint GROUP_BITS = 3u;     // log2 of the groups of a tile
 
@@ -16,6 +17,11 @@ const uint GROUP_BITS = 3u;     // log2 of the groups of a tile
 // workgroups; a stride that has no divisor in common with their number spreads each share over the whole image, so that
 // none gets all of the costly pixels.
 uint group_of_work() { return gl_WorkGroupID.x * group_stride % gl_NumWorkGroups.x; }
+
+// A workgroup of path_queue.comp takes several tiles side by side if each gets few samples: at the end of its work lanes are idle.
+// The first one's number has no bit below their number, so that they are in one block. Their pixels are numbered one tile after
+// another.
+uint work_pixels = TILE << tile_bits;
 
 // The upper left pixel of a tile.
 uvec2 tile_corner(uint tile) {
@@ -25,8 +31,12 @@ uvec2 tile_corner(uint tile) {
     return uvec2(32u, 64u) * uvec2(block % blocks_x, block / blocks_x) + 8u * tile_of_block;
 }
 
-// A pixel of a tile, relative to its corner: bits 0 to 2 of its number tell the group, the others the member.
-uvec2 place_in_tile(uint p) { return uvec2((p & 1u) << 2 | (p >> 3 & 3u), (p & 6u) | p >> 5); }
+// A pixel of a tile, or of several, relative to the first one's corner: bits 0 to 2 of its number tell the group, 3 to 5 the member,
+// those above the tile.
+uvec2 place_in_tile(uint p) {
+    uvec2 tile = uvec2(p >> TILE_BITS & 3u, p >> (TILE_BITS + 2u));
+    return 8u * tile + uvec2((p & 1u) << 2 | (p >> 3 & 3u), (p & 6u) | (p >> 5 & 1u));
+}
 
 // Scattered, a workgroup's tile is made of one group of each of eight tiles, which are neighbours: two rows of four.
 const uint SCATTERED_TILES = 8u;
@@ -35,7 +45,7 @@ bool is_scattered() { return REUSE && in_mode(MODE_SCATTERED); }
 // What pixel p of a scattered tile is in its own tile.
 uint scattered_pixel(uint p) { return p & (7u << GROUP_BITS) | (p * 3u + (modes >> MODES_TURN)) % MEMBERS; }
 
-// The slot of pixel p of the tile, or the first of the scattered ones, that begins at slot `tile`.
+// The slot of pixel p of the tiles, or of the scattered ones, whose first begins at slot `tile`.
 uint slot_of_tile(uint tile, uint p) {
     return is_scattered() ? tile + p % SCATTERED_TILES * TILE + scattered_pixel(p) : tile + p;
 }
@@ -65,7 +75,7 @@ uvec2 pixel_of_tile(uvec2 corner, uint p) {
     return at;
 }
 
-// The pixel that a workgroup's tile with such a corner works on.
+// The pixel that a workgroup works on, whose first tile has such a corner.
 uvec2 pixel_of_work(uvec2 corner, uint p) {
     if (!is_scattered()) return pixel_of_tile(corner, p);
     return corner + 8u * uvec2(p & 3u, p >> 2 & 1u) + place_in_tile(scattered_pixel(p));

@@ -39,10 +39,10 @@
 bool reuses(uint p) { return ((reused_halves >> ((p ^ (p >> 1)) & 1u)) & 1u) != 0u; }
 
 // Which member of its group a pixel of a tile is, and the first one, whose scramble all use from their first hits on.
-uint member_of_group(uint p) { return REUSE ? p >> GROUP_BITS : 0u; }
-uint first_of_group(uint p) { return REUSE ? p & ((1u << GROUP_BITS) - 1u) : p; }
+uint member_of_group(uint p) { return REUSE ? p >> GROUP_BITS & (MEMBERS - 1u) : 0u; }
+uint first_of_group(uint p) { return REUSE ? p & ~((MEMBERS - 1u) << GROUP_BITS) : p; }
 
-// The key of all random numbers of a path from its first hit on, whose pixel is p of a workgroup's tile with such a corner.
+// The key of all random numbers of a path from its first hit on, whose pixel is p of a workgroup's, whose first tile has such a corner.
 uint key_of_group(uvec2 corner, uint p) { return pixel_key(pixel_number(pixel_of_work(corner, first_of_group(p)))); }
 
 // Paths may meet mirrors or glass before x. Then those of a group may have x at different hits, and what leaves y is not the

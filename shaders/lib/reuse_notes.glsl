@@ -60,6 +60,10 @@ void note_coupling(uint path, uint member, float value) {
     path_numbers[4 * path_texel(path, ROW_COUPLINGS + member / 4u) + int(member % 4u)] = value;
 }
 
+// The pixel of the workgroup's tiles that a path is of, and the number of its sample.
+uint pixel_of_path(uint path) { return path & (work_pixels - 1u); }
+uint sample_of_path(uint path) { return path >> (TILE_BITS + tile_bits); }
+
 // Which member of its group a path is of, and the same sample's path of another member.
 uint member_of(uint path) { return path >> GROUP_BITS & (MEMBERS - 1u); }
 uint path_of_member(uint path, uint member) { return path & ~((MEMBERS - 1u) << GROUP_BITS) | member << GROUP_BITS; }
@@ -152,7 +156,7 @@ void note_gradients(uint first_path, uint slot) {
     uint below = has_down(member) ? path_of_member(first_path, member + 4u) : first_path;
     Gradients g = gradients_load(slot);
     for (uint index = samples.x; index < samples.y; ++index) {
-        uint later = (index - samples.x) * TILE;
+        uint later = (index - samples.x) * work_pixels;
         vec4 own = path_load(first_path + later, ROW_DIRECT);
         vec3 right = difference(own.xyz, right_of + later);
         vec3 down = difference(own.xyz, below + later);
@@ -181,21 +185,21 @@ EndedPath noted_path(uint path, vec4 light) {
     return ended;
 }
 
-// Notes the light that the paths of a tile get at their first hits, in the order of their samples. Returns for how many of each
+// Notes the light that the paths of a workgroup's tiles get at their first hits, in the order of their samples. Returns for how many of each
 // pixel's samples the budget of loops did.
 uint note_light_at_first(uint tile, uint region, uint samples, inout uint shadow_rays, inout uint loops) {
     uvec2 corner = tile_corner(tile / TILE);
     [[dont_unroll]] for (uint s = 0u; s < samples; ++s) {
-        [[dont_unroll]] for (uint first = 0u; first < TILE; first += gl_SubgroupSize) {
+        [[dont_unroll]] for (uint first = 0u; first < work_pixels; first += gl_SubgroupSize) {
             // In all lanes: what the slowest of them takes counts.
-            uint p = min(first + gl_SubgroupInvocationID, TILE - 1u);
-            uint path = region + s * TILE + p;
+            uint p = min(first + gl_SubgroupInvocationID, work_pixels - 1u);
+            uint path = region + s * work_pixels + p;
             uint slot = film_slot(slot_of_tile(tile, p));
             uint index = index_of_member(index_after(film_state(slot), film_count(slot)) + s, member_of_group(p));
             Meeting meeting = noted_path(path, path_load(path, ROW_LIGHT)).meeting;
             uint traced = 0u;
             vec3 light = light_at_first(meeting, key_of_group(corner, p), index, traced, loops);
-            if (first + gl_SubgroupInvocationID < TILE) {
+            if (first + gl_SubgroupInvocationID < work_pixels) {
                 path_store(path, ROW_LIGHT_AT_FIRST, vec4(light, 0.0));
                 shadow_rays += traced;
             }
@@ -207,19 +211,20 @@ uint note_light_at_first(uint tile, uint region, uint samples, inout uint shadow
 
 // ---- where lanes share
 
-// Shares the noted paths of a tile, `samples` for each pixel, and adds them to the film in their order, up to the first that
+// Shares the noted paths of a workgroup's tiles, `samples` for each pixel, and adds them to the film in their order, up to the first that
 // did not end. Returns how many there were; `reused` of those pixels that serve others.
 uint share_noted(uint tile, uint region, uint samples, inout uint shadow_rays, inout uint loops, inout uint bad,
                  inout uint reused) {
     uvec2 corner = tile_corner(tile / TILE);
+    uint groups = work_pixels / MEMBERS;
     uint added = 0u;
-    [[dont_unroll]] for (uint first = 0u; first < TILE / MEMBERS; first += SUBGROUP_LANES / MEMBERS) {
-        uint p = (gl_SubgroupInvocationID % MEMBERS) << GROUP_BITS | (first + gl_SubgroupInvocationID / MEMBERS);
+    [[dont_unroll]] for (uint first = 0u; first < groups; first += SUBGROUP_LANES / MEMBERS) {
+        uint group = first + gl_SubgroupInvocationID / MEMBERS;
+        uint p = (group & ~(MEMBERS - 1u)) << GROUP_BITS | (gl_SubgroupInvocationID % MEMBERS) << GROUP_BITS | group % MEMBERS;
         uint work_slot = slot_of_tile(tile, p);
         uint slot = film_slot(work_slot);
         uvec2 at;
-        bool real = first + gl_SubgroupInvocationID / MEMBERS < TILE / MEMBERS && work_slot < end_slot &&
-                    pixel_of_slot(work_slot, at);
+        bool real = group < groups && work_slot < end_slot && pixel_of_slot(work_slot, at);
         FilmPixel film_pixel = film_empty();
         Gradients gradients = Gradients(vec4(0.0), vec4(0.0), vec4(0.0));
         if (real) {
@@ -232,7 +237,7 @@ uint share_noted(uint tile, uint region, uint samples, inout uint shadow_rays, i
         bool complete = true;
         bool wanted = real && count < target;
         [[dont_unroll]] for (uint s = 0u; s < samples && any_lane(wanted && complete); ++s) {
-            uint path = region + s * TILE + p;
+            uint path = region + s * work_pixels + p;
             EndedPath ended = ended_none();
             vec4 light = path_load(path, ROW_LIGHT);
             if (LOOP_BUDGET > 0u) {

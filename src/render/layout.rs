@@ -143,6 +143,7 @@ pub(crate) struct Push {
     pub band_rows: u32,
     pub other_samples: u32,
     pub beam_scale: f32,
+    pub tile_bits: u32,
 }
 
 /// Bits of [`Push::modes`].

@@ -15,6 +15,8 @@ const DISPATCH_SECONDS: f64 = 0.25;
 const FIRST_SAMPLES: f64 = 262_144.0;
 /// Tiles that keep a GPU busy: a dispatch of fewer takes as long.
 const GPU_TILES: u32 = 4096;
+/// Tiles of a block of pixels, see shaders/lib/pixel_order.glsl.
+pub(crate) const BLOCK_TILES: u32 = 32;
 /// Spans of a dispatch: bounds the commands of a submission.
 const MOST_SPANS: usize = 256;
 
@@ -153,7 +155,9 @@ impl Pace {
         let left = left.div_ceil(64) as f64;
         // Equal parts: a remnant would keep few threads busy.
         let parts = (left / fit.max(f64::from(self.rounds.least_tiles))).ceil().max(1.0);
-        (left / parts).ceil() as u32
+        let tiles = (left / parts).ceil() as u32;
+        // Whole blocks, so that workgroups may take several tiles of one.
+        if tiles < 8 * BLOCK_TILES { tiles } else { tiles.next_multiple_of(BLOCK_TILES) }
     }
 
     /// Samples, over all pixels, of a dispatch in a pass over `slots`.

@@ -158,6 +158,7 @@ fn push_constants() {
         ("band_rows", offset_of!(Push, band_rows)),
         ("other_samples", offset_of!(Push, other_samples)),
         ("beam_scale", offset_of!(Push, beam_scale)),
+        ("tile_bits", offset_of!(Push, tile_bits)),
     ]
     .map(|(name, offset)| (name.to_owned(), offset));
     for (kernel, interface) in kernels() {
@@ -194,7 +195,7 @@ fn records() {
     assert_eq!((offset_of!(FilmSlot, count), offset_of!(FilmSlot, compensation)), (12, 16));
     assert_eq!((offset_of!(FilmSlot, residue), size_of::<FilmSlot>()), (32, 48));
     let order = include_str!("../../../shaders/lib/pixel_order.glsl");
-    assert!(order.contains(&format!("const uint TILE = {}u;", queue::TILE)));
+    assert!(order.contains(&format!("const uint TILE_BITS = {}u;", queue::TILE.ilog2())));
     assert!(order.contains(&format!("const uint MEMBERS = {}u;", sobol::MEMBERS)));
     let sampler = include_str!("../../../shaders/lib/sampler.glsl");
     assert!(sampler.contains(&format!("const uint MEMBER_SHIFT = {}u;", sobol::MAX_SAMPLES.ilog2())));

@@ -265,13 +265,16 @@ impl Renderer {
                     }
                     let band = &bands[span.band];
                     let tiles = (span.slots() / TILE as u32).div_ceil(work.tile_step);
-                    let groups = (tiles * TILE as u32).div_ceil(slots_per_group);
+                    let first_tile = span.first_slot / TILE as u32;
+                    let tile_bits = self.side_by_side.bits(first_tile, tiles, work.tile_step, common.max_new_samples);
+                    let groups = (tiles * TILE as u32).div_ceil(slots_per_group << tile_bits);
                     let push = Push {
                         first_slot: span.first_slot,
                         end_slot: span.end_slot,
                         band_first: band.first,
                         band_rows: rows_of_blocks(band.slots, self.width),
                         group_stride: stride(groups),
+                        tile_bits,
                         ..common
                     };
                     r.dispatch(pipeline, &band.set, bytemuck::bytes_of(&push), [groups, 1, 1]);
