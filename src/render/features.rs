@@ -153,6 +153,11 @@ impl Features {
         }
     }
 
+    /// Whether paths go on from surfaces that they meet.
+    pub fn has_long_paths(&self) -> bool {
+        self.max_depth > 1 && (self.indirect || self.mirror || self.dielectric)
+    }
+
     /// Whether there are paths that other pixels can use: two diffuse hits, the first of which, seen directly, ends none at
     /// random.
     pub fn can_reuse(&self) -> bool {
