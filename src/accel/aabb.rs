@@ -38,6 +38,13 @@ impl Aabb {
         d.x * d.y + d.y * d.z + d.z * d.x
     }
 
+    /// Whether it meets a ray from the origin, given the inverse of its direction. (Not for rays whose hits decide: nothing is
+    /// done about rounding, nor about rays within a side.)
+    pub fn meets_ray_from_origin(self, inverse: Vec3) -> bool {
+        let (a, b) = (self.lo * inverse, self.hi * inverse);
+        a.max(b).min_element() >= a.min(b).max_element().max(0.0)
+    }
+
     /// Middle of the box.
     pub fn centroid(self) -> Vec3 {
         0.5 * (self.lo + self.hi)

@@ -126,6 +126,7 @@ impl Renderer {
             facts: &facts,
             keeps_kernels: device.shader_objects.is_some(),
             sah_cost: tables.tree.as_ref().map(|tree| tree.sah_cost),
+            seen: View::of(scene).part_of(tables.tree_boxes()),
             samples: f64::from(scene.film.width) * f64::from(scene.film.height) * f64::from(settings.samples),
             reuse,
             groups_fit,

@@ -191,6 +191,11 @@ impl Tables {
         self.hidden_lights
     }
 
+    /// Boxes around all that is in the tree; none without one.
+    pub fn tree_boxes(&self) -> &[Aabb] {
+        &self.tree_boxes
+    }
+
     /// Records of the packed tree.
     pub fn tree_records(&self) -> usize {
         self.records.len()

@@ -2,9 +2,13 @@
 
 use glam::DVec3;
 
+use crate::accel::Aabb;
 use crate::scene::Scene;
 
 use super::lights::{Light, LightShape};
+
+/// Points of the picture, along either side, from which the part that shows something is estimated.
+const GRID: u32 = 32;
 
 /// The image plane at distance 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,6 +34,17 @@ impl View {
         let half_width = (camera.horizontal_fov.to_radians() / 2.0).tan();
         let half_height = half_width * height / width;
         Self { right: right * half_width, up: up * half_height, forward, half_pixel: [1.0 / width, 1.0 / height] }
+    }
+
+    /// The part of the picture that shows some of these boxes, or lies before them.
+    pub fn part_of(&self, boxes: &[Aabb]) -> f64 {
+        let at = |i: u32| f64::from(2 * i + 1) / f64::from(GRID) - 1.0;
+        let directions = (0..GRID * GRID).map(|i| self.forward + at(i % GRID) * self.right + at(i / GRID) * self.up);
+        let meets = |direction: DVec3| {
+            let inverse = direction.as_vec3().recip();
+            boxes.iter().any(|b| b.meets_ray_from_origin(inverse))
+        };
+        directions.filter(|direction| meets(*direction)).count() as f64 / f64::from(GRID * GRID)
     }
 
     /// Whether a light's surface may be in the picture: not more than three pixels beyond one of its sides, and not
@@ -64,6 +79,21 @@ mod tests {
         let corner = center - v(half, half, 0.0);
         let shape = LightShape::Parallelogram([corner, corner + 2.0 * half * DVec3::X, corner + 2.0 * half * DVec3::Y]);
         Light { shape, radiance: [1.0; 3] }
+    }
+
+    #[test]
+    fn a_box_covers_its_part_of_the_picture() {
+        let view = View { right: DVec3::X, up: 0.5 * DVec3::Y, forward: DVec3::NEG_Z, half_pixel: [0.01; 2] };
+        let of = |lo: [f32; 3], hi: [f32; 3]| Aabb { lo: lo.into(), hi: hi.into() };
+        // The right half of the picture, and the quarter on the left above.
+        let (right, above) = (of([0.0, -9.0, -5.0], [9.0, 9.0, -4.0]), of([-5.0, 0.0, -4.0], [-0.1, 3.0, -4.0]));
+        assert_eq!(view.part_of(&[right]), 0.5);
+        assert_eq!(view.part_of(&[right, above]), 0.75);
+        assert_eq!(view.part_of(&[right, right]), 0.5);
+        // Around the camera, behind it, nothing.
+        assert_eq!(view.part_of(&[of([-1.0; 3], [1.0; 3])]), 1.0);
+        assert_eq!(view.part_of(&[of([-9.0, -9.0, 1.0], [9.0; 3])]), 0.0);
+        assert_eq!(view.part_of(&[]), 0.0);
     }
 
     #[test]
