@@ -20,9 +20,9 @@
 // dominators of all basic blocks once for each local variable: its time goes with the product of the two. A texel
 // access has five variables and two blocks, a vec4 written to a storage buffer eighty blocks.
 //
-// A workgroup is one subgroup. It owns a tile of 64 pixels, or a few if they get few samples, which its lanes draw in runs. The light of each
-// path goes to a slot of its own, and the film is summed in the order of the samples: the image does not depend on how
-// work is cut or scheduled, and no stage needs the host.
+// A workgroup is one subgroup. It owns a tile of 64 pixels, or several if these get few samples, which its lanes draw in
+// runs. The light of each path goes to a slot of its own, and the film is summed in the order of the samples: the image does
+// not depend on how work is cut or scheduled, and no stage needs the host.
 //
 // With REUSE, what paths note of their first two hits is then used for the other pixels of their groups (reuse_notes.glsl).
 // Segments from hit to hit are tested like shadow rays: at once if lanes share the paths of their groups; else those that meet

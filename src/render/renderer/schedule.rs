@@ -1,4 +1,5 @@
-//! Which scheduler a rendering gets: whether rays wait for each other before they walk the tree (shaders/path_queue.comp).
+//! Which scheduler a rendering gets: whether rays wait for each other before they walk the tree (shaders/path_queue.comp), and
+//! how much a workgroup takes on then.
 
 use super::super::driver::DriverFacts;
 use super::super::features::Features;
