@@ -213,7 +213,7 @@ void main() {
             float r = beams_per_path(beam.light, beam.y, beam.direction, beam.cos_light, x2);
             float weight = MUTATION == MUTATE_BEAMS ? 1.0 : r / (1.0 + r);
             vec3 light = beam.power * surface.color * (weight * facing * importance / PI);
-            bool good = is_finite(light.x + light.y + light.z);
+            bool good = is_finite(brightness(light));
             counts.bad += good ? 0u : 1u;
             if (good) note(current, beam.notes++, pixel, light);
         }

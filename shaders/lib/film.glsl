@@ -86,7 +86,7 @@ void film_add_channel(inout float sum, inout float compensation, inout float res
 
 // Adds a sample. One that is not finite counts as black and is reported.
 bool film_add(inout FilmPixel p, vec3 radiance) {
-    bool good = MUTATION == MUTATE_FINITE || is_finite(radiance.x + radiance.y + radiance.z);
+    bool good = MUTATION == MUTATE_FINITE || is_finite(brightness(radiance));
     vec3 x = good ? radiance : vec3(0.0);
     film_add_channel(p.sum.x, p.compensation.x, p.residue.x, x.x);
     film_add_channel(p.sum.y, p.compensation.y, p.residue.y, x.y);

@@ -118,7 +118,7 @@ ShadowRay light_ray(vec3 from, vec3 normal, vec3 up, int leaving, vec3 throughpu
         light.radiance *= mis_weight(float(count) * light.pdf, diffuse_pdf(dot(normal, ray.direction)));
     }
     ray.radiance = throughput * light.radiance;
-    ray.wanted = light.radiance.x + light.radiance.y + light.radiance.z > 0.0;
+    ray.wanted = brightness(light.radiance) > 0.0;
     if (SMOOTH_NORMALS) ray.wanted = ray.wanted && dot(up, ray.direction) > 0.0;
     return ray;
 }

@@ -123,8 +123,8 @@ LightSample light_sample(vec3 from, vec3 n, vec2 u, vec2 uv) {
     LightSample s = light_candidate(cell, from, n, u.x, uv);
     if (LIGHT_COUNT > 1u) {
         LightSample other = light_candidate(cell, from, n, u.x < 0.5 ? u.x + 0.5 : u.x - 0.5, uv);
-        float mine = s.radiance.x + s.radiance.y + s.radiance.z;
-        float theirs = other.radiance.x + other.radiance.y + other.radiance.z;
+        float mine = brightness(s.radiance);
+        float theirs = brightness(other.radiance);
         bool takes = u.y * (mine + theirs) < theirs;
         float kept = takes ? theirs : mine;
         s.point = takes ? other.point : s.point;
