@@ -244,7 +244,7 @@ void connect_paths(inout Pocket pocket, inout Run run, PocketWalk w) {
         uint member = member_of(path) ^ (1u + segment % SEGMENTS);
         vec3 y = path_load(region + path, ROW_SECOND).xyz;
         vec3 normal = path_load(region + path, ROW_SECOND_NORMAL).xyz;
-        ShadowRay ray = connect(region + path, y, normal, region + path_of_member(path, member), value);
+        ShadowRay ray = connect(region + path, y, normal, region + for_member(path, member), value);
         bool gives = takes && path_load(region + path, ROW_LIGHT).w == PATH_GIVES;
         bool wanted = gives && ray.wanted;
         shadow_rays += wanted ? 1u : 0u;

@@ -13,14 +13,22 @@ const uint TILE = 1u << TILE_BITS;  // slots of a tile
 const uint MEMBERS = 8u;        // of a group
 const uint GROUP_BITS = 3u;     // log2 of the groups of a tile
 
+// Which member of its group a pixel is, and the same group's pixel of another member. Likewise for paths, the lowest bits of whose
+// numbers are those of their pixels.
+uint member_of(uint p) { return p >> GROUP_BITS & (MEMBERS - 1u); }
+uint for_member(uint p, uint member) { return p & ~((MEMBERS - 1u) << GROUP_BITS) | member << GROUP_BITS; }
+
+// The pixel of such a number where the members of a group come one after another.
+uint pixel_in_groups(uint number) { return for_member(number & ~(TILE - 1u) | number / MEMBERS % MEMBERS, number % MEMBERS); }
+
 // Which part of the work this workgroup takes. Drivers on CPUs give each thread an equal share of consecutive
 // workgroups; a stride that has no divisor in common with their number spreads each share over the whole image, so that
 // none gets all of the costly pixels.
 uint group_of_work() { return gl_WorkGroupID.x * group_stride % gl_NumWorkGroups.x; }
 
-// A workgroup of path_queue.comp takes several tiles side by side if each gets few samples: at the end of its work lanes are idle.
-// The first one's number has no bit below their number, so that they are in one block. Their pixels are numbered one tile after
-// another.
+// A workgroup of path_queue.comp takes several tiles side by side if each gets few samples: at the end of its work lanes are
+// idle. Their number is a power of two, of which the first one's is a multiple, so that they are in one block. Their pixels
+// are numbered one tile after another.
 uint work_pixels = TILE << tile_bits;
 
 // The upper left pixel of a tile.
@@ -31,8 +39,8 @@ uvec2 tile_corner(uint tile) {
     return uvec2(32u, 64u) * uvec2(block % blocks_x, block / blocks_x) + 8u * tile_of_block;
 }
 
-// A pixel of a tile, or of several, relative to the first one's corner: bits 0 to 2 of its number tell the group, 3 to 5 the member,
-// those above the tile.
+// A pixel of a tile, or of several, relative to the first one's corner: bits 0 to 2 of its number tell the group, 3 to 5 the
+// member, those above the tile.
 uvec2 place_in_tile(uint p) {
     uvec2 tile = uvec2(p >> TILE_BITS & 3u, p >> (TILE_BITS + 2u));
     return 8u * tile + uvec2((p & 1u) << 2 | (p >> 3 & 3u), (p & 6u) | (p >> 5 & 1u));
@@ -53,7 +61,7 @@ uint slot_of_tile(uint tile, uint p) {
 // The slot that an invocation works on, where each has one; where paths are reused, groups lie side by side.
 uint slot_of_invocation(uint number) {
     uint p = number % TILE;
-    if (REUSE) p = p % MEMBERS << GROUP_BITS | p / MEMBERS;
+    if (REUSE) p = pixel_in_groups(p);
     return slot_of_tile(first_slot + number / TILE * tile_step * TILE, p);
 }
 

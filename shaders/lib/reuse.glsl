@@ -39,10 +39,11 @@
 bool reuses(uint p) { return ((reused_halves >> ((p ^ (p >> 1)) & 1u)) & 1u) != 0u; }
 
 // Which member of its group a pixel of a tile is, and the first one, whose scramble all use from their first hits on.
-uint member_of_group(uint p) { return REUSE ? p >> GROUP_BITS & (MEMBERS - 1u) : 0u; }
-uint first_of_group(uint p) { return REUSE ? p & ~((MEMBERS - 1u) << GROUP_BITS) : p; }
+uint member_of_group(uint p) { return REUSE ? member_of(p) : 0u; }
+uint first_of_group(uint p) { return REUSE ? for_member(p, 0u) : p; }
 
-// The key of all random numbers of a path from its first hit on, whose pixel is p of a workgroup's, whose first tile has such a corner.
+// The key of all random numbers of a path from its first hit on, whose pixel is p of a workgroup's. The first tile of that has
+// such a corner.
 uint key_of_group(uvec2 corner, uint p) { return pixel_key(pixel_number(pixel_of_work(corner, first_of_group(p)))); }
 
 // Paths may meet mirrors or glass before x. Then those of a group may have x at different hits, and what leaves y is not the
@@ -62,7 +63,9 @@ float coupling(vec3 x, vec3 nx, vec3 y, vec3 ny, out vec3 direction, out float d
     return cx > 0.0 && cy > 0.0 && r2 > 1e-30 ? cx * cy * inverse * inverse : 0.0;
 }
 
-// Whether it is worth finding out who sees light that leaves a second hit. (Not if it is none, nor if it is no number.)
+// Whether it is worth finding out who sees light that leaves a second hit. (Not if it is none, nor if it is no number.) The lanes
+// of a group ask when they share their paths. Asked as each path ends, in the loop that traces rays, it would take rooms of
+// spheres 1.04 to 1.08 times the time (lavapipe 25.0.7).
 bool is_worth_giving(vec3 light) { return brightness(light) > 0.0; }
 
 // Where a segment that comes from elsewhere may end at a hit: off its surface.

@@ -64,10 +64,6 @@ void note_coupling(uint path, uint member, float value) {
 uint pixel_of_path(uint path) { return path & (work_pixels - 1u); }
 uint sample_of_path(uint path) { return path >> (TILE_BITS + tile_bits); }
 
-// Which member of its group a path is of, and the same sample's path of another member.
-uint member_of(uint path) { return path >> GROUP_BITS & (MEMBERS - 1u); }
-uint path_of_member(uint path, uint member) { return path & ~((MEMBERS - 1u) << GROUP_BITS) | member << GROUP_BITS; }
-
 // Notes a path that arrives at its second hit, with the light from its first one.
 void note_second_hit(uint path, Path p, Arrival a, float t, vec3 direct) {
     vec3 y = end_of_segment(a, t);
@@ -107,7 +103,7 @@ vec4 shared_light(uint path, out vec3 gathered, out vec3 unshared) {
     vec3 given = vec3(0.0);
     uint me = member_of(path);
     [[dont_unroll]] for (uint member = 0u; member < MEMBERS; ++member) {
-        uint from = path_of_member(path, member);
+        uint from = for_member(path, member);
         vec4 light = path_load(from, ROW_LIGHT);
         vec4 a = path_load(from, ROW_COUPLINGS);
         vec4 b = path_load(from, ROW_COUPLINGS + 1u);
@@ -152,8 +148,8 @@ vec3 difference(vec3 gathered, uint neighbour) {
 void note_gradients(uint first_path, uint slot) {
     uvec2 samples = floatBitsToUint(path_load(first_path, ROW_FIRST).xy);
     uint member = member_of(first_path);
-    uint right_of = has_right(member) ? path_of_member(first_path, member + 1u) : first_path;
-    uint below = has_down(member) ? path_of_member(first_path, member + 4u) : first_path;
+    uint right_of = has_right(member) ? for_member(first_path, member + 1u) : first_path;
+    uint below = has_down(member) ? for_member(first_path, member + 4u) : first_path;
     Gradients g = gradients_load(slot);
     for (uint index = samples.x; index < samples.y; ++index) {
         uint later = (index - samples.x) * work_pixels;
@@ -185,8 +181,8 @@ EndedPath noted_path(uint path, vec4 light) {
     return ended;
 }
 
-// Notes the light that the paths of a workgroup's tiles get at their first hits, in the order of their samples. Returns for how many of each
-// pixel's samples the budget of loops did.
+// Notes the light that the paths of a workgroup's tiles get at their first hits, in the order of their samples. Returns for how
+// many of each pixel's samples the budget of loops did.
 uint note_light_at_first(uint tile, uint region, uint samples, inout uint shadow_rays, inout uint loops) {
     uvec2 corner = tile_corner(tile / TILE);
     [[dont_unroll]] for (uint s = 0u; s < samples; ++s) {
@@ -211,20 +207,18 @@ uint note_light_at_first(uint tile, uint region, uint samples, inout uint shadow
 
 // ---- where lanes share
 
-// Shares the noted paths of a workgroup's tiles, `samples` for each pixel, and adds them to the film in their order, up to the first that
-// did not end. Returns how many there were; `reused` of those pixels that serve others.
+// Shares the noted paths of a workgroup's tiles, `samples` for each pixel, and adds them to the film in their order, up to the
+// first that did not end. Returns how many there were; `reused` of those pixels that serve others.
 uint share_noted(uint tile, uint region, uint samples, inout uint shadow_rays, inout uint loops, inout uint bad,
                  inout uint reused) {
     uvec2 corner = tile_corner(tile / TILE);
-    uint groups = work_pixels / MEMBERS;
     uint added = 0u;
-    [[dont_unroll]] for (uint first = 0u; first < groups; first += SUBGROUP_LANES / MEMBERS) {
-        uint group = first + gl_SubgroupInvocationID / MEMBERS;
-        uint p = (group & ~(MEMBERS - 1u)) << GROUP_BITS | (gl_SubgroupInvocationID % MEMBERS) << GROUP_BITS | group % MEMBERS;
+    [[dont_unroll]] for (uint first = 0u; first < work_pixels; first += SUBGROUP_LANES) {
+        uint p = pixel_in_groups(first + gl_SubgroupInvocationID);
         uint work_slot = slot_of_tile(tile, p);
         uint slot = film_slot(work_slot);
         uvec2 at;
-        bool real = group < groups && work_slot < end_slot && pixel_of_slot(work_slot, at);
+        bool real = first + gl_SubgroupInvocationID < work_pixels && work_slot < end_slot && pixel_of_slot(work_slot, at);
         FilmPixel film_pixel = film_empty();
         Gradients gradients = Gradients(vec4(0.0), vec4(0.0), vec4(0.0));
         if (real) {

@@ -76,6 +76,8 @@ const BLOCK: [u32; 2] = [32, 64];
 const SIDE: u32 = 8;
 /// Columns and rows of the tiles of a block.
 const TILES: [u32; 2] = [BLOCK[0] / SIDE, BLOCK[1] / SIDE];
+/// All of them.
+pub(crate) const BLOCK_TILES: u32 = TILES[0] * TILES[1];
 
 /// Slots of an image: its pixels in blocks, padded.
 pub(crate) fn slot_count(width: u32, height: u32) -> u64 {

@@ -8,6 +8,8 @@
 
 use std::time::Duration;
 
+use super::film::BLOCK_TILES;
+
 /// Device time that a dispatch should take: short enough for progress, interruption and watchdogs, long enough that
 /// the idle lanes at its end do not matter.
 const DISPATCH_SECONDS: f64 = 0.25;
@@ -15,8 +17,6 @@ const DISPATCH_SECONDS: f64 = 0.25;
 const FIRST_SAMPLES: f64 = 262_144.0;
 /// Tiles that keep a GPU busy: a dispatch of fewer takes as long.
 const GPU_TILES: u32 = 4096;
-/// Tiles of a block of pixels, see shaders/lib/pixel_order.glsl.
-pub(crate) const BLOCK_TILES: u32 = 32;
 /// Spans of a dispatch: bounds the commands of a submission.
 const MOST_SPANS: usize = 256;
 

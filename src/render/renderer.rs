@@ -165,8 +165,8 @@ impl Renderer {
         let loop_budget = settings.loop_budget.unwrap_or(facts.loop_budget);
         let mut specialization = tables.specialization(&features, settings, facts);
         specialization.uint(constant::WORKGROUP, workgroup).uint(constant::LOOP_BUDGET, loop_budget);
-        // Lanes that must be at work for a subgroup to go on as it does. (Seven of eight instead of five, and paths counted every second
-        // step instead of every fourth: .95 to .99 of the time, lavapipe 25.0.7 and 22.3.6.)
+        // Lanes that must be at work for a subgroup to go on as it does. (Seven of eight instead of five, and paths counted every
+        // second step instead of every fourth: .95 to 1.0 of the time, lavapipe 25.0.7 and 22.3.6.)
         let enough = (workgroup * 7 / 8).max(1);
         specialization.uint(constant::REGIONS, regions).uint(constant::ENOUGH_LANES, enough);
         let glances = glances::of_sample(&needed, &tables, settings);

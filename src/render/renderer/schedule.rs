@@ -3,8 +3,8 @@
 
 use super::super::driver::DriverFacts;
 use super::super::features::Features;
+use super::super::film::BLOCK_TILES;
 use super::super::layout::queue;
-use super::super::plan::BLOCK_TILES;
 use super::super::settings::Scheduler;
 
 /// Expected records that a ray reads in the tree (its SAH cost) from which on it pays to let rays wait for each other.
@@ -98,9 +98,9 @@ impl Job<'_> {
         }
         let far = if self.reuse { FAR_WALK_OF_GROUPS } else { FAR_WALK };
         let long = if self.keeps_kernels { LONG_RENDERING_WITH_KEPT } else { LONG_RENDERING };
-        let of_lanes =
+        let of_seen =
             if self.reuse && self.facts.skips_branches { OF_SEEN * (sah_cost * self.seen - SEEN_WALK) } else { 0.0 };
-        (sah_cost - far).max(of_lanes) * self.samples >= long
+        (sah_cost - far).max(of_seen) * self.samples >= long
     }
 }
 
