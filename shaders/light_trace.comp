@@ -25,24 +25,21 @@ const uint BLOCK = 1024u;
 
 // A point on an emitter, off its surface, and its normal there.
 void emitter_point(int light, vec2 u, out vec3 point, out vec3 normal) {
-    int row = light_row(light);
-    vec4 a = light_texel(row);
-    vec4 b = light_texel(row + 1);
-    if (a.w == LIGHT_SPHERE || a.w == LIGHT_INWARD) {
+    Light l = light_of(light);
+    if (!is_flat(l)) {
         float z = 1.0 - 2.0 * u.y;
         vec3 m = vec3(sqrt(upper(1.0 - z * z, 0.0)) * cos_sin_2pi(u.x), z);
-        float slack = 1e-6 * (b.w + abs(a.x) + abs(a.y) + abs(a.z));
-        bool inward = a.w == LIGHT_INWARD;
-        point = a.xyz + (inward ? b.w - slack : b.w + slack) * m;
+        float slack = 1e-6 * (l.size + abs(l.a.x) + abs(l.a.y) + abs(l.a.z));
+        bool inward = is_inward(l);
+        point = l.a + (inward ? l.size - slack : l.size + slack) * m;
         normal = inward ? -m : m;
         return;
     }
-    vec3 c = light_texel(row + 2).xyz;
-    vec2 w = flat_point(a.w, u);
-    vec3 p0 = (1.0 - w.x - w.y) * a.xyz;
-    vec3 p1 = w.x * b.xyz;
-    vec3 p2 = w.y * c;
-    normal = normalize(cross(b.xyz - a.xyz, c - a.xyz));
+    vec2 w = flat_point(l, u);
+    vec3 p0 = (1.0 - w.x - w.y) * l.a;
+    vec3 p1 = w.x * l.b;
+    vec3 p2 = w.y * l.c;
+    normal = l.normal;
     vec3 p = p0 + p1 + p2;
     point = p + normal * (2.0 * GAMMA_7 * dot(abs(p0) + abs(p1) + abs(p2), abs(normal)));
 }
@@ -139,7 +136,7 @@ Beam beam_begin(uint number, out bool alive) {
     b.cos_light = dot(normal, b.direction);
     float pdf = b.cos_light > 0.0 ? beam_pdf(b.light, b.y, b.direction, b.cos_light) : 0.0;
     alive = pdf > 0.0;
-    b.power = light_texel(light_row(b.light) + 3).xyz * (emitter_area(b.light) * b.cos_light / pdf);
+    b.power = light_of(b.light).radiance * (emitter_area(b.light) * b.cos_light / pdf);
     b.hits = 0u;
     b.notes = 0u;
     b.origin = b.y;

@@ -6,7 +6,7 @@ mod common;
 use common::{assert_same_bits, context, render, render_counted, shipped};
 use glam::DVec3;
 use photolith::render::{Beams, Feature, Glances, Reuse, Scheduler, Shares};
-use photolith::scene::{Material, Normals, Sphere, Surface};
+use photolith::scene::{Material, Mesh, Normals, Sphere, Surface};
 use photolith::{Context, Film, RenderSettings, Scene};
 
 const SAMPLES: u32 = 32;
@@ -266,6 +266,58 @@ fn beams_through_a_mesh() {
         &render(&context, &scene, &single),
         "glass cat, beams one by one",
     );
+}
+
+/// Only the kinds of lights that there are are compiled in.
+#[test]
+fn lights_of_each_kind() {
+    let context = context();
+    let mut scene = shipped("spheres", (24, 20), 4);
+    scene.spheres.truncate(1);
+    scene.spheres[0] =
+        Sphere { center: DVec3::new(0.0, -1000.0, 0.0), radius: 990.0, inward: false, ..scene.spheres[0] };
+    scene.lights.truncate(1);
+    let lamp = scene.materials.len() as u32;
+    scene.materials.push(Material { name: "lamp".to_owned(), surface: Surface::Emitter { radiance: [3.0; 3] } });
+    // Facing down.
+    let flat = |corners: &[[f64; 2]]| Mesh {
+        name: "lamp".to_owned(),
+        positions: corners.iter().map(|&[x, z]| DVec3::new(x, 10.0, z)).collect(),
+        vertex_normals: Vec::new(),
+        texcoords: Vec::new(),
+        triangles: (2..corners.len() as u32).map(|i| [0, i - 1, i]).collect(),
+        triangle_materials: vec![lamp; corners.len() - 2],
+        normals: Normals::Flat,
+        degenerate_dropped: 0,
+    };
+    let ball = |radius, inward| Sphere { center: DVec3::new(0.0, 10.0, 0.0), radius, material: lamp, inward };
+    let meshes = [
+        flat(&[[-20.0, -20.0], [20.0, -20.0], [0.0, 20.0]]),
+        flat(&[[-20.0, -20.0], [15.0, -20.0], [25.0, 20.0], [-10.0, 20.0]]),
+        flat(&[[-20.0, -20.0], [20.0, -20.0], [20.0, 20.0], [-20.0, 20.0]]),
+    ];
+    let lit = |change: &dyn Fn(&mut Scene)| {
+        let mut lit = scene.clone();
+        lit.lights.clear();
+        change(&mut lit);
+        lit
+    };
+    let mut scenes: Vec<_> = meshes.iter().map(|mesh| lit(&|s| s.meshes = vec![mesh.clone()])).collect();
+    scenes.extend([(5.0, false), (500.0, true)].map(|(radius, inward)| lit(&|s| s.spheres.push(ball(radius, inward)))));
+    scenes.push(lit(&|s| s.lights = vec![scene.lights[0].clone(); 2]));
+    scenes.push(lit(&|s| {
+        s.meshes = meshes.to_vec();
+        s.spheres.push(ball(5.0, false));
+        s.lights = scene.lights.clone();
+    }));
+    for (i, scene) in scenes.iter().enumerate() {
+        let base = RenderSettings::of(scene);
+        let expected = render(&context, scene, &base);
+        let lit = expected.sums().iter().filter(|sum| sum.iter().all(|&x| x > 0.0)).count();
+        assert!(lit > 100, "scene {i}: {lit} pixels are lit");
+        let all_kinds = RenderSettings { unneeded: Some(Feature::LightKinds), ..base };
+        assert_same_bits(&render(&context, scene, &all_kinds), &expected, &format!("scene {i}"));
+    }
 }
 
 /// More samples go on where fewer ended: the first of them are the same.

@@ -32,7 +32,7 @@ layout(constant_id = 21) const uint TREE_BOX_COUNT = 0u;   // boxes that a ray m
 layout(constant_id = 23) const uint TREE_LEVELS = 64u;     // entries that its walk needs on the stack
 layout(constant_id = 24) const uint MUTATION = 0u;         // tests only: breaks one thing, see render/mutation.rs
 layout(constant_id = 25) const uint EMITTER_COUNT = 0u;    // emitters among them
-layout(constant_id = 22) const bool HAS_RECTANGLES = false;    // emitters, which are sampled by solid angle
+layout(constant_id = 22) const uint LIGHT_KINDS = 0u;      // kinds of lights that there are, a bit each, see light/light.glsl
 layout(constant_id = 27) const uint REGIONS = 64u;         // for notes of paths, which workgroups share; a multiple of 32
 layout(constant_id = 28) const uint ENOUGH_LANES = 5u;     // with fewer at work, a subgroup turns to what else there is
 layout(constant_id = 63) const bool REPEATS = false;       // a sample may be several whole paths, see glance.glsl

@@ -76,7 +76,7 @@ const KEYS: [(&str, Key, &str); 14] = [
         "features",
         Key::Features,
         "specialised, general, or + and one of diffuse, mirror, dielectric, emitter, background, tree, tree-spheres, \
-     tree-triangles, deep-tree, smooth-normals, sampler-levels",
+     tree-triangles, deep-tree, light-kinds, smooth-normals, sampler-levels",
     ),
     ("roulette", Key::Roulette, "off or the first hit that may end a path, at least 1"),
     ("device", Key::Device, "an index, a name or a UUID"),

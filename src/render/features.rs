@@ -30,6 +30,8 @@ pub enum Feature {
     TreeTriangles,
     /// A stack for trees of any depth.
     DeepTree,
+    /// Lights of all kinds, if there is any.
+    LightKinds,
     /// Interpolated normals.
     SmoothNormals,
     /// All levels of the sampler's table.
@@ -38,7 +40,7 @@ pub enum Feature {
 
 impl Feature {
     /// All of them, and their names.
-    pub const ALL: [(&'static str, Self); 11] = [
+    pub const ALL: [(&'static str, Self); 12] = [
         ("diffuse", Self::Diffuse),
         ("mirror", Self::Mirror),
         ("dielectric", Self::Dielectric),
@@ -48,6 +50,7 @@ impl Feature {
         ("tree-spheres", Self::TreeSpheres),
         ("tree-triangles", Self::TreeTriangles),
         ("deep-tree", Self::DeepTree),
+        ("light-kinds", Self::LightKinds),
         ("smooth-normals", Self::SmoothNormals),
         ("sampler-levels", Self::SamplerLevels),
     ];
@@ -89,6 +92,8 @@ pub struct Features {
     pub tree: bool,
     /// A stack for trees of any depth, whatever the depth of this one.
     pub deep_tree: bool,
+    /// Lights of all kinds, whatever those of the scene are.
+    pub light_kinds: bool,
     /// Every leaf is tested.
     pub brute_force: bool,
     /// Möller–Trumbore instead of the watertight test.
@@ -140,6 +145,7 @@ impl Features {
                 || triangles
                 || !rest.is_empty(),
             deep_tree: unneeded(Feature::DeepTree),
+            light_kinds: unneeded(Feature::LightKinds),
             brute_force: settings.accel == Accel::None && (triangles || !rest.is_empty()),
             moller_trumbore: settings.triangle_test == TriangleTest::MollerTrumbore,
             smooth_normals: unneeded(Feature::SmoothNormals)

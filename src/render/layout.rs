@@ -1,5 +1,5 @@
 //! What host and shader share: the numbers of shaders/lib/layout.glsl, and of sphere.glsl, facet.glsl,
-//! intersect/tree.glsl, light/choice.glsl and point.glsl.
+//! intersect/tree.glsl, light/light.glsl and choice.glsl.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -29,7 +29,7 @@ pub(crate) mod constant {
     pub const SOBOL_LEVELS: u32 = 19;
     pub const LOOP_BUDGET: u32 = 20;
     pub const TREE_BOX_COUNT: u32 = 21;
-    pub const HAS_RECTANGLES: u32 = 22;
+    pub const LIGHT_KINDS: u32 = 22;
     pub const TREE_LEVELS: u32 = 23;
     pub const MUTATION: u32 = 24;
     pub const EMITTER_COUNT: u32 = 25;

@@ -67,8 +67,16 @@ impl Light {
     }
 }
 
-/// The kind of a rectangle that is sampled by solid angle (shaders/lib/light/choice.glsl); for anything else it is a parallelogram.
-const RECTANGLE: f32 = 5.0;
+/// Kinds of lights (shaders/lib/light/light.glsl).
+mod kind {
+    pub const POINT: u32 = 0;
+    pub const TRIANGLE: u32 = 1;
+    pub const SPHERE: u32 = 2;
+    pub const INWARD: u32 = 3;
+    pub const PARALLELOGRAM: u32 = 4;
+    /// One that is sampled by solid angle; for anything else it is a parallelogram.
+    pub const RECTANGLE: u32 = 5;
+}
 
 /// What the shaders see of lights.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -77,11 +85,14 @@ pub(crate) struct LightTable {
     pub texels: Vec<[f32; 4]>,
     pub nodes: u32,
     pub grid: LightGrid,
-    /// Some are rectangles that are sampled by solid angle.
-    pub has_rectangles: bool,
+    /// Kinds that there are, a bit each.
+    pub kinds: u32,
 }
 
 impl LightTable {
+    /// As if there were lights of all kinds.
+    pub const ALL_KINDS: u32 = (2 << kind::RECTANGLE) - 1;
+
     /// The table of lights, of which some are rectangles to be sampled by solid angle; an empty one for none.
     pub fn of(lights: &[Light], is_rectangle: impl Fn(&Light) -> bool) -> Self {
         if lights.is_empty() {
@@ -107,17 +118,14 @@ impl LightTable {
                 }
             });
         }
-        let mut has_rectangles = false;
+        let mut kinds = 0;
         for (light, &leaf) in lights.iter().zip(&leaves) {
-            let mut of_light = light_texels(light, leaf);
-            if is_rectangle(light) {
-                has_rectangles = true;
-                of_light[0][3] = RECTANGLE;
-            }
-            texels.extend(of_light);
+            let kind = if is_rectangle(light) { kind::RECTANGLE } else { kind_of(light) };
+            kinds |= 1 << kind;
+            texels.extend(light_texels(light, kind, leaf));
         }
         texels.extend(entries);
-        Self { texels, nodes: tree.nodes.len() as u32, grid, has_rectangles }
+        Self { texels, nodes: tree.nodes.len() as u32, grid, kinds }
     }
 }
 
@@ -126,22 +134,32 @@ fn texel(v: DVec3, w: f32) -> [f32; 4] {
     [x, y, z, w]
 }
 
-fn light_texels(light: &Light, leaf: u32) -> [[f32; 4]; 4] {
+fn kind_of(light: &Light) -> u32 {
+    match light.shape {
+        LightShape::Point(_) => kind::POINT,
+        LightShape::Triangle(_) => kind::TRIANGLE,
+        LightShape::Parallelogram(_) => kind::PARALLELOGRAM,
+        LightShape::Sphere { inward: false, .. } => kind::SPHERE,
+        LightShape::Sphere { inward: true, .. } => kind::INWARD,
+    }
+}
+
+fn light_texels(light: &Light, kind: u32, leaf: u32) -> [[f32; 4]; 4] {
+    let kind = kind as f32;
     let leaf = f32::from_bits(leaf);
     let radiance = light.radiance.map(|x| x as f32);
     let color = [radiance[0], radiance[1], radiance[2], 0.0];
     match light.shape {
-        LightShape::Point(p) => [texel(p, 0.0), color, texel(DVec3::ZERO, leaf), color],
+        LightShape::Point(p) => [texel(p, kind), color, texel(DVec3::ZERO, leaf), color],
         LightShape::Triangle([a, b, c]) => {
             let area = (b - a).cross(c - a).length() / 2.0;
-            [texel(a, 1.0), texel(b, area as f32), texel(c, leaf), color]
+            [texel(a, kind), texel(b, area as f32), texel(c, leaf), color]
         }
         LightShape::Parallelogram([a, b, c]) => {
             let area = (b - a).cross(c - a).length();
-            [texel(a, 4.0), texel(b, area as f32), texel(c, leaf), color]
+            [texel(a, kind), texel(b, area as f32), texel(c, leaf), color]
         }
-        LightShape::Sphere { center, radius, inward } => {
-            let kind = if inward { 3.0 } else { 2.0 };
+        LightShape::Sphere { center, radius, .. } => {
             [texel(center, kind), texel(DVec3::ZERO, radius as f32), texel(DVec3::ZERO, leaf), color]
         }
     }

@@ -278,7 +278,7 @@ impl Tables {
             .bool(constant::SMOOTH_NORMALS, features.smooth_normals)
             .uint(constant::LIGHT_COUNT, self.light_count)
             .uint(constant::EMITTER_COUNT, self.emitter_count)
-            .bool(constant::HAS_RECTANGLES, self.lights.has_rectangles)
+            .uint(constant::LIGHT_KINDS, if features.light_kinds { LightTable::ALL_KINDS } else { self.lights.kinds })
             .uint(constant::LIGHT_NODES, self.lights.nodes)
             .uint(constant::LIGHT_ENTRIES, self.lights.grid.entries)
             .uint(constant::LIGHT_CELLS, self.lights.grid.cells)

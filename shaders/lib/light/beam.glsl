@@ -71,10 +71,8 @@ float beam_pdf(int light, vec3 y, vec3 direction, float cos_light) {
 
 // Area of an emitter.
 float emitter_area(int light) {
-    int row = light_row(light);
-    float kind = light_texel(row).w;
-    float size = light_texel(row + 1).w;
-    return kind == LIGHT_SPHERE || kind == LIGHT_INWARD ? 4.0 * PI * size * size : size;
+    Light l = light_of(light);
+    return is_flat(l) ? l.size : 4.0 * PI * l.size * l.size;
 }
 
 // Beams over paths for the chain whose light leaves a lamp in `direction` and ends at x, |x|² = x2.

@@ -4,13 +4,10 @@
 // knows nothing of the surface, so that two lights are drawn, and one of them is kept in proportion to what it
 // contributes if nothing is in between (resampling: Talbot, Cline and Egbert 2005).
 //
-// light_texels: nodes of a texel, lights of four, and entries of a texel (src/render/lights.rs, light_grid.rs).
+// light_texels: nodes of a texel, lights of four (light.glsl), and entries of a texel (src/render/lights.rs, light_grid.rs).
 //   node   share of the first child, second child, strength (of the root's), light; or ~(end of what is below) if it
 //          is no leaf
-//   light  a | kind,  b | area or radius,  c | leaf,  radiance | -
 //   entry  threshold, alias, probability, light; or node if LIGHT_DEPTH > 0
-//   kind 0: point at a, b = Φ/(4π²);  1: triangle a, b, c;  2: sphere around a;  3: the same, emitting inward;
-//   4: parallelogram, corner a between b and c;  5: rectangle, likewise
 // Nodes are in depth-first order, the entries of a cell in ascending order of what they stand for.
 
 #ifndef LIGHT_CHOICE_GLSL
@@ -20,15 +17,11 @@
 #include "triangle.glsl"
 #include "sphere.glsl"
 
-layout(constant_id = 29) const uint LIGHT_NODES = 0u;
 layout(constant_id = 59) const uint LIGHT_ENTRIES = 1u;     // of a cell: a power of two
 layout(constant_id = 60) const uint LIGHT_CELLS = 1u;       // along an axis
 layout(constant_id = 61) const uint LIGHT_DEPTH = 0u;       // levels of the tree below what an entry stands for
 
 const float BELOW_ONE = 0.99999994;
-
-// First texel of a light.
-int light_row(int light) { return int(LIGHT_NODES) + 4 * light; }
 
 // First entry of the cell around p.
 int light_cell(vec3 p) {
@@ -94,15 +87,10 @@ float light_probability(int cell, int light) {
 }
 
 // Samples a light at the point that `uv` chooses. Density: of the point alone.
-LightSample light_point(int light, vec3 from, vec3 n, vec2 uv) {
-    int row = light_row(light);
-    vec4 a = light_texel(row);
-    vec4 b = light_texel(row + 1);
-    if (EMITTER_COUNT == 0u || a.w == LIGHT_POINT) return point_sample(a.xyz, b.xyz, from, n);
-    vec4 c = light_texel(row + 2);
-    vec4 d = light_texel(row + 3);
-    if (is_flat(a.w)) return flat_sample(a.w, a.xyz, b.xyz, c.xyz, b.w, d.xyz, from, n, uv);
-    return sphere_sample(a.xyz, b.w, a.w == LIGHT_INWARD, d.xyz, from, n, uv);
+LightSample light_point(Light l, vec3 from, vec3 n, vec2 uv) {
+    if (is_point(l)) return point_sample(l.a, l.b, from, n);
+    if (is_flat(l)) return flat_sample(l, from, n, uv);
+    return sphere_sample(l, from, n, uv);
 }
 
 // Samples the light that u chooses. `pdf` of the result includes the choice.
@@ -110,7 +98,7 @@ LightSample light_candidate(int cell, vec3 from, vec3 n, float u, vec2 uv) {
     float probability;
     int light = light_choose(cell, u, probability);
     if (light < 0) return LightSample(from, vec3(0.0), 1.0);
-    LightSample s = light_point(light, from, n, uv);
+    LightSample s = light_point(light_of(light), from, n, uv);
     s.radiance /= probability;
     s.pdf *= probability;
     return s;
@@ -138,12 +126,10 @@ LightSample light_sample(vec3 from, vec3 n, vec2 u, vec2 uv) {
 // Density per solid angle with which a candidate of light_sample is the point of an emitter that a ray has hit at
 // distance t, under the cosine `cos_light` at the emitter.
 float light_pdf(vec3 from, int light, float t, float cos_light) {
-    int row = light_row(light);
-    vec4 a = light_texel(row);
-    vec4 b = light_texel(row + 1);
+    Light l = light_of(light);
     float pdf;
-    if (is_flat(a.w)) pdf = flat_pdf(a.w, a.xyz, b.xyz, light_texel(row + 2).xyz, b.w, from, t * t, cos_light);
-    else pdf = sphere_pdf(a.xyz, b.w, a.w == LIGHT_INWARD, from, t * t, cos_light);
+    if (is_flat(l)) pdf = flat_pdf(l, from, t * t, cos_light);
+    else pdf = sphere_pdf(l, from, t * t, cos_light);
     return light_probability(light_cell(from), light) * pdf;
 }
 

@@ -4,19 +4,7 @@
 #ifndef POINT_GLSL
 #define POINT_GLSL
 
-#include "../layout.glsl"
-#include "../math.glsl"
-
-// Kinds of lights, in light_texels.
-const float LIGHT_POINT = 0.0;
-const float LIGHT_TRIANGLE = 1.0;
-const float LIGHT_SPHERE = 2.0;
-const float LIGHT_INWARD = 3.0;
-const float LIGHT_PARALLELOGRAM = 4.0;
-const float LIGHT_RECTANGLE = 5.0;
-
-// Triangles, parallelograms and rectangles.
-bool is_flat(float kind) { return kind == LIGHT_TRIANGLE || kind >= LIGHT_PARALLELOGRAM; }
+#include "light.glsl"
 
 // The only light of a scene, where that is a point light.
 vec3 point_at;
@@ -27,13 +15,6 @@ void load_point() {
     point_at = point_position.xyz;
     point_power = point_intensity.rgb;
 }
-
-// Where a light was sampled, as seen from a surface point.
-struct LightSample {
-    vec3 point;         // end of the shadow ray
-    vec3 radiance;      // arriving, times cos/π of a white diffuse surface over the density of the choice
-    float pdf;          // per solid angle; 0 for a point light, which no ray can hit
-};
 
 LightSample point_sample(vec3 position, vec3 intensity, vec3 from, vec3 n) {
     vec3 to = position - from;

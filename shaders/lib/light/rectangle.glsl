@@ -10,8 +10,7 @@
 #ifndef RECTANGLE_GLSL
 #define RECTANGLE_GLSL
 
-#include "../layout.glsl"
-#include "../math.glsl"
+#include "light.glsl"
 
 // From which solid angle on rectangles are sampled by it, sr. Smaller ones look alike from everywhere on them.
 const float SOLID_ANGLE = 0.1;
@@ -29,12 +28,14 @@ struct SeenRectangle {
 // Solid angle of the rectangle from (0, 0) to (x, y) in the plane at z, with the signs of x and y.
 float corner_angle(float x, float y, float z) { return atan_accurate(x * y / (abs(z) * sqrt(x * x + y * y + z * z))); }
 
-// The corner v0 between v1 and v2. As for other flat lamps (flat_sample) points are off the lamp by a bound on their error; here by
+// As for other flat lamps (flat_sample) points are off the lamp by a bound on their error; here by
 // the same for all of it, and the solid angle is that of the rectangle there: seen from very near the two differ.
-SeenRectangle seen_rectangle(vec3 v0, vec3 v1, vec3 v2, vec3 normal, vec3 from) {
+SeenRectangle seen_rectangle(Light l, vec3 from) {
+    vec3 v0 = l.a;
+    vec3 normal = l.normal;
     SeenRectangle r;
-    vec3 along = v1 - v0;
-    vec3 across = v2 - v0;
+    vec3 along = l.b - v0;
+    vec3 across = l.c - v0;
     vec3 size = abs(along) + abs(across);
     vec3 apart = abs(v0 - from) + size;
     r.off = normal * (GAMMA_7 * (3.0 * dot(abs(v0) + size, abs(normal)) + (apart.x + apart.y + apart.z)));

@@ -9,24 +9,27 @@
 float cone_depth(float sin2) { return sin2 / (1.0 + sqrt(upper(1.0 - sin2, 0.0))); }
 
 // Density per solid angle of sampling a point that lies on the sphere at squared distance r2 under `cos_light`.
-float sphere_pdf(vec3 center, float radius, bool inward, vec3 from, float r2, float cos_light) {
-    vec3 to = center - from;
-    float sin2 = radius * radius / dot(to, to);
-    if (inward) return r2 / (4.0 * PI * radius * radius * cos_light);
+float sphere_pdf(Light l, vec3 from, float r2, float cos_light) {
+    vec3 to = l.a - from;
+    float sin2 = l.size * l.size / dot(to, to);
+    if (is_inward(l)) return r2 / (4.0 * PI * l.size * l.size * cos_light);
     return 1.0 / (TWO_PI * cone_depth(lower(sin2, 1.0)));
 }
 
-LightSample sphere_sample(vec3 center, float radius, bool inward, vec3 radiance, vec3 from, vec3 n, vec2 u) {
+LightSample sphere_sample(Light l, vec3 from, vec3 n, vec2 u) {
+    vec3 center = l.a;
+    float radius = l.size;
     vec3 to_center = center - from;
     float d2 = dot(to_center, to_center);
     float r2 = radius * radius;
     // A bound on the error of a point on the sphere and of its distance; the shadow ray ends that much before it.
     float slack = 1e-6 * (radius + abs(center.x) + abs(center.y) + abs(center.z) + sqrt(d2));
     vec3 point;
-    float pdf;
+    // `precise`: of what is divided by the other kind's density, or by this one's alone, drivers would make different things.
+    precise float pdf;
     bool visible;
     vec3 tangent, bitangent;
-    if (inward) {
+    if (is_inward(l)) {
         float z = 1.0 - 2.0 * u.y;
         vec2 disc = sqrt(upper(1.0 - z * z, 0.0)) * cos_sin_2pi(u.x);
         vec3 m = vec3(disc, z);
@@ -55,7 +58,8 @@ LightSample sphere_sample(vec3 center, float radius, bool inward, vec3 radiance,
     float l2 = dot(to, to);
     float c = dot(n, to) / sqrt(l2);
     bool lit = visible && c > 0.0 && l2 > 0.0;
-    return LightSample(point, lit ? radiance * (c / (PI * pdf)) : vec3(0.0), pdf);
+    precise float weight = c / (PI * pdf);
+    return LightSample(point, lit ? l.radiance * weight : vec3(0.0), pdf);
 }
 
 #endif

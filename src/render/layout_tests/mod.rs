@@ -39,7 +39,7 @@ fn expected_constants() -> BTreeMap<String, u32> {
         ("SOBOL_LEVELS", constant::SOBOL_LEVELS),
         ("LOOP_BUDGET", constant::LOOP_BUDGET),
         ("TREE_BOX_COUNT", constant::TREE_BOX_COUNT),
-        ("HAS_RECTANGLES", constant::HAS_RECTANGLES),
+        ("LIGHT_KINDS", constant::LIGHT_KINDS),
         ("TREE_LEVELS", constant::TREE_LEVELS),
         ("MUTATION", constant::MUTATION),
         ("EMITTER_COUNT", constant::EMITTER_COUNT),
