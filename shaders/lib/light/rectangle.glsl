@@ -28,8 +28,8 @@ struct SeenRectangle {
 // Solid angle of the rectangle from (0, 0) to (x, y) in the plane at z, with the signs of x and y.
 float corner_angle(float x, float y, float z) { return atan_accurate(x * y / (abs(z) * sqrt(x * x + y * y + z * z))); }
 
-// As for other flat lamps (flat_sample) points are off the lamp by a bound on their error; here by
-// the same for all of it, and the solid angle is that of the rectangle there: seen from very near the two differ.
+// As for other flat lamps (flat_sample) points are off the lamp by a bound on their error; here by the same for all of it, and the
+// solid angle is that of the rectangle there: seen from very near the two differ.
 SeenRectangle seen_rectangle(Light l, vec3 from) {
     vec3 v0 = l.a;
     vec3 normal = l.normal;

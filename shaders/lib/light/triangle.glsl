@@ -7,7 +7,7 @@
 #include "point.glsl"
 #include "rectangle.glsl"
 
-// Where on its edges from v0 a point lies that is chosen uniformly by area.
+// Where on its edges from `a` a point lies that is chosen uniformly by area.
 vec2 flat_point(Light l, vec2 u) {
     // Uniform barycentrics of a triangle (Turk, Graphics Gems, 1990).
     float root = sqrt(u.x);
