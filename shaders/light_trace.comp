@@ -30,7 +30,7 @@ void emitter_point(int light, vec2 u, out vec3 point, out vec3 normal) {
         float z = 1.0 - 2.0 * u.y;
         vec3 m = vec3(sqrt(upper(1.0 - z * z, 0.0)) * cos_sin_2pi(u.x), z);
         float slack = 1e-6 * (l.size + abs(l.a.x) + abs(l.a.y) + abs(l.a.z));
-        bool inward = is_inward(l);
+        bool inward = is_kind(l, LIGHT_INWARD);
         point = l.a + (inward ? l.size - slack : l.size + slack) * m;
         normal = inward ? -m : m;
         return;

@@ -88,7 +88,7 @@ float light_probability(int cell, int light) {
 
 // Samples a light at the point that `uv` chooses. Density: of the point alone.
 LightSample light_point(Light l, vec3 from, vec3 n, vec2 uv) {
-    if (is_point(l)) return point_sample(l.a, l.b, from, n);
+    if (is_kind(l, LIGHT_POINT)) return point_sample(l.a, l.b, from, n);
     if (is_flat(l)) return flat_sample(l, from, n, uv);
     return sphere_sample(l, from, n, uv);
 }

@@ -12,18 +12,21 @@
 
 layout(constant_id = 29) const uint LIGHT_NODES = 0u;       // texels before those of the lights, see choice.glsl
 
-const float LIGHT_POINT = 0.0;
-const float LIGHT_TRIANGLE = 1.0;
-const float LIGHT_SPHERE = 2.0;
-const float LIGHT_INWARD = 3.0;
-const float LIGHT_PARALLELOGRAM = 4.0;
-const float LIGHT_RECTANGLE = 5.0;
+const uint LIGHT_POINT = 0u;
+const uint LIGHT_TRIANGLE = 1u;
+const uint LIGHT_SPHERE = 2u;
+const uint LIGHT_INWARD = 3u;
+const uint LIGHT_PARALLELOGRAM = 4u;
+const uint LIGHT_RECTANGLE = 5u;
 
-// What there is of them: emitters that are flat (triangles, parallelograms and rectangles), and spheres.
-const bool HAS_FLATS = (LIGHT_KINDS & 0x32u) != 0u;
-const bool HAS_BALLS = (LIGHT_KINDS & 0xcu) != 0u;
-const bool HAS_RECTANGLES = (LIGHT_KINDS & 0x20u) != 0u;
+// The kinds of emitters that are spheres, and of those that are flat; and what there is of them.
+const uint BALLS = 1u << LIGHT_SPHERE | 1u << LIGHT_INWARD;
+const uint FLATS = 1u << LIGHT_TRIANGLE | 1u << LIGHT_PARALLELOGRAM | 1u << LIGHT_RECTANGLE;
+const bool HAS_BALLS = (LIGHT_KINDS & BALLS) != 0u;
+const bool HAS_FLATS = (LIGHT_KINDS & FLATS) != 0u;
+const bool HAS_RECTANGLES = (LIGHT_KINDS & 1u << LIGHT_RECTANGLE) != 0u;
 
+// A light as fetched.
 struct Light {
     float kind;
     vec3 a, b, c;
@@ -33,25 +36,22 @@ struct Light {
 };
 
 // A kind is not asked for where all lights are of one, so that nothing else is compiled.
-bool is_kind(Light l, float kind, uint bit) {
-    return (LIGHT_KINDS & bit) != 0u && (LIGHT_KINDS == bit || l.kind == kind);
+bool is_kind(Light l, uint kind) {
+    return (LIGHT_KINDS & 1u << kind) != 0u && (LIGHT_KINDS == 1u << kind || l.kind == float(kind));
 }
-bool is_point(Light l) { return is_kind(l, LIGHT_POINT, 1u); }
-bool is_triangle(Light l) { return is_kind(l, LIGHT_TRIANGLE, 2u); }
-bool is_inward(Light l) { return is_kind(l, LIGHT_INWARD, 8u); }
-bool is_rectangle(Light l) { return is_kind(l, LIGHT_RECTANGLE, 0x20u); }
 // Of one that is no point.
-bool is_flat(Light l) { return HAS_FLATS && (!HAS_BALLS || l.kind == LIGHT_TRIANGLE || l.kind >= LIGHT_PARALLELOGRAM); }
+bool is_flat(Light l) { return HAS_FLATS && (!HAS_BALLS || (FLATS & 1u << uint(l.kind)) != 0u); }
 
 // First texel of a light.
 int light_row(int light) { return int(LIGHT_NODES) + 4 * light; }
 
+// The light of that number.
 Light light_of(int light) {
     int row = light_row(light);
     vec4 a = light_texel(row);
     vec4 b = light_texel(row + 1);
     Light l = Light(a.w, a.xyz, b.xyz, vec3(0.0), b.w, b.xyz, vec3(0.0));
-    if (is_point(l)) return l;
+    if (is_kind(l, LIGHT_POINT)) return l;
     l.radiance = light_texel(row + 3).xyz;
     if (!is_flat(l)) return l;
     l.c = light_texel(row + 2).xyz;

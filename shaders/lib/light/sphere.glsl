@@ -12,7 +12,7 @@ float cone_depth(float sin2) { return sin2 / (1.0 + sqrt(upper(1.0 - sin2, 0.0))
 float sphere_pdf(Light l, vec3 from, float r2, float cos_light) {
     vec3 to = l.a - from;
     float sin2 = l.size * l.size / dot(to, to);
-    if (is_inward(l)) return r2 / (4.0 * PI * l.size * l.size * cos_light);
+    if (is_kind(l, LIGHT_INWARD)) return r2 / (4.0 * PI * l.size * l.size * cos_light);
     return 1.0 / (TWO_PI * cone_depth(lower(sin2, 1.0)));
 }
 
@@ -29,7 +29,7 @@ LightSample sphere_sample(Light l, vec3 from, vec3 n, vec2 u) {
     precise float pdf;
     bool visible;
     vec3 tangent, bitangent;
-    if (is_inward(l)) {
+    if (is_kind(l, LIGHT_INWARD)) {
         float z = 1.0 - 2.0 * u.y;
         vec2 disc = sqrt(upper(1.0 - z * z, 0.0)) * cos_sin_2pi(u.x);
         vec3 m = vec3(disc, z);

@@ -11,7 +11,7 @@
 vec2 flat_point(Light l, vec2 u) {
     // Uniform barycentrics of a triangle (Turk, Graphics Gems, 1990).
     float root = sqrt(u.x);
-    return is_triangle(l) ? vec2(root * (1.0 - u.y), root * u.y) : u;
+    return is_kind(l, LIGHT_TRIANGLE) ? vec2(root * (1.0 - u.y), root * u.y) : u;
 }
 
 // Density per solid angle of sampling a point of such an area uniformly, seen at squared distance r2 under cosine `cos_light`.
@@ -20,7 +20,7 @@ float area_pdf(float area, float r2, float cos_light) { return r2 / (area * cos_
 // Density per solid angle with which flat_sample gives such a point.
 float flat_pdf(Light l, vec3 from, float r2, float cos_light) {
     float pdf = area_pdf(l.size, r2, cos_light);
-    if (HAS_RECTANGLES && is_rectangle(l)) {
+    if (HAS_RECTANGLES && is_kind(l, LIGHT_RECTANGLE)) {
         SeenRectangle seen = seen_rectangle(l, from);
         pdf = looks_large(seen) ? 1.0 / seen.solid_angle : pdf;
     }
@@ -35,7 +35,7 @@ LightSample flat_sample(Light l, vec3 from, vec3 n, vec2 u) {
     bool large = false;
     if (HAS_RECTANGLES) {
         seen = seen_rectangle(l, from);
-        large = is_rectangle(l) && looks_large(seen);
+        large = is_kind(l, LIGHT_RECTANGLE) && looks_large(seen);
         if (large) b = rectangle_point(seen, u);
     }
     vec3 p0 = (1.0 - b.x - b.y) * l.a;
