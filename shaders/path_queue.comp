@@ -264,7 +264,7 @@ void connect_paths(inout Pocket pocket, inout Run run, PocketWalk w) {
 
 // One step.
 void walk_further(inout PocketWalk w) {
-    if (REUSE) occlusion_steps += w.shadow && w.walk.current != FINISHED ? counted(1u) : 0u;
+    if (REUSE) occlusion_steps += w.shadow && w.walk.walks ? counted(1u) : 0u;
     walk_on(w.walk, w.ray, w.leaving, w.shadow, steps);
 }
 

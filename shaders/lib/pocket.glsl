@@ -231,7 +231,7 @@ void pocket_fetch(Pocket p, inout PocketWalk w) {
 
 // Notes the result of a walk that is over.
 void pocket_finish(inout Pocket p, inout PocketWalk w) {
-    bool over = w.entry != 0u && w.walk.current == FINISHED;
+    bool over = w.entry != 0u && !w.walk.walks;
     bool hit = w.walk.id >= 0;
     uint place = over ? w.entry : 0u;
     p.lit |= w.shadow && !hit ? place : 0u;

@@ -25,7 +25,7 @@ uint counted(uint steps) { return TREE_BOX_COUNT > 0u ? steps : 0u; }
 uint walk_tree(inout Walk walk, vec3 o, vec3 d, int leaving, bool any_hit, uint loops) {
     TreeRay r = tree_ray(o, d);
     uint steps = 0u;
-    while (walk.current != FINISHED && (LOOP_BUDGET == 0u || loops + steps < LOOP_BUDGET)) {
+    while (walk.walks && (LOOP_BUDGET == 0u || loops + steps < LOOP_BUDGET)) {
         walk_step(walk, r, leaving, any_hit);
         steps += 1u;
     }

@@ -42,7 +42,7 @@ void main() {
             closest_constant(o.xyz, d.xyz, leaving, t, id);
             ray = tree_ray(o.xyz, d.xyz);
             walk = walk_begin(t);
-            if (!meets_tree(o.xyz, d.xyz, t) || (any_hit && id >= 0)) walk.current = FINISHED;
+            if (!meets_tree(o.xyz, d.xyz, t) || (any_hit && id >= 0)) walk.walks = false;
             busy = true;
         }
         if (!subgroupAny(busy)) break;
@@ -51,9 +51,9 @@ void main() {
             walk_on(walk, ray, leaving, any_hit, steps);
             walk_on(walk, ray, leaving, any_hit, steps);
             loops += 1u;
-        } while (subgroupBallotBitCount(subgroupBallot(walk.current != FINISHED)) >= enough &&
+        } while (subgroupBallotBitCount(subgroupBallot(walk.walks)) >= enough &&
                  (LOOP_BUDGET == 0u || loops + doubtful_loops < LOOP_BUDGET));
-        fetch = busy && walk.current == FINISHED;
+        fetch = busy && !walk.walks;
         if (fetch) {
             int found = walk.id >= 0 ? walk.id : id;
             probe_out[first + mine] = uvec4(floatBitsToUint(walk.t), uint(found), 0u, steps);

@@ -9,11 +9,12 @@
 // No box may come between a ray and what the watertight test reports. In units of 2^-24 of the distance to the
 // primitive along an axis, that test moves vertices across the ray by up to 10.5 (v − o: 1 along each of two axes;
 // shear: 6, of which a reciprocal of 2.5 ulp is 5; its product and the difference: 2; edge functions: 0.5); distances
-// to planes are off by 9 (o − plane, reciprocal, product, sum, margin), boxes by 1 when they are built. For a box to be
-// entered that is all. Which of two hits that nearly agree is the nearer one depends on t, which is off by 18 more (v −
-// o: 1, the sums of distances and of weights: 5, products: 2, two reciprocals: 10), or without a bound where a triangle
-// is thin as seen by the ray. The distance is at most |v| + |o|: for the first, boxes are widened when they are built
-// (src/accel/record.rs), for the second here. What is relative to the size of a box src/accel/quantised.rs allows for.
+// to planes are off by 9 (a reciprocal: 5; products with planes or o: 1; the margin and two sums: 3), boxes by 1 when
+// they are built. For a box to be entered that is all. Which of two hits that nearly agree is the nearer one depends on
+// t, which is off by 18 more (v − o: 1, the sums of distances and of weights: 5, products: 2, two reciprocals: 10), or
+// without a bound where a triangle is thin as seen by the ray. The distance is at most |v| + |o|: for the first, boxes
+// are widened when they are built (src/accel/record.rs), for the second here. What is relative to the size of a box
+// src/accel/quantised.rs allows for.
 const float BOX_ERROR = MUTATION == MUTATE_BOX_MARGIN || MUTATION == MUTATE_ALL_MARGINS ? 0.0 : 40.0 / 16777216.0;
 
 // By how much boxes are to be larger for a ray from o, on all sides.

@@ -10,7 +10,7 @@
 
 const int SHORT_LEVELS = 16;
 const bool SHORT_STACK = TREE_LEVELS <= uint(SHORT_LEVELS);
-const int MOST_LEVELS = 64;         // more than any tree has (accel::MAX_DEPTH)
+const int MOST_LEVELS = 64;         // two more than any tree has (accel::MAX_DEPTH)
 
 struct Stack {
     uint levels[SHORT_LEVELS + 1];  // the top first, and groups without members below the bottom; or, in deep_stack,
@@ -20,13 +20,13 @@ struct Stack {
 uint deep_stack[MOST_LEVELS];
 
 Stack stack_empty() {
-    // A group without members ends the walk.
-    deep_stack[0] = 0u;
-    return Stack(uint[](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u), 1);
+    // A group without members ends the walk, which may ask what is below it.
+    deep_stack[0] = deep_stack[1] = 0u;
+    return Stack(uint[](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u), 2);
 }
 
-// Puts the group on the stack, or fetches it from there, or neither.
-void stack_shift(inout Stack s, inout uint group, bool push, bool pop) {
+// Returns the group on top, and puts another one there, or takes it away, or neither.
+uint stack_shift(inout Stack s, uint group, bool push, bool pop) {
     if (SHORT_STACK) {
         uint old[SHORT_LEVELS + 1] = s.levels;
         s.levels[0] = push ? group : (pop ? old[1] : old[0]);
@@ -35,14 +35,14 @@ void stack_shift(inout Stack s, inout uint group, bool push, bool pop) {
         SHIFT(7u) SHIFT(8u) SHIFT(9u) SHIFT(10u) SHIFT(11u) SHIFT(12u)
         SHIFT(13u) SHIFT(14u) SHIFT(15u)
 #undef SHIFT
-        if (pop) group = old[0];
-    } else {
-        // Unconditional store, conditional count: a masked store costs six times as much on a CPU.
-        deep_stack[s.top] = group;
-        s.top += push ? 1 : 0;
-        s.top -= pop ? 1 : 0;
-        if (pop) group = deep_stack[s.top];
+        return old[0];
     }
+    uint top = deep_stack[s.top - 1];
+    // Unconditional store, conditional count: a masked store costs six times as much on a CPU.
+    deep_stack[s.top] = group;
+    s.top += push ? 1 : 0;
+    s.top -= pop ? 1 : 0;
+    return top;
 }
 
 #endif

@@ -9,7 +9,6 @@
 #include "tree_boxes.glsl"
 #include "sphere.glsl"
 
-const int FINISHED = 0x7fffffff;
 const int TREE_ID = 0x01000000;     // ids from here on are TREE_ID + record; those below are constant spheres
 
 // Tests the primitive of a leaf; `leaving` is the full id (and side) of the primitive the ray starts on.
@@ -41,7 +40,8 @@ bool leaf_test(TreeRay r, int record, TreeRecord q, float t_max, int leaving, ou
 }
 
 struct Walk {
-    int current;        // record to visit, FINISHED when done
+    bool walks;         // it is not over
+    int current;        // record to visit
     uint group;         // what to visit after it, before what is on the stack
     Stack stack;        // what is left of the levels above
     float t;            // nearest hit so far, or the far end
@@ -55,8 +55,8 @@ bool meets_tree(vec3 o, vec3 d, float t_max) {
     return BRUTE_FORCE || meets_boxes(o, d, t_max);
 }
 
-Walk walk_idle() { return Walk(FINISHED, 0u, stack_empty(), 0.0, -1); }
-Walk walk_begin(float t_max) { return Walk(0, 0u, stack_empty(), t_max, -1); }
+Walk walk_idle() { return Walk(false, 0, 0u, stack_empty(), 0.0, -1); }
+Walk walk_begin(float t_max) { return Walk(true, 0, 0u, stack_empty(), t_max, -1); }
 
 // Of equal distances the lower record wins, whatever the order of the walk.
 bool nearer(Walk w, int record, float t) { return t < w.t || TREE_ID + record < w.id; }
@@ -73,9 +73,9 @@ bool passes_near(TreeRay r, TreeRecord q) {
     return length(cross(v0, r.direction)) <= (radius + 1e-4 * length(v0)) * length(r.direction);
 }
 
-// Tests the record at `w.current`, if there still is one and it is a leaf, and goes on to the next.
+// Tests the record at `w.current`, if the walk is not over and it is a leaf, and goes on to the next.
 void brute_force_record(inout Walk w, TreeRay r, int leaving, bool any_hit) {
-    if (w.current == FINISHED) return;
+    if (!w.walks) return;
     int record = w.current;
     TreeRecord q = tree_record(record);
     float t;
@@ -83,7 +83,7 @@ void brute_force_record(inout Walk w, TreeRay r, int leaving, bool any_hit) {
     w.t = hit ? t : w.t;
     w.id = hit ? TREE_ID + record : w.id;
     w.current += 1;
-    if ((hit && any_hit) || w.current >= int(record_count)) w.current = FINISHED;
+    if ((hit && any_hit) || w.current >= int(record_count)) w.walks = false;
 }
 
 // Sixteen records, written out: where a driver bounds the iterations of an invocation, a loop over them would soon
@@ -103,38 +103,44 @@ void brute_force_step(inout Walk w, TreeRay r, int leaving, bool any_hit) {
 
 // One step, none if the walk is over. With `any_hit`, the first hit ends the walk.
 //
-// A walk that is over goes through the same motions: were they under a condition, a CPU driver would blend every level
-// of the stack once more.
+// A CPU that executes the lanes together has little to do while it waits for a record. So where a walk goes on if the ray meets
+// no child is found beside the boxes, and boxes do not wait for the primitives that other lanes test; nor does the next record,
+// so that a walk that is over goes through the same motions to no effect. (Were they under a condition, every level of the stack
+// would be blended once more.)
 void walk_step(inout Walk w, TreeRay r, int leaving, bool any_hit) {
     if (BRUTE_FORCE) {
         brute_force_step(w, r, leaving, any_hit);
         return;
     }
-    bool walks = w.current != FINISHED;
-    int record = walks ? w.current : 0;
+    int record = w.current;
     TreeRecord q = tree_record(record);
-    bool leaf = is_leaf(q) && walks;
-    bool stop = !walks;
-    if (leaf) {
+    bool leaf = is_leaf(q);
+    bool stop = false;
+    uint met = children_met(r, q, w.t);
+    met = w.walks && !leaf ? met : 0u;
+    if (leaf && w.walks) {
         float t;
         bool hit = leaf_test(r, record, q, w.t, leaving, t) && nearer(w, record, t);
         w.t = hit ? t : w.t;
         w.id = hit ? TREE_ID + record : w.id;
         stop = hit && any_hit;
     }
-    uint met = children_met(r, q, w.t);
-    bool descend = walks && !leaf && is_left(met);
+    bool descend = is_left(met);
     bool others = is_left(w.group);
-    stack_shift(w.stack, w.group, descend && others, walks && !descend && !others);
-    w.group = descend ? met : w.group;
-    bool over = stop || !is_left(w.group);
-    int next = take_member(w.group);
-    w.current = over ? FINISHED : next;
+    uint top = stack_shift(w.stack, w.group, descend && others, w.walks && !descend && !others);
+    uint otherwise = others ? w.group : top;
+    bool more = is_left(otherwise);
+    int child = take_member(met);
+    int other = take_member(otherwise);
+    other = more ? other : 0;
+    w.group = descend ? met : otherwise;
+    w.current = descend ? child : other;
+    w.walks = w.walks && (descend || more) && !stop;
 }
 
 // The same; with PATH_STATS steps are counted.
 void walk_on(inout Walk w, TreeRay r, int leaving, bool any_hit, inout uint steps) {
-    if (PATH_STATS) steps += w.current != FINISHED ? 1u : 0u;
+    if (PATH_STATS) steps += w.walks ? 1u : 0u;
     walk_step(w, r, leaving, any_hit);
 }
 

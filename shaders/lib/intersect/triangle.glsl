@@ -56,7 +56,7 @@ bool watertight(Shear r, vec3 o, vec3 v0, vec3 v1, vec3 v2, float t_max, out flo
         v = contracted(ax, cy, ay, cx);
         w = contracted(bx, ay, by, ax);
     }
-    bool inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
+    bool inside = lower(lower(u, v), w) >= 0.0 || upper(upper(u, v), w) <= 0.0;
     precise float det = (u + v) + w;
     precise float inverse = 1.0 / det;
     precise float z = (u * a.z + v * b.z) + w * c.z;
