@@ -57,7 +57,7 @@ void main() {
     bool reusing = REUSE && reuses(p);
     bool none_reuses = REUSE && reused_halves == 0u;
     uint key = pixel_key(pixel_number(at));
-    uint group_key = REUSE ? pixel_key(pixel_number(pixel_of_tile(tile_corner(slot / TILE), first_of_group(p)))) : key;
+    uint shared_key = REUSE ? group_key(pixel_of_tile(tile_corner(slot / TILE), first_of_group(p))) : key;
     Camera camera = frame_camera();
     Path path = path_begin(camera, at, key, index_of_member(index_after(film_pixel.state, first), member_of_group(p)),
                            film_glances(film_pixel.state));
@@ -79,7 +79,7 @@ void main() {
             bool second = REUSE && path.second;
             vec3 direct = radiance;
             radiance = second ? vec3(0.0) : radiance;
-            bool alive = path_arrive(path, id, t, group_key, reusing ? LIGHT_SAMPLES : 1u, radiance, arrival, shadow);
+            bool alive = path_arrive(path, id, t, shared_key, reusing ? LIGHT_SAMPLES : 1u, radiance, arrival, shadow);
             if (REUSE) {
                 alive = alive && going;
                 shadow.wanted = shadow.wanted && going;
@@ -112,13 +112,13 @@ void main() {
                 radiance = vec3(0.0);
             }
             uint state = alive ? path.glances : (goes_on ? next_state(path.glances) : film_glances(film_pixel.state));
-            path_depart(path, arrival, alive, camera, at, alive ? group_key : key,
+            path_depart(path, arrival, alive, camera, at, alive ? shared_key : key,
                         path.index + (alive || goes_on ? 0u : 1u), state);
             if (REUSE) path.second = path.second && reusing;
             going = within_budget && left > 0u && !waits;
         } while (going && (!REUSE || group_lacks_path(reusing, ended.there, none_reuses)));
         if (REUSE && any_lane(ended.there)) {
-            within_budget = share_sample(ended, film_pixel, gradients, group_key, counts.shadow_rays, loops, counts.bad);
+            within_budget = share_sample(ended, film_pixel, gradients, shared_key, counts.shadow_rays, loops, counts.bad);
             ended = ended_none();
             if (waits) {
                 ended = path_ends(meeting, radiance, glanced);

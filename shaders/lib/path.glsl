@@ -93,14 +93,15 @@ struct LightNumbers {
     vec2 uv;
 };
 
-// The numbers of sample `nth` of the lights at a path's hit of number `hit`: the further ones of LIGHT_SAMPLES are those of the
-// first, moved so that all of them are spread evenly. (light_sample also takes the light that is half of all away.)
-LightNumbers light_numbers(uint key, uint index, uint hit, uint nth) {
+// The numbers of sample `nth` of the lights at a path's hit of number `hit`. Where LIGHT_SAMPLES of them are taken (`several`) each
+// has a part of the range to itself, and the same place in it: all of them, over all of a path's samples, are spread evenly then.
+// (light_sample also takes the light that is half of all away.)
+LightNumbers light_numbers(uint key, uint index, uint hit, uint nth, bool several) {
     LightNumbers n = LightNumbers(sample_pair(key, index, pair_choice(hit), hit), vec2(0.0));
     if (EMITTER_COUNT > 0u) n.uv = sample_pair(key, index, pair_light(hit), hit);
     if (LIGHT_SAMPLES > 1u) {
-        n.u.x = fract(n.u.x + float(nth) / float(2u * LIGHT_SAMPLES));
-        n.uv = fract(n.uv + 0.5 * vec2(float(nth & 1u), float(nth >> 1)));
+        n.u.x = several ? (n.u.x + float(nth)) / float(2u * LIGHT_SAMPLES) : n.u.x;
+        n.uv = several ? 0.5 * (n.uv + vec2(float(nth & 1u), float(nth >> 1))) : n.uv;
     }
     return n;
 }
@@ -131,7 +132,7 @@ ShadowRay light_ray(vec3 from, vec3 normal, vec3 up, int leaving, vec3 throughpu
 ShadowRay direct_light(Arrival a, uint index, uint key, uint count) {
     LightNumbers n = LightNumbers(vec2(0.0), vec2(0.0));
     if (LIGHT_COUNT > 0u && !SINGLE_POINT) {
-        n = light_numbers(key, a.first ? index_at_first(index) : index, a.hits, 0u);
+        n = light_numbers(key, a.first ? index_at_first(index) : index, a.hits, 0u, count > 1u && !a.last);
     }
     return light_ray(a.outside, a.normal, a.up, leaving_id(a.id, a.surface, a.front), a.throughput, n, count);
 }
@@ -189,14 +190,14 @@ bool path_arrive(Path path, int id, float t, uint key, uint light_samples, inout
     a.up = a.front ? a.surface.normal : -a.surface.normal;
     a.outside = a.surface.position + a.up * a.surface.offset;
 
+    // A path of MAX_DEPTH hits may still meet light with its last ray. Further samples of lights are for those that go on otherwise.
+    a.last = a.hits == MAX_DEPTH || (!INDIRECT && diffuse);
     uvec2 sequence = glance_sequence(path.glances, key, path.index);
     shadow = ShadowRay(vec3(0.0), vec3(0.0, 0.0, 1.0), 0.0, -1, vec3(0.0), false);
     if (HAS_DIFFUSE) {
         shadow = direct_light(a, sequence.y, sequence.x, a.first ? light_samples : 1u);
         shadow.wanted = shadow.wanted && alive && diffuse;
     }
-    // A path of MAX_DEPTH hits may still meet light with its last ray.
-    a.last = a.hits == MAX_DEPTH || (!INDIRECT && diffuse);
     alive = alive && (LIGHT_AFTER_LAST_HIT || !a.last);
     // Where it gets further light the throughput must be what light counts.
     bool may_end = !(REUSE && in_mode(MODE_SURVEY)) && !(light_samples > 1u && a.first && diffuse);

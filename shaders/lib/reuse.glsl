@@ -42,9 +42,13 @@ bool reuses(uint p) { return ((reused_halves >> ((p ^ (p >> 1)) & 1u)) & 1u) != 
 uint member_of_group(uint p) { return REUSE ? member_of(p) : 0u; }
 uint first_of_group(uint p) { return REUSE ? for_member(p, 0u) : p; }
 
-// The key of all random numbers of a path from its first hit on, whose pixel is p of a workgroup's. The first tile of that has
-// such a corner.
-uint key_of_group(uvec2 corner, uint p) { return pixel_key(pixel_number(pixel_of_work(corner, first_of_group(p)))); }
+// The key of all random numbers of a path from its first hit on, `first` being the first pixel of its group. A shifted group has
+// that of the unshifted one in which its first pixel is, whose samples it goes on with: their errors make up for each other in the
+// pixels of both, and by differences in those around.
+uint group_key(uvec2 first) { return pixel_key(pixel_number(REUSE ? first & ~uvec2(3u, 1u) : first)); }
+
+// The same for pixel p of a workgroup's, whose first tile has such a corner.
+uint key_of_group(uvec2 corner, uint p) { return group_key(pixel_of_work(corner, first_of_group(p))); }
 
 // Paths may meet mirrors or glass before x. Then those of a group may have x at different hits, and what leaves y is not the
 // same for both if light is followed over a number of hits.

@@ -98,7 +98,7 @@ vec3 light_at_first(Meeting m, uint key, uint index, inout uint shadow_rays, ino
     vec3 sum = vec3(0.0);
     bool goes_on = m.nx != vec3(0.0) && uint(m.hit) < MAX_DEPTH;
     [[dont_unroll]] for (uint nth = 1u; nth < LIGHT_SAMPLES; ++nth) {
-        LightNumbers n = light_numbers(key, index_at_first(index), uint(m.hit), nth);
+        LightNumbers n = light_numbers(key, index_at_first(index), uint(m.hit), nth, true);
         ShadowRay ray = light_ray(m.x, m.nx, m.up, m.leaving, m.beta, n, LIGHT_SAMPLES);
         bool wanted = goes_on && ray.wanted;
         shadow_rays += wanted ? 1u : 0u;
