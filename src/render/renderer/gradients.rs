@@ -222,18 +222,13 @@ pub(super) type Certainties = [f32; CLASSES];
 /// Sums of squares over the pairs of each class: of values, and of differences.
 pub(super) type PairSums = [[f64; 2]; CLASSES];
 
-/// How certain the differences of each class are, from the variances of values, V, and of differences, D.
-///
-/// Samples of a pixel err by g, which its group has in common, and by e on their own: V = G + E, and D = 2E. Half of the samples
-/// of two pixels are of one group. Of these the difference has the variance 2E, of the others 2(G + E); together, each weighed by
-/// the inverse, they give what the solution gives for two pixels if the certainty is G/2E = V/D − 1/2. So where pixels have no
-/// error in common, differences tell nothing that is not in the values already.
+/// The inverse of the variance of differences, that of values being 1.
 fn certainties(sums: &PairSums) -> Certainties {
     let all = sums.iter().fold([0.0; 2], |[a, b], sum| [a + sum[0], b + sum[1]]);
     // Where there are few pairs, as in all.
     sums.map(|[values, difference]| {
-        let certainty = (values + 0.01 * all[0]) / (difference + 0.01 * all[1]) - 0.5;
-        if certainty.is_nan() { 0.0 } else { (certainty as f32).clamp(0.0, MOST_CERTAINTY) }
+        let certainty = (values + 0.01 * all[0]) / (difference + 0.01 * all[1]);
+        if certainty.is_nan() { 0.0 } else { (certainty as f32).min(MOST_CERTAINTY) }
     })
 }
 
