@@ -12,6 +12,7 @@
 #include "io.glsl"
 #include "../lib/path.glsl"
 #include "../lib/trace.glsl"
+#include "../lib/votes.glsl"
 
 const uint RUN = 512u;      // rays of a workgroup; check/probe/traversal.rs has the same
 
@@ -45,13 +46,13 @@ void main() {
             if (!meets_tree(o.xyz, d.xyz, t) || (any_hit && id >= 0)) walk.walks = false;
             busy = true;
         }
-        if (!subgroupAny(busy)) break;
+        if (!any_lane(busy)) break;
         uint enough = next < total ? ENOUGH_LANES : 1u;
         do {
             walk_on(walk, ray, leaving, any_hit, steps);
             walk_on(walk, ray, leaving, any_hit, steps);
             loops += 1u;
-        } while (subgroupBallotBitCount(subgroupBallot(walk.walks)) >= enough &&
+        } while (lanes(walk.walks) >= enough &&
                  (LOOP_BUDGET == 0u || loops + doubtful_loops < LOOP_BUDGET));
         fetch = busy && !walk.walks;
         if (fetch) {
