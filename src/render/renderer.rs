@@ -70,6 +70,8 @@ pub struct Renderer {
     reuse: ReuseTrial,
     /// Whether neighbours can be compared where paths are reused.
     gradients: bool,
+    /// Whether the members of a group sample lights alike for that.
+    lights_alike: bool,
     /// Where groups of pixels that share paths are.
     groups: Groups,
     /// How many samples each pixel gets of those that are asked for.
@@ -243,6 +245,7 @@ impl Renderer {
             ),
             glances,
             gradients: reuse && settings.gradients == Gradients::Auto && buffers.has_whole_rows(row_slots),
+            lights_alike: tables.samples_lights(),
             groups: Groups::default(),
             shares: Shares::default(),
             places: Places::default(),

@@ -222,8 +222,12 @@ impl Tables {
 
     /// Samples of lights that a path takes where it first meets a diffuse surface, if it serves several pixels.
     pub fn light_samples(&self, wanted: LightSamples) -> u32 {
-        let differ = self.light_count > 0 && self.single_point.is_none();
-        if differ && wanted == LightSamples::Auto { LIGHT_SAMPLES } else { 1 }
+        if self.samples_lights() && wanted == LightSamples::Auto { LIGHT_SAMPLES } else { 1 }
+    }
+
+    /// Whether lights are sampled: there is more than a point.
+    pub fn samples_lights(&self) -> bool {
+        self.light_count > 0 && self.single_point.is_none()
     }
 
     /// The numbers of the scene.

@@ -108,7 +108,7 @@ impl Renderer {
         self.gradients
             && samples >= FEWEST_SAMPLES
             && trial.halves(self.reuse_is_worth) != 0
-            && trial.suits_gradients(self.settings.adaptive.is_some())
+            && trial.suits_gradients(self.settings.adaptive.is_some(), self.lights_alike)
     }
 
     fn phases(&self) -> Phases {

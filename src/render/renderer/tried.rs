@@ -1,5 +1,7 @@
 //! What the trial tells of a group of pixels (shaders/lib/gradient.glsl).
 
+use std::ops::Add;
+
 use super::super::layout::{FilmSlot, GradientSlot};
 use super::super::sobol::MEMBERS;
 use super::super::tiles::TILE;
@@ -30,6 +32,28 @@ pub(super) struct Noise {
     pub differences: f64,
 }
 
+impl Noise {
+    /// The part of what a group has in common that differences between neighbours leave, this being what its pixels have together.
+    pub fn left_by_gradients(&self) -> f64 {
+        let light = self.light / MEMBERS as f64;
+        let left = self.differences / (self.differences + SPREAD * light);
+        // Where there is no noise at all, NaN.
+        left.min(1.0)
+    }
+}
+
+impl Add for Noise {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            own: self.own + other.own,
+            light: self.light + other.light,
+            differences: self.differences + other.differences,
+        }
+    }
+}
+
 impl TriedGroup {
     /// The slot of a member.
     pub fn slot(&self, member: usize) -> u32 {
@@ -50,11 +74,7 @@ impl TriedGroup {
     /// What shares of the samples are made from, its pixels being those of the slots `inside` the image.
     pub fn noise_of_pixels(&self, inside: impl Fn(u32) -> bool) -> GroupNoise {
         let pixels = (0..MEMBERS).filter(|member| inside(self.slot(*member))).count();
-        let noise = (0..MEMBERS).map(|member| self.noise(member)).fold(Noise::default(), |sum, n| Noise {
-            own: sum.own + n.own,
-            light: sum.light + n.light,
-            differences: sum.differences + n.differences,
-        });
+        let noise = (0..MEMBERS).map(|member| self.noise(member)).fold(Noise::default(), Noise::add);
         let cost = self.film.iter().map(|slot| f64::from(slot.sum[0].to_bits())).sum();
         let tile = self.first_slot / TILE as u32;
         GroupNoise { tile, pixels: pixels as u32, noise, cost }
@@ -80,10 +100,9 @@ impl GroupNoise {
     pub fn variance(&self, reused: bool, gradients: bool) -> Option<f64> {
         let Noise { own, light: all_light, differences } = self.noise;
         let light = if reused { all_light / MEMBERS as f64 } else { all_light };
-        let smooth = differences / (differences + SPREAD * light);
         let variance = match (reused, gradients) {
-            (true, true) if smooth < 1.0 => own + light * smooth + differences,
-            (true, _) => own + light + differences,
+            (true, true) => own + light * self.noise.left_by_gradients() + differences,
+            (true, false) => own + light + differences,
             (false, _) => own + light,
         };
         // Samples that were not finite tell nothing.
