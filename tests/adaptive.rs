@@ -160,10 +160,11 @@ fn no_pixel_gets_more_than_the_most() {
 #[test]
 fn what_was_done_is_kept_when_stopped() {
     let context = context();
-    // Of one image that is sampled tile by tile, and of two, the first of which begins with two dispatches of a sample each.
-    for (name, fewest, of_one) in [("cornell", 4, 1), ("cat", 1, 2)] {
+    // Of one image that is sampled tile by tile, and of two, the first of which begins with two dispatches of a sample each: with
+    // gradients, whatever they gain in so small an image.
+    for (name, reuse, fewest, of_one) in [("cornell", Reuse::Auto, 4, 1), ("cat", Reuse::Always, 1, 2)] {
         let scene = shipped(name, (40, 40), 1);
-        let settings = RenderSettings { samples_per_dispatch: Some(4), ..adaptive(&scene, 1e-3) };
+        let settings = RenderSettings { samples_per_dispatch: Some(4), reuse, ..adaptive(&scene, 1e-3) };
         let mut renderer = Renderer::new(&context, &scene, &settings).expect("a renderer");
         for dispatches in [1, 2, 3, 6, 9] {
             let mut left = dispatches;
