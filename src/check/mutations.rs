@@ -25,7 +25,7 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::PlainFresnel => &["glass/fresnel"],
         Mutation::HitAlongRay => &["triangles/hit-points"],
         Mutation::NoProjection => &["triangles/facet-points"],
-        Mutation::InfiniteInverse => &["tree/non-finite-steps"],
+        Mutation::InfiniteInverse => &["tree/axis-aligned"],
         Mutation::BlindReuse => &["reuse/paths", "reuse/lanes"],
         Mutation::NoDoubt => &["triangles/quick-facets"],
         Mutation::NoMargins => &["tree/axis-aligned", "tree/brute-force"],

@@ -50,7 +50,7 @@ struct Walk {
 
 // Whether a ray must be walked through the tree.
 bool meets_tree(vec3 o, vec3 d, float t_max) {
-    // A ray that is not finite would walk the whole tree: NaN is in every box.
+    // A ray that is not finite might walk the whole tree.
     if (MUTATION != MUTATE_GUARD && !is_finite(dot(o, o) + dot(d, d))) return false;
     return BRUTE_FORCE || meets_boxes(o, d, t_max);
 }
