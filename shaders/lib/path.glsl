@@ -94,13 +94,14 @@ struct LightNumbers {
 };
 
 // The numbers of sample `nth` of the lights at a path's hit of number `hit`. Where LIGHT_SAMPLES of them are taken (`several`) each
-// has a part of the range to itself, and the same place in it: all of them, over all of a path's samples, are spread evenly then.
-// (light_sample also takes the light that is half of all away.)
+// has a quarter of every lamp to itself, and the same place in it, so that over all of a path's samples they are spread evenly.
+// The choices of lights are evenly apart (light_sample also takes the light that is half of all away), but each may be any: all
+// of a lamp is for all choices.
 LightNumbers light_numbers(uint key, uint index, uint hit, uint nth, bool several) {
     LightNumbers n = LightNumbers(sample_pair(key, index, pair_choice(hit), hit), vec2(0.0));
     if (EMITTER_COUNT > 0u) n.uv = sample_pair(key, index, pair_light(hit), hit);
     if (LIGHT_SAMPLES > 1u) {
-        n.u.x = several ? (n.u.x + float(nth)) / float(2u * LIGHT_SAMPLES) : n.u.x;
+        n.u.x = several ? 0.5 * fract(n.u.x + float(nth) / float(LIGHT_SAMPLES)) : n.u.x;
         n.uv = several ? 0.5 * (n.uv + vec2(float(nth & 1u), float(nth >> 1))) : n.uv;
     }
     return n;
