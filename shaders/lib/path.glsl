@@ -46,12 +46,10 @@ const bool LIGHT_AFTER_LAST_HIT = HAS_BACKGROUND || HAS_EMITTER;
 // Whether glances go on from a surface of that kind, the path's hit of number `hits`.
 bool glances_leave(float kind, uint hits) { return HAS_MIRROR && kind == KIND_MIRROR && hits <= GLANCE_MIRRORS; }
 
-// The index of a sample's place in its pixel, whose numbers are the pixel's own. When groups of pixels move (pixel_order.glsl), a pixel
-// becomes another member of another group; its places go on as they began, and are spread as well as if they had not moved.
-uint index_in_pixel(uint index) { return index_of_sample(index); }
-
+// The numbers of a sample's place in its pixel are the pixel's own, and do without the member that it is of its group. When groups
+// move (pixel_order.glsl) that changes; the places go on as they began, and are spread as well as if groups had not moved.
 Path path_begin(Camera camera, uvec2 at, uint key, uint index, uint glances) {
-    uvec2 sequence = glance_sequence(glances, key, index_in_pixel(index));
+    uvec2 sequence = glance_sequence(glances, key, index_of_sample(index));
     vec2 u = sample_pair(sequence.x, sequence.y, PAIR_PIXEL, 0u);
     return Path(vec3(0.0), camera_direction(camera, at, u), -1, vec3(path_weight(glances)), 0u, index, vec3(0.0), 0.0, 0.0, false, glances);
 }
@@ -218,7 +216,7 @@ bool path_arrive(Path path, int id, float t, uint key, uint light_samples, inout
 void path_depart(inout Path path, Arrival a, bool alive, Camera camera, uvec2 at, uint key, uint index,
                  uint glances) {
     uint hit = alive ? a.hits : 0u;
-    uvec2 sequence = glance_sequence(glances, key, alive ? index : index_in_pixel(index));
+    uvec2 sequence = glance_sequence(glances, key, alive ? index : index_of_sample(index));
     vec2 u = sample_pair(sequence.x, sequence.y, hit, hit);
     vec3 first = camera_direction(camera, at, u);
     vec3 next = vec3(0.0);

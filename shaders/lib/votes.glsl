@@ -1,5 +1,5 @@
-// Votes among the lanes of a subgroup, for kernels that only CPUs execute: where paths are shared or rays queued. There a driver
-// makes a loop over the lanes of a vote or a ballot, through memory, and straight code of a sum (lavapipe 25.0.7: rooms of spheres
+// Votes among the lanes of a subgroup, for kernels that only CPUs execute, where paths are shared or rays queued, and for rays that
+// are timed (probe/traverse.comp). There a driver makes a loop over the lanes of a vote or a ballot, through memory, and straight code of a sum (lavapipe 25.0.7: rooms of spheres
 // whose paths are shared take .81 to .86 of the time with sums).
 
 #ifndef VOTES_GLSL

@@ -52,8 +52,7 @@ void main() {
             walk_on(walk, ray, leaving, any_hit, steps);
             walk_on(walk, ray, leaving, any_hit, steps);
             loops += 1u;
-        } while (lanes(walk.walks) >= enough &&
-                 (LOOP_BUDGET == 0u || loops + doubtful_loops < LOOP_BUDGET));
+        } while (lanes(walk.walks) >= enough && (LOOP_BUDGET == 0u || loops + doubtful_loops < LOOP_BUDGET));
         fetch = busy && !walk.walks;
         if (fetch) {
             int found = walk.id >= 0 ? walk.id : id;

@@ -189,35 +189,21 @@ const SEEDS: u32 = 12;
 /// How far the contrast of the scene's image is from that of one that is made in another way. Contrast is the sum of all
 /// pixels, each times how much brighter than the mean it is in a third image, of other seeds.
 fn contrast(lab: &Lab, scene: Scene, meet: Meet, ways: [Way; 2]) -> Result<Measured, CheckError> {
-    let [contrast, _] = deviations(lab, scene, meet, ways)?;
-    Ok(contrast.measured(format!("{SEEDS} seeds, {:.2}%", 100.0 * contrast.relative)))
+    compare(lab, scene, meet, ways, false)
 }
 
 /// The same of contrast and of the mean, which tells of light that is lost everywhere.
 fn contrast_and_mean(lab: &Lab, scene: Scene, meet: Meet, ways: [Way; 2]) -> Result<Measured, CheckError> {
-    let [contrast, mean] = deviations(lab, scene, meet, ways)?;
-    let worse = if mean.errors.abs() > contrast.errors.abs() { mean } else { contrast };
-    let percent = |d: Deviation| 100.0 * d.relative;
-    Ok(worse.measured(format!("{SEEDS} seeds, {:.2}%, mean {:.3}%", percent(contrast), percent(mean))))
+    compare(lab, scene, meet, ways, true)
 }
 
-/// How much more of something images have than others of the same seeds.
-#[derive(Clone, Copy)]
-struct Deviation {
-    /// In standard errors; infinite if the images are the same.
-    errors: f64,
-    relative: f64,
-}
-
-impl Deviation {
-    fn measured(self, detail: String) -> Measured {
-        let same = self.errors.is_infinite();
-        Measured::new(self.errors.abs(), if same { "both ways give the same image".to_owned() } else { detail })
-    }
-}
-
-/// Of the contrast of the scene's images, and of their sum.
-fn deviations(lab: &Lab, mut scene: Scene, meet: Meet, [one, another]: [Way; 2]) -> Result<[Deviation; 2], CheckError> {
+fn compare(
+    lab: &Lab,
+    mut scene: Scene,
+    meet: Meet,
+    [one, another]: [Way; 2],
+    and_mean: bool,
+) -> Result<Measured, CheckError> {
     // Of more samples there are no shares.
     let most = if one.shares == Shares::Auto { 256 } else { 1024 };
     scene.size(32, lab.size(40, most) as u32);
@@ -249,11 +235,21 @@ fn deviations(lab: &Lab, mut scene: Scene, meet: Meet, [one, another]: [Way; 2])
     let sums: Vec<f64> = (0..pixels).map(|p| other.iter().map(|image| image[p]).sum()).collect();
     let mean = sums.iter().sum::<f64>() / pixels as f64;
     let contrast = |image: &[f64]| image.iter().zip(&sums).map(|(x, sum)| x * (sum / mean - 1.0)).sum::<f64>();
-    let same = with.iter().zip(&without).all(|(a, b)| a == b);
+    if with.iter().zip(&without).all(|(a, b)| a == b) {
+        return Ok(Measured::new(f64::INFINITY, "both ways give the same image"));
+    }
+    // In standard errors, and percent.
     let deviation = |of: &dyn Fn(&[f64]) -> f64| {
         let differences: Vec<f64> = with.iter().zip(&without).map(|(a, b)| of(a) - of(b)).collect();
         let relative = differences.iter().sum::<f64>() / without.iter().map(|image| of(image)).sum::<f64>();
-        Deviation { errors: if same { f64::INFINITY } else { z_score(&differences, 0.0) }, relative }
+        (z_score(&differences, 0.0).abs(), 100.0 * relative)
     };
-    Ok([deviation(&contrast), deviation(&|image| image.iter().sum())])
+    let (of_contrast, percent) = deviation(&contrast);
+    let detail = format!("{SEEDS} seeds, {percent:.2}%");
+    if !and_mean {
+        return Ok(Measured::new(of_contrast, detail));
+    }
+    let (of_mean, percent) = deviation(&|image| image.iter().sum());
+    let worse = if of_mean > of_contrast { of_mean } else { of_contrast };
+    Ok(Measured::new(worse, format!("{detail}, mean {percent:.3}%")))
 }

@@ -142,10 +142,13 @@ impl ReuseTrial {
         let left = members().map(|member| group.noise(member)).fold(Noise::default(), Noise::add).left_by_gradients();
         for member in members() {
             let tally = &mut tallies[half_of(group.slot(member) as usize % TILE)];
-            let Noise { own, light, differences } = group.noise(member);
-            let shared = light / MEMBERS as f64;
-            let (with, smoothed) = (own + shared + differences, own + shared * left + differences);
-            *tally = tally.and(Tally { with, without: own + light, smoothed, own });
+            let noise = group.noise(member);
+            *tally = tally.and(Tally {
+                with: noise.reused(1.0),
+                without: noise.alone(),
+                smoothed: noise.reused(left),
+                own: noise.own,
+            });
         }
         *self = Self::Over(tallies);
     }

@@ -33,6 +33,16 @@ pub(super) struct Noise {
 }
 
 impl Noise {
+    /// The variance without reuse.
+    pub fn alone(&self) -> f64 {
+        self.own + self.light
+    }
+
+    /// The same with reuse, if `left` is left of what a group has in common.
+    pub fn reused(&self, left: f64) -> f64 {
+        self.own + self.light / MEMBERS as f64 * left + self.differences
+    }
+
     /// The part of what a group has in common that differences between neighbours leave, this being what its pixels have together.
     pub fn left_by_gradients(&self) -> f64 {
         let light = self.light / MEMBERS as f64;
@@ -98,12 +108,11 @@ impl GroupNoise {
     /// The variance that a sample of its pixels leaves in an image for which paths are `reused` and, if `gradients`,
     /// differences between neighbours made use of, in the mean; `None` without pixels.
     pub fn variance(&self, reused: bool, gradients: bool) -> Option<f64> {
-        let Noise { own, light: all_light, differences } = self.noise;
-        let light = if reused { all_light / MEMBERS as f64 } else { all_light };
+        let noise = &self.noise;
         let variance = match (reused, gradients) {
-            (true, true) => own + light * self.noise.left_by_gradients() + differences,
-            (true, false) => own + light + differences,
-            (false, _) => own + light,
+            (true, true) => noise.reused(noise.left_by_gradients()),
+            (true, false) => noise.reused(1.0),
+            (false, _) => noise.alone(),
         };
         // Samples that were not finite tell nothing.
         let known = if variance.is_finite() { variance } else { 0.0 };
