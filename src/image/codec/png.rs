@@ -8,7 +8,8 @@ use std::io::{self, Cursor, Write};
 use ::image::DynamicImage;
 use ::image::codecs::png::PngDecoder;
 use ::png::text_metadata::{ITXtChunk, TEXtChunk};
-use ::png::{BitDepth, ColorType, Decoder, Encoder, Info, ScaledFloat, SrgbRenderingIntent};
+use ::png::{BitDepth, ColorType, Compression, Decoder, Encoder, Info, ScaledFloat, SrgbRenderingIntent};
+use rayon::prelude::*;
 
 use super::{DecodeError, check_header, limits};
 use crate::image::{Image, Metadata};
@@ -27,6 +28,7 @@ pub(super) fn encode(
     let mut encoder = Encoder::new(writer, image.width(), image.height());
     encoder.set_color(ColorType::Rgb);
     encoder.set_depth(BitDepth::Eight);
+    encoder.set_compression(Compression::Fast);
     match transfer {
         Transfer::Srgb => encoder.set_source_srgb(SrgbRenderingIntent::Perceptual),
         Transfer::Gamma(gamma) => {
@@ -41,7 +43,7 @@ pub(super) fn encode(
             writer.write_text_chunk(&ITXtChunk::new(key, value))?;
         }
     }
-    let codes: Vec<u8> = image.pixels().as_flattened().iter().map(|&value| transfer.code(value)).collect();
+    let codes: Vec<u8> = image.pixels().as_flattened().par_iter().map(|&value| transfer.code(value)).collect();
     writer.write_image_data(&codes)?;
     Ok(writer.finish()?)
 }
