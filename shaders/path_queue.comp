@@ -28,6 +28,7 @@
 // Segments from hit to hit are tested like shadow rays: at once if lanes share the paths of their groups; else those that meet
 // the tree's boxes go through the pockets as well.
 
+#include "lib/work.glsl"
 #include "lib/pixel_order.glsl"
 #include "lib/path.glsl"
 #include "lib/counting.glsl"
@@ -362,19 +363,13 @@ void add_noted(uint tile, uint complete, bool reusing, inout Added added) {
     }
 }
 
-void main() {
-    load_scene();
-    uint tile = first_slot + group_of_work() * tile_step * work_pixels;
-    if (tile >= end_slot || max_new_samples == 0u) return;
-    // The host asks for workgroups of one subgroup; a device that cuts them up must not go on.
-    if (gl_NumSubgroups != 1u || (SHARED_BY_LANES && gl_SubgroupSize != SUBGROUP_LANES)) {
-        if (subgroupElect()) atomicAdd(counters[COUNT_TRUNCATED], 1u);
-        return;
-    }
-    uint r = acquire_region();
-    region = r * PATHS;
+// Takes the samples of the tiles from slot `tile` on.
+void trace_tiles(uint tile, Camera camera, inout Counts counts) {
     uint samples = min(max_new_samples, sample_of_path(PATHS));
     bool reusing = REUSE && reused_halves != 0u;
+    uint shadow_rays_before = shadow_rays;
+    uint occlusion_steps_before = occlusion_steps;
+    next_run = 0u;
     if (NOTES_ARE_CLEARED) {
         uint most = 0u;
         [[dont_unroll]] for (uint p = gl_SubgroupInvocationID; p < work_pixels; p += gl_SubgroupSize) {
@@ -389,7 +384,6 @@ void main() {
     // What is left of the budget must do for reusing the paths and for the film.
     budget = reusing ? LOOP_BUDGET / 2u : LOOP_BUDGET;
     uvec2 corner = tile_corner(tile / TILE);
-    Camera camera = frame_camera();
 
     Held h = held_nothing();
     Pocket pocket = pocket_empty();
@@ -429,16 +423,43 @@ void main() {
     } else {
         add_noted(tile, complete, reusing, added);
     }
-    release_region(r);
-    if (PATH_STATS) steps += walked_steps;
     if (is_scattered()) {
-        // What its paths took in all is left to the first pixels. Other lanes have stored these.
+        // What its paths took in all is left to the first pixels, each by the lane that has stored it. (A barrier would make what
+        // lanes hold across pieces go through memory, which takes lavapipe 1.1 times the time.)
         share_notes();
-        subgroupBarrier();
-        [[dont_unroll]] for (uint p = gl_SubgroupInvocationID; p < TILE; p += gl_SubgroupSize) {
-            uint slot = slot_of_tile(tile, p);
-            if (slot < end_slot) film_note_cost(slot, p < gl_SubgroupSize ? cost_of(shadow_rays, occlusion_steps) : 0u);
+        uint cost = cost_of(shadow_rays - shadow_rays_before, occlusion_steps - occlusion_steps_before);
+        [[dont_unroll]] for (uint i = gl_SubgroupInvocationID; i < TILE; i += gl_SubgroupSize) {
+            uint slot = slot_of_tile(tile, SHARED_BY_LANES && reusing ? pixel_in_groups(i) : i);
+            if (slot < end_slot) film_note_cost(slot, i < gl_SubgroupSize ? cost : 0u);
         }
     }
-    add_counts(Counts(added.samples, added.reused, added.bad, rays, shadow_rays, steps, 0u));
+    counts.samples += added.samples;
+    counts.reused += added.reused;
+    counts.bad += added.bad;
+}
+
+void main() {
+    load_scene();
+    // The host asks for workgroups of one subgroup; a device that cuts them up must not go on.
+    if (gl_NumSubgroups != 1u || (SHARED_BY_LANES && gl_SubgroupSize != SUBGROUP_LANES)) {
+        if (subgroupElect()) atomicAdd(counters[COUNT_TRUNCATED], 1u);
+        return;
+    }
+    if (max_new_samples == 0u) return;
+    Camera camera = frame_camera();
+    Counts counts = Counts(0u, 0u, 0u, 0u, 0u, 0u, 0u);
+    uint r = acquire_region();
+    region = r * PATHS;
+    bool works;
+    do {
+        uint piece = next_piece();
+        works = piece < pieces;
+        if (works) trace_tiles(first_slot + place_of_piece(piece) * tile_step * work_pixels, camera, counts);
+    } while (DRAWS_WORK && works);
+    release_region(r);
+    if (PATH_STATS) steps += walked_steps;
+    counts.rays = rays;
+    counts.shadow_rays = shadow_rays;
+    counts.steps = steps;
+    add_counts(counts);
 }

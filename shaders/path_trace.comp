@@ -17,6 +17,7 @@
 layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
 
 #include "lib/pixel_order.glsl"
+#include "lib/work.glsl"
 #include "lib/counting.glsl"
 #include "lib/trace.glsl"
 #include "lib/reuse_lanes.glsl"
@@ -30,7 +31,7 @@ bool group_lacks_path(bool reusing, bool has_ended, bool none_reuses) {
 
 void main() {
     load_scene();
-    uint number = group_of_work() * gl_WorkGroupSize.x;
+    uint number = place_of_piece(gl_WorkGroupID.x) * gl_WorkGroupSize.x;
     number += REUSE ? gl_SubgroupID * SUBGROUP_LANES + gl_SubgroupInvocationID : gl_LocalInvocationID.x;
     uint slot = slot_of_invocation(number);
     uvec2 at = uvec2(0u);

@@ -25,7 +25,7 @@ struct Camera {
 };
 
 Camera frame_camera() {
-    return Camera(camera_right.xyz, camera_up.xyz, camera_forward.xyz, 2.0 / float(width), 2.0 / float(height));
+    return Camera(camera_right, camera_up.xyz, camera_forward.xyz, 2.0 / float(width), 2.0 / float(height));
 }
 
 // Unit direction of the camera ray through a point of the pixel at column and row `at`.

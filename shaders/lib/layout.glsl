@@ -43,6 +43,7 @@ layout(constant_id = 202) const uint LIGHT_SAMPLES = 1u;   // where such paths f
 layout(constant_id = 31) const uint FACET_COUNT = 0u;      // constant flat polygons, see intersect/facet.glsl
 layout(constant_id = 30) const uint LIGHT_LOOPS = 0u;      // loop iterations that choosing lights takes at a hit
 layout(constant_id = 26) const bool PATH_STATS = false;    // count rays and traversal steps
+layout(constant_id = 33) const bool DRAWS_WORK = false;    // workgroups draw pieces of work, see work.glsl
 
 // Values of MUTATION (render/mutation.rs): errors in transport, then numerical protections taken away.
 const uint MUTATE_ALBEDO = 1u;
@@ -123,9 +124,11 @@ const uint COUNT_STEPS = 4u;       // steps through the tree (with PATH_STATS)
 const uint COUNT_TRUNCATED = 5u;   // loops that nothing in the shader ended, workgroups of several subgroups
 const uint COUNT_REUSED = 6u;      // samples made with paths that serve several pixels
 const uint COUNTERS = 7u;
+const uint COUNT_DRAWN = 7u;       // pieces of work that have been drawn, see work.glsl
 
 layout(push_constant, std430) uniform Push {
-    vec4 camera_right;      // xyz: half the image plane's width at distance 1
+    vec3 camera_right;      // half the image plane's width at distance 1
+    uint pieces;            // of the dispatch's work, see work.glsl
     vec4 camera_up;         // xyz: half its height
     vec4 camera_forward;    // xyz: unit
     vec4 background;        // rgb radiance
@@ -138,7 +141,7 @@ layout(push_constant, std430) uniform Push {
     uint max_new_samples;   // per pixel, in this dispatch
     uint band_first;        // first slot of the film buffer
     uint tile_step;         // every n-th tile of 64 slots is worked on
-    uint group_stride;      // workgroup i of n takes the work of number i·stride mod n, see pixel_order.glsl
+    uint piece_stride;      // piece i of n of the work is that of number i·stride mod n, see work.glsl
     uint reused_halves;     // halves of the image whose paths serve several pixels, a bit each, see reuse.glsl
     uint modes;             // MODE_…
     uint band_rows;         // of pixels, in the film buffer, if groups may be shifted

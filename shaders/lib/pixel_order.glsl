@@ -21,11 +21,6 @@ uint for_member(uint p, uint member) { return p & ~((MEMBERS - 1u) << GROUP_BITS
 // The pixel of such a number where the members of a group come one after another.
 uint pixel_in_groups(uint number) { return for_member(number & ~(TILE - 1u) | number / MEMBERS % MEMBERS, number % MEMBERS); }
 
-// Which part of the work this workgroup takes. Drivers on CPUs give each thread an equal share of consecutive
-// workgroups; a stride that has no divisor in common with their number spreads each share over the whole image, so that
-// none gets all of the costly pixels.
-uint group_of_work() { return gl_WorkGroupID.x * group_stride % gl_NumWorkGroups.x; }
-
 // A workgroup of path_queue.comp takes several tiles side by side if each gets few samples: at the end of its work lanes are
 // idle. Their number is a power of two, of which the first one's is a multiple, so that they are in one block. Their pixels
 // are numbered one tile after another.

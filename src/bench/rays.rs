@@ -186,7 +186,7 @@ fn make(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<[
 fn camera_rays(scene: &Scene, settings: &RenderSettings) -> Vec<RayInput> {
     let push = push_constants(scene, settings);
     let vector = |v: [f32; 4]| Vec3::new(v[0], v[1], v[2]);
-    let (right, up, forward) = (vector(push.camera_right), vector(push.camera_up), vector(push.camera_forward));
+    let (right, up, forward) = (Vec3::from(push.camera_right), vector(push.camera_up), vector(push.camera_forward));
     let (width, height) = (scene.film.width, scene.film.height);
     let mut random = Pcg64::for_pixel(u64::from(settings.seed), 0);
     let mut uniform = move || random.uniform() as f32;

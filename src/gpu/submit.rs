@@ -224,6 +224,13 @@ impl Recorder<'_> {
         unsafe { self.device.raw.cmd_fill_buffer(self.slot.commands, buffer.raw, 0, vk::WHOLE_SIZE, 0) };
     }
 
+    /// Fills four bytes of a buffer with zeros.
+    pub fn clear_word(&mut self, buffer: &Buffer, offset: u64) {
+        // SAFETY: the buffer is alive and may be a copy's destination; the device checks neither size nor place, which are the
+        // caller's.
+        unsafe { self.device.raw.cmd_fill_buffer(self.slot.commands, buffer.raw, offset, 4, 0) };
+    }
+
     /// Everything before that `from` names happens before, and is visible to, everything after that `to` names.
     pub fn barrier(&mut self, from: Access, to: Access) {
         let (from_stage, from_access) = from.source();

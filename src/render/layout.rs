@@ -36,6 +36,7 @@ pub(crate) mod constant {
     pub const PATH_STATS: u32 = 26;
     pub const REGIONS: u32 = 27;
     pub const ENOUGH_LANES: u32 = 28;
+    pub const DRAWS_WORK: u32 = 33;
     pub const LIGHT_NODES: u32 = 29;
     pub const LIGHT_LOOPS: u32 = 30;
     pub const LIGHT_ENTRIES: u32 = 59;
@@ -100,7 +101,8 @@ pub(crate) struct Counters {
     pub steps: u32,
     pub truncated: u32,
     pub reused: u32,
-    pub unused: u32,
+    /// Pieces of work that have been drawn, and as many more as workgroups that drew in vain.
+    pub drawn: u32,
 }
 
 /// The numbers of a scene.
@@ -124,7 +126,8 @@ pub(crate) struct SceneValues {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, Default, PartialEq)]
 pub(crate) struct Push {
-    pub camera_right: [f32; 4],
+    pub camera_right: [f32; 3],
+    pub pieces: u32,
     pub camera_up: [f32; 4],
     pub camera_forward: [f32; 4],
     pub background: [f32; 4],
@@ -137,7 +140,7 @@ pub(crate) struct Push {
     pub max_new_samples: u32,
     pub band_first: u32,
     pub tile_step: u32,
-    pub group_stride: u32,
+    pub piece_stride: u32,
     pub reused_halves: u32,
     pub modes: u32,
     pub band_rows: u32,

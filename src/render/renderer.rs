@@ -6,6 +6,7 @@ mod beginnings;
 mod buffers;
 mod glances;
 mod gradients;
+mod handout;
 mod passes;
 mod repeats;
 mod schedule;
@@ -43,8 +44,9 @@ use super::view::View;
 use beams::BeamTracer;
 use buffers::{Buffers, Shape};
 use gradients::{Certainties, Groups};
+use handout::Handout;
 use passes::Watch;
-use schedule::{Job, SideBySide};
+use schedule::Job;
 use survey::Places;
 use trial::ReuseTrial;
 
@@ -61,9 +63,9 @@ pub struct Renderer {
     width: u32,
     height: u32,
     loop_budget: u32,
-    /// Slots of the film that a workgroup serves.
-    slots_per_group: u32,
-    side_by_side: SideBySide,
+    /// Slots of the film that a piece of work is, and who gets it.
+    slots_per_piece: u32,
+    handout: Handout,
     pace: Pace,
     /// Glances of a sample where a lamp's edge is seen; 0: none anywhere.
     glances: u32,
@@ -149,6 +151,13 @@ impl Renderer {
             )));
         }
         let regions = if queued { facts.queue_regions } else { 0 };
+        let loop_budget = settings.loop_budget.unwrap_or(facts.loop_budget);
+        let handout = match device.info.kind {
+            // What bounds an invocation would bound all that it draws. (Without waiting rays to draw makes a dispatch .95 to .99 times
+            // as long, but a kernel takes 1.2 times as long to compile; lavapipe 25.0.7.)
+            DeviceKind::Cpu if queued && loop_budget == 0 => Handout::Drawn { threads: threads() },
+            _ => Handout::ToWorkgroups,
+        };
         let workgroup = match settings.workgroup_size {
             // The queue's workgroup is one subgroup.
             _ if queued => subgroup,
@@ -163,8 +172,7 @@ impl Renderer {
                 device.limits.max_compute_work_group_invocations
             )));
         }
-        let slots_per_group = if queued { queue::TILE } else { workgroup };
-        let loop_budget = settings.loop_budget.unwrap_or(facts.loop_budget);
+        let slots_per_piece = if queued { queue::TILE } else { workgroup };
         let mut specialization = tables.specialization(&features, settings, facts);
         specialization.uint(constant::WORKGROUP, workgroup).uint(constant::LOOP_BUDGET, loop_budget);
         // Lanes that must be at work for a subgroup to go on as it does. (Seven of eight instead of five, and paths counted every
@@ -174,6 +182,7 @@ impl Renderer {
         let glances = glances::of_sample(&needed, &tables, settings);
         specialization.uint(constant::GLANCES, glances);
         let light_samples = if reuse { tables.light_samples(settings.light_samples) } else { 1 };
+        specialization.bool(constant::DRAWS_WORK, handout.is_drawn());
         specialization.bool(constant::REUSE, reuse).uint(constant::SUBGROUP_LANES, subgroup);
         specialization.uint(constant::LIGHT_SAMPLES, light_samples);
         // With further samples of lights, which lanes take side by side, lavapipe 22.3.6 takes .6 to .87 of the time by lanes too.
@@ -189,7 +198,13 @@ impl Renderer {
         let beam_layout = (beam_targets > 0).then(|| BeamTracer::layout(device)).transpose()?;
         let mut timeline = Timeline::new(device, IN_FLIGHT)?;
         let row_slots = slots_of_row(width);
-        let shape = Shape { slots, row_slots, slots_per_group, regions, reuse, notes: queued && reuse };
+        let covered = match handout {
+            Handout::ToWorkgroups => {
+                u64::from(device.limits.max_compute_work_group_count[0]) * u64::from(slots_per_piece)
+            }
+            Handout::Drawn { .. } => slots,
+        };
+        let shape = Shape { slots, row_slots, covered, regions, reuse, notes: queued && reuse };
         // The driver works on the shader while buffers are made and filled. (On the main thread the former, which
         // allocates much more: the heaps of other threads grow in small steps.)
         let (pipeline, beams, pipeline_seconds, buffers) = std::thread::scope(|scope| {
@@ -230,11 +245,8 @@ impl Renderer {
             width,
             height,
             loop_budget,
-            slots_per_group,
-            side_by_side: match device.info.kind {
-                DeviceKind::Cpu if queued && loop_budget == 0 => SideBySide::OnThreads(threads()),
-                _ => SideBySide::Never,
-            },
+            slots_per_piece,
+            handout,
             pace: Pace::new(
                 settings.samples_per_dispatch,
                 if queued { queue::PATHS / queue::TILE } else { u32::MAX },
@@ -391,7 +403,7 @@ pub(crate) fn push_constants(scene: &Scene, settings: &RenderSettings) -> Push {
         [v.x, v.y, v.z, 0.0]
     };
     Push {
-        camera_right: vector(view.right),
+        camera_right: view.right.as_vec3().to_array(),
         camera_up: vector(view.up),
         camera_forward: vector(view.forward),
         background: [scene.background[0] as f32, scene.background[1] as f32, scene.background[2] as f32, 0.0],

@@ -49,6 +49,7 @@ fn expected_constants() -> BTreeMap<String, u32> {
         ("REPEATS", constant::REPEATS),
         ("REUSE", constant::REUSE),
         ("SUBGROUP_LANES", constant::SUBGROUP_LANES),
+        ("DRAWS_WORK", constant::DRAWS_WORK),
         ("ENOUGH_LANES", constant::ENOUGH_LANES),
         ("LIGHT_NODES", constant::LIGHT_NODES),
         ("LIGHT_LOOPS", constant::LIGHT_LOOPS),
@@ -140,6 +141,7 @@ fn bindings() {
 fn push_constants() {
     let expected = [
         ("camera_right", offset_of!(Push, camera_right)),
+        ("pieces", offset_of!(Push, pieces)),
         ("camera_up", offset_of!(Push, camera_up)),
         ("camera_forward", offset_of!(Push, camera_forward)),
         ("background", offset_of!(Push, background)),
@@ -152,7 +154,7 @@ fn push_constants() {
         ("max_new_samples", offset_of!(Push, max_new_samples)),
         ("band_first", offset_of!(Push, band_first)),
         ("tile_step", offset_of!(Push, tile_step)),
-        ("group_stride", offset_of!(Push, group_stride)),
+        ("piece_stride", offset_of!(Push, piece_stride)),
         ("reused_halves", offset_of!(Push, reused_halves)),
         ("modes", offset_of!(Push, modes)),
         ("band_rows", offset_of!(Push, band_rows)),
@@ -245,6 +247,7 @@ fn records() {
         ("COUNT_STEPS", offset_of!(Counters, steps)),
         ("COUNT_TRUNCATED", offset_of!(Counters, truncated)),
         ("COUNT_REUSED", offset_of!(Counters, reused)),
+        ("COUNT_DRAWN", offset_of!(Counters, drawn)),
     ] {
         let line = format!("const uint {name} = {}u;", offset / 4);
         assert!(layout.contains(&line), "layout.glsl should have `{line}`");

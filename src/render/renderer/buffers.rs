@@ -30,8 +30,8 @@ pub(super) struct Shape {
     pub slots: u64,
     /// Slots of a row of blocks, of which bands of the film are made if that is possible.
     pub row_slots: u64,
-    /// Slots that a workgroup serves.
-    pub slots_per_group: u32,
+    /// Slots that a dispatch may cover.
+    pub covered: u64,
     /// Workgroups of the queue that may run at one time; 0 without the queue.
     pub regions: u32,
     /// Whether paths may serve several pixels.
@@ -94,8 +94,7 @@ impl Buffers {
 
         // What a binding holds, and a dispatch covers.
         let texels = size_of::<FilmSlot>() as u64 / 16;
-        let covered = u64::from(device.limits.max_compute_work_group_count[0]) * u64::from(shape.slots_per_group);
-        let band_slots = (device.info.max_texel_elements / texels).min(covered).min(MOST_BAND_SLOTS);
+        let band_slots = (device.info.max_texel_elements / texels).min(shape.covered).min(MOST_BAND_SLOTS);
         let unit = if band_slots < shape.row_slots { u64::from(BLOCK) } else { shape.row_slots };
         let band_slots = band_slots / unit * unit;
         let mut bands = Vec::new();

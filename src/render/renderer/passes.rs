@@ -1,7 +1,7 @@
 //! What the device does for a rendering: passes over the film, and reading it. Every wait of the host is in this file.
 
 use std::collections::VecDeque;
-use std::mem::take;
+use std::mem::{offset_of, take};
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
@@ -237,7 +237,7 @@ impl Renderer {
     pub(super) fn submit(&mut self, work: &Work) -> Result<(Ticket, usize), RenderError> {
         let number = (self.statistics.dispatches % IN_FLIGHT as u64) as usize;
         self.statistics.dispatches += 1;
-        let (bands, slots_per_group, stage) = (&self.buffers.bands, self.slots_per_group, self.stage);
+        let (bands, slots_per_piece, stage) = (&self.buffers.bands, self.slots_per_piece, self.stage);
         let (pipeline, counters, readback) = (&self.pipeline, &self.buffers.counters, &self.buffers.readbacks[number]);
         let shifted = if self.groups.shifted { mode::SHIFTED } else { 0 };
         let modes = if self.makes_gradients() { shifted | mode::ALIKE } else { shifted };
@@ -260,24 +260,28 @@ impl Renderer {
             r.timed(stage, |r| {
                 for (i, span) in work.spans.iter().enumerate() {
                     if i > 0 {
-                        // Spans share counters and queue regions.
+                        // Spans share counters and queue regions, and what is drawn begins anew.
+                        r.barrier(Access::Compute, Access::Transfer);
+                        r.clear_word(counters, offset_of!(Counters, drawn) as u64);
+                        r.barrier(Access::Transfer, Access::Compute);
                         r.barrier(Access::Compute, Access::Compute);
                     }
                     let band = &bands[span.band];
                     let tiles = (span.slots() / TILE as u32).div_ceil(work.tile_step);
                     let first_tile = span.first_slot / TILE as u32;
-                    let tile_bits = self.side_by_side.bits(first_tile, tiles, work.tile_step, common.max_new_samples);
-                    let groups = (tiles * TILE as u32).div_ceil(slots_per_group << tile_bits);
+                    let tile_bits = self.handout.tile_bits(first_tile, tiles, work.tile_step, common.max_new_samples);
+                    let pieces = (tiles * TILE as u32).div_ceil(slots_per_piece << tile_bits);
                     let push = Push {
                         first_slot: span.first_slot,
                         end_slot: span.end_slot,
                         band_first: band.first,
                         band_rows: rows_of_blocks(band.slots, self.width),
-                        group_stride: stride(groups),
+                        pieces,
+                        piece_stride: stride(pieces),
                         tile_bits,
                         ..common
                     };
-                    r.dispatch(pipeline, &band.set, bytemuck::bytes_of(&push), [groups, 1, 1]);
+                    r.dispatch(pipeline, &band.set, bytemuck::bytes_of(&push), [self.handout.workgroups(pieces), 1, 1]);
                 }
             });
             // Counters: read what this dispatch counted, then start the next one from zero. The film needs the

@@ -1,10 +1,7 @@
-//! Which scheduler a rendering gets: whether rays wait for each other before they walk the tree (shaders/path_queue.comp), and
-//! how much a workgroup takes on then.
+//! Which scheduler a rendering gets: whether rays wait for each other before they walk the tree (shaders/path_queue.comp).
 
 use super::super::driver::DriverFacts;
 use super::super::features::Features;
-use super::super::film::BLOCK_TILES;
-use super::super::layout::queue;
 use super::super::settings::Scheduler;
 
 /// Expected records that a ray reads in the tree (its SAH cost) from which on it pays to let rays wait for each other.
@@ -26,30 +23,6 @@ const LONG_RENDERING: f64 = 1.5e6;
 /// The same where what the driver has made of the kernel is kept: 10 to 20 ms. (The first start of all takes .4 to .8 s longer, which
 /// some renderings later has been gained.)
 const LONG_RENDERING_WITH_KEPT: f64 = 4e5;
-
-/// Workgroups for each thread that a dispatch is to have.
-const GROUPS_OF_THREAD: u32 = 64;
-
-/// Whether workgroups of the queue take several tiles side by side. At the end of a workgroup's work few of its lanes are busy:
-/// with 64 paths that takes longer than the rest. (Up to eight tiles, against one: .83 to 1.0 of the time at 1 sample per pixel, .92
-/// to .97 at 4, the same at 16; lavapipe 25.0.7, 256×256. Where loops have a budget, as on 22.3.6, that may not do for so many.)
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum SideBySide {
-    Never,
-    /// On a CPU with so many threads, each of which gets many workgroups.
-    OnThreads(u32),
-}
-
-impl SideBySide {
-    /// The binary logarithm of their number in a dispatch that takes every n-th of the tiles from such a one on, `tiles` of
-    /// them, for so many new samples of each pixel.
-    pub fn bits(self, first_tile: u32, tiles: u32, n: u32, samples: u32) -> u32 {
-        let Self::OnThreads(threads) = self else { return 0 };
-        let fit = (queue::PATHS / queue::TILE / samples.max(1)).min(tiles / (GROUPS_OF_THREAD * threads));
-        let most = fit.clamp(1, BLOCK_TILES).ilog2();
-        if n > 1 { 0 } else { most.min(first_tile.trailing_zeros()) }
-    }
-}
 
 /// What the choice depends on.
 pub(super) struct Job<'a> {
@@ -101,21 +74,5 @@ impl Job<'_> {
         let of_seen =
             if self.reuse && self.facts.skips_branches { OF_SEEN * (sah_cost * self.seen - SEEN_WALK) } else { 0.0 };
         (sah_cost - far).max(of_seen) * self.samples >= long
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::SideBySide;
-
-    #[test]
-    fn few_samples_are_taken_in_many_tiles_of_a_block() {
-        let bits = |first, tiles, samples| SideBySide::OnThreads(2).bits(first, tiles, 1, samples);
-        assert_eq!([1, 2, 4, 5, 8, 17, 32].map(|samples| bits(0, 1 << 16, samples)), [5, 4, 3, 2, 2, 0, 0]);
-        // Each thread gets many.
-        assert_eq!([1, 255, 256, 1024, 1 << 20].map(|tiles| bits(0, tiles, 1)), [0, 0, 1, 3, 5]);
-        assert_eq!([1, 2, 12, 48, 64].map(|first| bits(first, 1 << 16, 1)), [0, 1, 2, 4, 5]);
-        assert_eq!(SideBySide::OnThreads(2).bits(0, 1 << 16, 8, 1), 0);
-        assert_eq!(SideBySide::Never.bits(0, 1 << 16, 1, 1), 0);
     }
 }
