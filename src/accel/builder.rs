@@ -239,14 +239,32 @@ impl Binning {
         // A flat axis gets scale 0: all in bin 0. The margin keeps the last centroid in the last bin.
         let per_axis = |s: f32| if s > 0.0 { (count as f32 * (1.0 - 1e-6) / s).min(f32::MAX) } else { 0.0 };
         let scale = Vec4::new(per_axis(size.x), per_axis(size.y), per_axis(size.z), 0.0);
-        Self { lo: centroids.lo, scale, last: Vec4::splat((count - 1) as f32), count }
+        Self { lo: centroids.lo, scale, last: Vec4::splat(count as f32 - 0.5), count }
+    }
+
+    /// A number whose lowest bits are the bin, for each axis.
+    fn rounded(&self, r: &Reference) -> Vec4 {
+        // In range even where the scale overflowed: `max` and `min` drop NaN.
+        let x = ((r.centroid() - self.lo) * self.scale).max(Vec4::splat(0.5)).min(self.last);
+        x + ROUNDING
     }
 
     fn bins(&self, r: &Reference) -> [usize; 3] {
-        // In range even where the scale overflowed: `max` and `min` drop NaN.
-        let x = ((r.centroid() - self.lo) * self.scale).max(Vec4::ZERO).min(self.last);
-        [x.x as usize, x.y as usize, x.z as usize].map(|b| b.min(MAX_BINS - 1))
+        let x = self.rounded(r);
+        [x.x, x.y, x.z].map(bin_of)
     }
+
+    fn bin(&self, r: &Reference, axis: usize) -> usize {
+        bin_of(self.rounded(r)[axis])
+    }
+}
+
+/// Added to a small number from a half on, makes a sum whose lowest bits are that number without its fraction (or one less, where there is none): three conversions to
+/// integers, with all that is to be looked after there, took a third of the time.
+const ROUNDING: f32 = (1 << 23) as f32 - 0.5;
+
+fn bin_of(rounded: f32) -> usize {
+    rounded.to_bits() as usize % MAX_BINS
 }
 
 /// For each axis and bin, the box of its primitives and their number. Kept from node to node: to clear all of it would
@@ -316,7 +334,7 @@ fn partition(references: &mut [Reference], split: Split) -> (usize, [Extent; 2])
     let mut extents = [Extent::EMPTY; 2];
     let (mut i, mut j) = (0, references.len());
     while i < j {
-        if split.binning.bins(&references[i])[split.axis] < split.bin {
+        if split.binning.bin(&references[i], split.axis) < split.bin {
             extents[0] = extents[0].with(&references[i]);
             i += 1;
         } else {
