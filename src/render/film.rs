@@ -73,7 +73,7 @@ impl Film {
 /// Columns and rows of the blocks of pixels into which an image is cut, see shaders/lib/pixel_order.glsl.
 const BLOCK: [u32; 2] = [32, 64];
 /// Columns and rows of a tile of 64 slots.
-const SIDE: u32 = 8;
+pub(crate) const SIDE: u32 = 8;
 /// Columns and rows of the tiles of a block.
 const TILES: [u32; 2] = [BLOCK[0] / SIDE, BLOCK[1] / SIDE];
 /// All of them.

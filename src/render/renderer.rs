@@ -33,14 +33,14 @@ use super::error::RenderError;
 use super::features::Features;
 use super::film::{Film, slot_count, slots_of_row};
 use super::kernels;
-use super::layout::{Push, binding, constant, queue};
+use super::layout::{Push, binding, constant, glance, queue};
 use super::plan::{Pace, Rounds};
 use super::prepared::Prepared;
 use super::settings::{Adaptive, Gradients, RenderSettings};
 use super::shares::Shares;
 use super::sobol;
 use super::statistics::{Progress, RenderStatistics};
-use super::view::View;
+use super::view::{Rectangle, View};
 use beams::BeamTracer;
 use buffers::{Buffers, Shape};
 use gradients::{Certainties, Groups};
@@ -67,8 +67,8 @@ pub struct Renderer {
     slots_per_piece: u32,
     handout: Handout,
     pace: Pace,
-    /// Glances of a sample where a lamp's edge is seen; 0: none anywhere.
-    glances: u32,
+    /// The pixels that may show the edges of lamps, where samples are to have glances.
+    lamp_places: Vec<Rectangle>,
     reuse: ReuseTrial,
     /// Whether neighbours can be compared where paths are reused.
     gradients: bool,
@@ -179,8 +179,8 @@ impl Renderer {
         // second step instead of every fourth: .95 to 1.0 of the time, lavapipe 25.0.7 and 22.3.6.)
         let enough = (workgroup * 7 / 8).max(1);
         specialization.uint(constant::REGIONS, regions).uint(constant::ENOUGH_LANES, enough);
-        let glances = glances::of_sample(&needed, &tables, settings);
-        specialization.uint(constant::GLANCES, glances);
+        let lamp_places = glances::places(&needed, &tables, settings, [width, height]);
+        specialization.uint(constant::GLANCES, if lamp_places.is_empty() { 0 } else { glance::GLANCES });
         let light_samples = if reuse { tables.light_samples(settings.light_samples) } else { 1 };
         specialization.bool(constant::DRAWS_WORK, handout.is_drawn());
         specialization.bool(constant::REUSE, reuse).uint(constant::SUBGROUP_LANES, subgroup);
@@ -255,7 +255,7 @@ impl Renderer {
                     _ => Rounds::on_gpu(),
                 },
             ),
-            glances,
+            lamp_places,
             gradients: reuse && settings.gradients == Gradients::Auto && buffers.has_whole_rows(row_slots),
             lights_alike: tables.samples_lights(),
             groups: Groups::default(),

@@ -22,7 +22,7 @@ use super::rectangles;
 use super::settings::{LightSamples, RenderSettings, Sampler};
 use super::space::RenderSpace;
 use super::spheres::{self, ConstantSphere};
-use super::view::View;
+use super::view::{Rectangle, View};
 
 /// Ids of the shader from here on are records of the tree (shaders/lib/intersect/tree.glsl).
 const TREE_ID: usize = 0x0100_0000;
@@ -48,8 +48,8 @@ pub(crate) struct Tables {
     beam_texels: u32,
     light_count: u32,
     emitter_count: u32,
-    /// Whether emitters may be seen in the image directly.
-    pub shows_emitters: bool,
+    /// The pixels that may show emitters directly.
+    pub emitters_in_view: Vec<Rectangle>,
     /// The only light, if that is a point.
     single_point: Option<Light>,
     /// Of the packed tree.
@@ -154,7 +154,7 @@ impl Tables {
             single_point: (points == 1 && lights.len() == 1).then(|| lights[0]),
             light_count: lights.len() as u32,
             emitter_count: (lights.len() - points) as u32,
-            shows_emitters: lights.iter().any(|l| view.may_show(l)),
+            emitters_in_view: lights.iter().filter_map(|l| view.pixels_of(l)).collect(),
             lights: light_table,
             beams,
             beam_texels,

@@ -1,5 +1,7 @@
 //! What the camera sees of render space, where it is the origin.
 
+use std::ops::Range;
+
 use glam::DVec3;
 
 use crate::accel::Aabb;
@@ -10,6 +12,12 @@ use super::lights::{Light, LightShape};
 /// Points of the picture, along either side, from which the part that shows something is estimated.
 const GRID: u32 = 32;
 
+/// Columns and rows of pixels.
+pub(crate) type Rectangle = [Range<u32>; 2];
+
+/// Pixels around a light's surface that may show it too, since they are filtered.
+const MARGIN: f64 = 3.0;
+
 /// The image plane at distance 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct View {
@@ -19,8 +27,8 @@ pub(crate) struct View {
     pub up: DVec3,
     /// To its centre: a unit vector.
     pub forward: DVec3,
-    /// Half a pixel's width and height, the plane's half sizes being 1.
-    half_pixel: [f64; 2],
+    /// Pixels of the picture, in columns and rows.
+    size: [f64; 2],
 }
 
 impl View {
@@ -33,7 +41,7 @@ impl View {
         let [width, height] = [scene.film.width, scene.film.height].map(f64::from);
         let half_width = (camera.horizontal_fov.to_radians() / 2.0).tan();
         let half_height = half_width * height / width;
-        Self { right: right * half_width, up: up * half_height, forward, half_pixel: [1.0 / width, 1.0 / height] }
+        Self { right: right * half_width, up: up * half_height, forward, size: [width, height] }
     }
 
     /// The part of the picture that shows some of these boxes, or lies before them.
@@ -47,9 +55,34 @@ impl View {
         directions.filter(|direction| meets(*direction)).count() as f64 / f64::from(GRID * GRID)
     }
 
-    /// Whether a light's surface may be in the picture: not more than three pixels beyond one of its sides, and not
-    /// turned away.
-    pub fn may_show(&self, light: &Light) -> bool {
+    /// The pixels that may show a light's surface, or a little more; none if it is turned away or beyond one of the picture's sides.
+    pub fn pixels_of(&self, light: &Light) -> Option<Rectangle> {
+        if !self.may_show(light) {
+            return None;
+        }
+        let (lo, hi) = light.bounds();
+        let corners =
+            (0..8).map(|i| DVec3::from([0, 1, 2].map(|axis| if i >> axis & 1 == 0 { lo[axis] } else { hi[axis] })));
+        // Where on the image plane, whose half sizes are 1; anywhere for what reaches behind the camera.
+        let seen = |corner: DVec3| {
+            let depth = self.forward.dot(corner);
+            let at = [(self.right, 1.0), (self.up, -1.0)]
+                .map(|(half, sign)| sign * half.dot(corner) / half.length_squared() / depth);
+            (depth > 1e-6 * corner.length()).then_some(at)
+        };
+        let seen: Option<Vec<[f64; 2]>> = corners.map(seen).collect();
+        Some([0, 1].map(|axis| {
+            let pixels = self.size[axis];
+            let Some(seen) = &seen else { return 0..pixels as u32 };
+            let all = || seen.iter().map(|at| (at[axis] + 1.0) / 2.0 * pixels);
+            let (first, last) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
+            let inside = |x: f64| x.clamp(0.0, pixels) as u32;
+            inside((first - MARGIN).floor())..inside((last + MARGIN).ceil())
+        }))
+    }
+
+    /// Whether a light's surface may be in the picture: not beyond one of its sides, and not turned away.
+    fn may_show(&self, light: &Light) -> bool {
         let faces = match light.shape {
             LightShape::Point(_) => false,
             LightShape::Triangle([a, b, c]) | LightShape::Parallelogram([a, b, c]) => (b - a).cross(c - a).dot(a) < 0.0,
@@ -57,10 +90,10 @@ impl View {
         };
         let (lo, hi) = light.bounds();
         let beyond = |inward: DVec3| (inward * lo).max(inward * hi).element_sum() < 0.0;
-        let margin = |half_pixel: f64| 1.0 + 6.0 * half_pixel;
-        let sides = [self.right, self.up].into_iter().zip(self.half_pixel).flat_map(|(half, half_pixel)| {
+        let sides = [self.right, self.up].into_iter().zip(self.size).flat_map(|(half, pixels)| {
             let across = half / half.length_squared();
-            [margin(half_pixel) * self.forward - across, margin(half_pixel) * self.forward + across]
+            let reach = (1.0 + 2.0 * MARGIN / pixels) * self.forward;
+            [reach - across, reach + across]
         });
         faces && !sides.into_iter().any(beyond)
     }
@@ -83,7 +116,7 @@ mod tests {
 
     #[test]
     fn a_box_covers_its_part_of_the_picture() {
-        let view = View { right: DVec3::X, up: 0.5 * DVec3::Y, forward: DVec3::NEG_Z, half_pixel: [0.01; 2] };
+        let view = View { right: DVec3::X, up: 0.5 * DVec3::Y, forward: DVec3::NEG_Z, size: [100.0; 2] };
         let of = |lo: [f32; 3], hi: [f32; 3]| Aabb { lo: lo.into(), hi: hi.into() };
         // The right half of the picture, and the quarter on the left above.
         let (right, above) = (of([0.0, -9.0, -5.0], [9.0, 9.0, -4.0]), of([-5.0, 0.0, -4.0], [-0.1, 3.0, -4.0]));
@@ -98,8 +131,7 @@ mod tests {
 
     #[test]
     fn lamps_beyond_a_side_are_not_shown() {
-        let half_pixel = [1.0 / 200.0, 1.0 / 100.0];
-        let view = View { right: DVec3::X, up: 0.5 * DVec3::Y, forward: DVec3::NEG_Z, half_pixel };
+        let view = View { right: DVec3::X, up: 0.5 * DVec3::Y, forward: DVec3::NEG_Z, size: [200.0, 100.0] };
         // At a distance of 10 the image reaches 10 to the sides and 5 up and down.
         for (x, y, shown) in [
             (0.0, 0.0, true),
@@ -127,5 +159,23 @@ mod tests {
         let around = LightShape::Sphere { center: DVec3::ZERO, radius: 3.0, inward: true };
         assert!(view.may_show(&Light { shape: around, radiance: [1.0; 3] }));
         assert!(!view.may_show(&Light { shape: LightShape::Point(v(0.0, 0.0, -1.0)), radiance: [1.0; 3] }));
+    }
+
+    #[test]
+    fn the_pixels_of_a_lamp_are_around_it() {
+        let view = View { right: DVec3::X, up: 0.5 * DVec3::Y, forward: DVec3::NEG_Z, size: [200.0, 100.0] };
+        // At a distance of 10 a unit is 10 pixels; row 0 is the highest.
+        assert_eq!(view.pixels_of(&square(v(5.0, 2.0, -10.0), 1.0)), Some([137..163, 17..43]));
+        assert_eq!(view.pixels_of(&square(v(9.5, -4.5, -10.0), 1.0)), Some([182..200, 82..100]));
+        assert_eq!(view.pixels_of(&square(v(12.5, 0.0, -10.0), 1.0)), None);
+        // What is nearer is larger.
+        let tilted = [v(-0.99, 0.0, -10.0), v(0.99, 0.0, -10.0), v(-0.99, 0.99, -20.0)];
+        let tilted = Light { shape: LightShape::Parallelogram(tilted), radiance: [1.0; 3] };
+        assert_eq!(view.pixels_of(&tilted), Some([87..113, 37..53]));
+        // Beside the camera, and all around it.
+        for z in [0.0, 0.5] {
+            let beside = LightShape::Sphere { center: v(0.5, 0.0, z), radius: 1.0, inward: false };
+            assert_eq!(view.pixels_of(&Light { shape: beside, radiance: [1.0; 3] }), Some([0..200, 0..100]));
+        }
     }
 }

@@ -4,16 +4,19 @@ use rayon::prelude::*;
 
 use super::super::error::RenderError;
 use super::super::features::Features;
+use super::super::film::{SIDE, tile_of_pixel};
 use super::super::layout::{FilmSlot, glance};
-use super::super::plan::Work;
+use super::super::plan::{Work, tile_spans};
 use super::super::settings::{Glances, RenderSettings};
 use super::super::tables::Tables;
+use super::super::view::Rectangle;
 use super::Renderer;
 use super::trial::ReuseTrial;
 
 /// Glances of a pixel from which edges are found.
 const FIRST_GLANCES: u32 = 4;
-/// Renderings of fewer samples per pixel do without: finding the edges takes about as long as half a sample.
+/// Renderings of fewer samples per pixel do without: where lamps are everywhere, finding the edges takes about as long as half a
+/// sample.
 pub(super) const FEWEST_SAMPLES: u32 = 4;
 /// How a sample with glances begins.
 pub(super) const SAMPLE: u32 = glance::GLANCING | glance::PATH_FOLLOWS | (glance::GLANCES - 1);
@@ -27,16 +30,56 @@ const CONTRAST: f64 = 2.2;
 /// The rest is estimated from one sample of every so many tiles.
 const REST_STEP: u32 = 15;
 
-/// Glances of a sample in a scene that needs these features; 0 if nothing is to be gained.
-pub(super) fn of_sample(needed: &Features, tables: &Tables, settings: &RenderSettings) -> u32 {
-    let seen = tables.shows_emitters || (needed.mirror && tables.has_emitters());
-    if settings.glances == Glances::Auto && seen { glance::GLANCES } else { 0 }
+/// Tiles from one where lamps may be seen to the next that are looked at with them rather than left out: a dispatch each takes
+/// longer.
+const SHORT_GAP: usize = 8;
+
+/// The pixels of an image of such a size that may show lamps in a scene that needs these features; none if nothing is to be gained.
+pub(super) fn places(needed: &Features, tables: &Tables, settings: &RenderSettings, size: [u32; 2]) -> Vec<Rectangle> {
+    match settings.glances {
+        Glances::Off => Vec::new(),
+        // By mirrors, anywhere.
+        Glances::Auto if needed.mirror && tables.has_emitters() => vec![size.map(|end| 0..end)],
+        Glances::Auto => tables.emitters_in_view.clone(),
+    }
+}
+
+/// The tiles of an image that these pixels are in, in increasing order, and those in short gaps between them.
+fn tiles_of(pixels: &[Rectangle], [width, height]: [u32; 2]) -> Vec<usize> {
+    let [columns, rows] = [width, height].map(|size| size.div_ceil(SIDE) as usize);
+    // By how many rectangles cover a tile more than what is on its left and above: a sum over those tells how many do.
+    let mut more = vec![0i32; (columns + 1) * (rows + 1)];
+    for [x, y] in pixels.iter().filter(|[x, y]| !x.is_empty() && !y.is_empty()) {
+        let [left, top] = [x.start, y.start].map(|first| (first / SIDE) as usize);
+        let [right, bottom] = [x.end, y.end].map(|end| end.div_ceil(SIDE) as usize);
+        for (column, row, count) in [(left, top, 1), (right, top, -1), (left, bottom, -1), (right, bottom, 1)] {
+            more[row * (columns + 1) + column] += count;
+        }
+    }
+    let mut above = vec![0; columns];
+    let mut tiles = Vec::new();
+    for row in 0..rows {
+        let mut sum = 0;
+        for column in 0..columns {
+            sum += more[row * (columns + 1) + column];
+            above[column] += sum;
+            if above[column] > 0 {
+                tiles.push(tile_of_pixel(column as u32 * SIDE, row as u32 * SIDE, width) as usize);
+            }
+        }
+    }
+    tiles.sort_unstable();
+    let gaps = tiles.windows(2).filter(|pair| pair[1] - pair[0] <= SHORT_GAP).flat_map(|pair| pair[0] + 1..pair[1]);
+    let between: Vec<_> = gaps.collect();
+    tiles.extend(between);
+    tiles.sort_unstable();
+    tiles
 }
 
 impl Renderer {
     /// The pixels, row by row, whose samples need glances; none if there are none to be made. Overwrites the film.
     pub(super) fn look_for_lamps(&mut self) -> Result<Vec<bool>, RenderError> {
-        if self.glances == 0 || self.settings.samples < FEWEST_SAMPLES {
+        if self.lamp_places.is_empty() || self.settings.samples < FEWEST_SAMPLES {
             return Ok(Vec::new());
         }
         self.beforehand(|renderer| {
@@ -48,9 +91,15 @@ impl Renderer {
 
     /// Pixels near the edges of bright lamps.
     fn edges_of_lamps(&mut self) -> Result<Vec<bool>, RenderError> {
+        let tiles = tiles_of(&self.lamp_places, [self.width, self.height]);
+        if tiles.is_empty() {
+            return Ok(Vec::new());
+        }
         self.fill_film(|_| FilmSlot::beginning(glance::GLANCING | (FIRST_GLANCES - 1)))?;
         let mean = |sum: &[f64; 3]| sum.map(|x| x * f64::from(glance::GLANCES / FIRST_GLANCES));
-        let seen: Vec<_> = self.film_of_one_sample()?.sums().iter().map(mean).collect();
+        let bands: Vec<_> = self.buffers.bands.iter().map(|band| band.first).collect();
+        let film = self.film_of_one_sample(&tile_spans(tiles.into_iter(), &bands))?;
+        let seen: Vec<_> = film.sums().iter().map(mean).collect();
         if seen.iter().all(|x| *x == seen[0]) {
             return Ok(vec![false; seen.len()]);
         }
@@ -77,10 +126,11 @@ fn brightness(color: &[f64; 3]) -> f64 {
 fn near_edges(seen: &[[f64; 3]], width: usize, by: f64) -> Vec<bool> {
     let height = seen.len() / width;
     let around = |i: usize, end: usize| i.saturating_sub(1)..(i + 2).min(end);
+    let seen: Vec<_> = seen.par_iter().map(brightness).collect();
     let differs = |p: usize| {
         let (x, y) = (p % width, p / width);
         let neighbours = around(y, height).flat_map(|y| around(x, width).map(move |x| y * width + x));
-        neighbours.map(|q| brightness(&seen[q]) - brightness(&seen[p])).any(|difference| difference.abs() > by)
+        neighbours.map(|q| seen[q] - seen[p]).any(|difference| difference.abs() > by)
     };
     (0..seen.len()).into_par_iter().map(differs).collect()
 }
@@ -104,5 +154,18 @@ mod tests {
         seen[34] = [0.0; 3];
         assert_eq!(found(&seen, 1.0), [26, 27, 33, 34]);
         assert_eq!(near_edges(&[[3.0; 3]], 1, 0.0), [false]);
+    }
+
+    #[test]
+    fn tiles_of_lamps_are_those_of_their_pixels() {
+        // Four columns of tiles in a block of eight rows, which is 32 columns and 64 rows of pixels.
+        let of = |pixels: &[Rectangle]| tiles_of(pixels, [60, 70]);
+        assert!(of(&[]).is_empty() && of(&[[3..3, 0..9]]).is_empty());
+        assert_eq!(of(&[[0..1, 0..1]]), [0]);
+        assert_eq!(of(&[[7..9, 8..10]]), [4, 5]);
+        // Twice the same, and one that ends where the image does: gaps of a row are filled, others are not.
+        assert_eq!(of(&[[0..8, 0..16], [0..8, 0..16], [56..60, 69..70]]), [0, 1, 2, 3, 4, 99]);
+        let all = of(&[[0..60, 0..70]]);
+        assert!(all.len() >= 8 * 9 && all.is_sorted_by(|a, b| a < b));
     }
 }

@@ -164,10 +164,9 @@ impl Renderer {
         found
     }
 
-    /// The film with a sample of each pixel. Not to be stopped: what is stopped should have samples of the image.
-    pub(super) fn film_of_one_sample(&mut self) -> Result<Film, RenderError> {
-        let whole = self.whole_film();
-        self.steady_pass(&whole, 0, 1, &mut Watch::new(None, &mut |_| ControlFlow::Continue(())))?;
+    /// The film with a sample of each pixel of some spans. Not to be stopped: what is stopped should have samples of the image.
+    pub(super) fn film_of_one_sample(&mut self, spans: &[Span]) -> Result<Film, RenderError> {
+        self.steady_pass(spans, 0, 1, &mut Watch::new(None, &mut |_| ControlFlow::Continue(())))?;
         self.read_film()
     }
 

@@ -40,7 +40,7 @@ impl Renderer {
         let film = self.beforehand(|renderer| {
             renderer.push.modes |= mode::SURVEY;
             renderer.push.seed ^= SEED;
-            renderer.film_of_one_sample()
+            renderer.film_of_one_sample(&renderer.whole_film())
         })?;
         // What the survey tells: 0 a diffuse surface, 1 a mirror, 2 glass.
         let paths = |kind: &[f64; 3]| match kind[0] {

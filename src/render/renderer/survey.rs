@@ -84,7 +84,7 @@ impl Renderer {
         let film = self.beforehand(|renderer| {
             renderer.push.modes |= mode::SURVEY;
             renderer.reuse = ReuseTrial::Never;
-            renderer.film_of_one_sample()
+            renderer.film_of_one_sample(&renderer.whole_film())
         })?;
         self.places = Places::of(&film, self.width as usize);
         self.clear_film()
