@@ -115,7 +115,9 @@ fn the_same_bits_in_every_way() {
             let (expected, s) = run(&context, &scene, &base);
             let differ = expected.counts().iter().any(|&n| n != expected.counts()[0]);
             assert_eq!(differ, !s.gradients, "{name}, {beams:?}: counts are alike");
-            assert_eq!(s.gradients, name == "cat" && reuse == Reuse::Auto, "{name}");
+            // Where there is no tree paths are reused by some drivers only.
+            let alike = [name == "cat" && reuse == Reuse::Auto, reuse == Reuse::Auto];
+            assert!(alike.contains(&s.gradients), "{name}, {reuse:?}");
             for settings in [
                 RenderSettings { scheduler, ..base.clone() },
                 RenderSettings { scheduler, samples_per_dispatch: Some(3), ..base.clone() },
@@ -137,8 +139,9 @@ fn the_same_bits_in_every_way() {
 fn no_pixel_gets_more_than_the_most() {
     let context = context();
     let scene = shipped("cornell", (24, 24), 1);
-    // Without beams: there would be more of them than uniform sampling has.
-    let settings = RenderSettings { samples: 40, beams: Beams::Off, ..adaptive(&scene, 1e-4) };
+    // Without beams: there would be more of them than uniform sampling has. And without reuse, about which the two halves of the
+    // image decide apart.
+    let settings = RenderSettings { samples: 40, beams: Beams::Off, reuse: Reuse::Off, ..adaptive(&scene, 1e-4) };
     let (film, s) = run(&context, &scene, &settings);
     assert!(film.counts().iter().all(|&n| n == 40), "{:?}", film.counts());
     let found = s.adaptive.expect("an estimate");
