@@ -276,9 +276,7 @@ void walk_pockets(inout Pocket pocket, inout PocketWalk w, Run run, Held h, bool
     do {
         pocket_fetch(pocket, w);
         // Three steps from one fetch to the next.
-        walk_further(w);
-        walk_further(w);
-        walk_further(w);
+        [[dont_unroll]] for (uint i = 0u; i < 3u; ++i) walk_further(w);
         loops += 1u;
         pocket_finish(pocket, w);
         if (--until_check == 0u) {
