@@ -92,24 +92,41 @@ void differences(vec3 gathered, bool there, out vec3 right, out vec3 down) {
     }
 }
 
-// Light from x itself: the mean of the sample that the path has taken, `index` being that of its own, and of the further ones. These
-// are taken if it has gone on from x, and not just because it might meet light.
+// The ray of a further sample of lights at x, `index` being that of the path's own. Such are taken if the path has gone on from x, and
+// not just because it might meet light.
+bool goes_on_from_first(Meeting m) { return m.nx != vec3(0.0) && uint(m.hit) < MAX_DEPTH; }
+ShadowRay light_ray_at_first(Meeting m, uint key, uint index, uint nth) {
+    LightNumbers n = light_numbers(key, index_at_first(index), uint(m.hit), nth, true);
+    ShadowRay ray = light_ray(m.x, m.nx, m.up, m.leaving, m.beta, n, LIGHT_SAMPLES);
+    ray.wanted = ray.wanted && goes_on_from_first(m);
+    return ray;
+}
+
+// Light from x itself: the mean of the sample that the path has taken and of the further ones, whose sum this is.
+vec3 mean_at_first(Meeting m, vec3 further) {
+    return goes_on_from_first(m) ? (m.direct + further) / float(LIGHT_SAMPLES) : m.direct;
+}
+
+// Whether the rays for these and the segments between hits are traced in one loop. What traces a ray is much to compile: once instead of
+// twice takes .94 of the time from an empty cache, and .98 to 1.02 to render (lavapipe 25.0.7). A driver that executes both sides of a
+// branch would take 1.04 to 1.12 times as long to render (22.3.6).
+layout(constant_id = 34) const bool SKIPS_BRANCHES = true;
+const bool IN_ONE_LOOP = SKIPS_BRANCHES && LIGHT_SAMPLES > 1u;
+
+// The same, with all that it takes.
 vec3 light_at_first(Meeting m, uint key, uint index, inout uint shadow_rays, inout uint loops) {
-    vec3 sum = vec3(0.0);
-    bool goes_on = m.nx != vec3(0.0) && uint(m.hit) < MAX_DEPTH;
+    vec3 further = vec3(0.0);
     [[dont_unroll]] for (uint nth = 1u; nth < LIGHT_SAMPLES; ++nth) {
-        LightNumbers n = light_numbers(key, index_at_first(index), uint(m.hit), nth, true);
-        ShadowRay ray = light_ray(m.x, m.nx, m.up, m.leaving, m.beta, n, LIGHT_SAMPLES);
-        bool wanted = goes_on && ray.wanted;
-        shadow_rays += wanted ? 1u : 0u;
+        ShadowRay ray = light_ray_at_first(m, key, index, nth);
+        shadow_rays += ray.wanted ? 1u : 0u;
         bool hidden;
-        bool walks = shadow_needs_tree(ray, hidden) && wanted;
+        bool walks = shadow_needs_tree(ray, hidden) && ray.wanted;
         hidden = hidden_in_scene(ray, walks, hidden, loops);
         if (MUTATION == MUTATE_REUSE) hidden = false;
-        sum += wanted && !hidden ? ray.radiance : vec3(0.0);
+        further += ray.wanted && !hidden ? ray.radiance : vec3(0.0);
         loops += 1u + LIGHT_LOOPS;
     }
-    return goes_on ? (m.direct + sum) / float(LIGHT_SAMPLES) : m.direct;
+    return mean_at_first(m, further);
 }
 
 // All light of the lane's pixel for one sample, whose path has ended. To be called by all lanes. The part of it that comes by
@@ -122,27 +139,43 @@ vec3 shared_light(EndedPath ended, uint key, uint index, inout uint shadow_rays,
     vec3 given = gives ? ended.light : vec3(0.0);
     vec3 ny = gives ? m.ny : vec3(0.0);
     vec3 sum = vec3(0.0);
-    [[dont_unroll]] for (uint from = 0u; from < MEMBERS; ++from) {
+    vec3 further = vec3(0.0);
+    // Segments to the second hits of all members, and then further samples of lights.
+    uint rays = MEMBERS + (IN_ONE_LOOP ? LIGHT_SAMPLES - 1u : 0u);
+    [[dont_unroll]] for (uint number = 0u; number < rays; ++number) {
+        bool is_segment = !IN_ONE_LOOP || number < MEMBERS;
+        uint from = number % MEMBERS;
         ShadowRay ray = ShadowRay(m.x, m.nx, 0.0, m.leaving, vec3(0.0), false);
-        vec3 y = of_member(m.y, from);
-        float value = coupling(m.x, m.nx, y, of_member(ny, from), ray.direction, ray.distance);
-        if (SMOOTH_NORMALS) value = from == me || dot(m.up, ray.direction) > 0.0 ? value : 0.0;
-        if (SEES_THROUGH) value = of_member(m.hit, from) == m.hit ? value : 0.0;
-        // The path itself has shown that nothing is in between.
-        bool wanted = value > 0.0 && from != me;
-        shadow_rays += wanted ? 1u : 0u;
+        float value = 0.0;
+        if (is_segment) {
+            vec3 y = of_member(m.y, from);
+            value = coupling(m.x, m.nx, y, of_member(ny, from), ray.direction, ray.distance);
+            if (SMOOTH_NORMALS) value = from == me || dot(m.up, ray.direction) > 0.0 ? value : 0.0;
+            if (SEES_THROUGH) value = of_member(m.hit, from) == m.hit ? value : 0.0;
+            // The path itself has shown that nothing is in between.
+            ray.wanted = value > 0.0 && from != me;
+        } else {
+            ray = light_ray_at_first(m, key, index, 1u + number - MEMBERS);
+            loops += LIGHT_LOOPS;
+        }
+        shadow_rays += ray.wanted ? 1u : 0u;
         bool hidden;
-        bool walks = segment_needs_tree(ray, hidden) && wanted;
+        bool walks = segment_needs_tree(ray, hidden) && ray.wanted;
         hidden = hidden_in_scene(ray, walks, hidden, loops);
         if (MUTATION == MUTATE_REUSE) hidden = false;
-        value = wanted && hidden ? 0.0 : value;
-        float all = sum_of_group(value);
-        vec3 theirs = of_member(given, from);
-        if (value > 0.0) sum += theirs * (value / all);
+        if (is_segment) {
+            value = ray.wanted && hidden ? 0.0 : value;
+            float all = sum_of_group(value);
+            vec3 theirs = of_member(given, from);
+            if (value > 0.0) sum += theirs * (value / all);
+        } else {
+            further += ray.wanted && !hidden ? ray.radiance : vec3(0.0);
+        }
+        loops += 1u;
     }
-    loops += MEMBERS;
     vec3 direct = m.direct;
-    if (LIGHT_SAMPLES > 1u) direct = light_at_first(m, key, index, shadow_rays, loops);
+    if (IN_ONE_LOOP) direct = mean_at_first(m, further);
+    else if (LIGHT_SAMPLES > 1u) direct = light_at_first(m, key, index, shadow_rays, loops);
     vec3 own = gives ? vec3(0.0) : ended.light;
     if (GLANCES > 0u) own += ended.glanced;
     unshared = m.beta * given;

@@ -183,6 +183,7 @@ impl Renderer {
         specialization.uint(constant::GLANCES, if lamp_places.is_empty() { 0 } else { glance::GLANCES });
         let light_samples = if reuse { tables.light_samples(settings.light_samples) } else { 1 };
         specialization.bool(constant::DRAWS_WORK, handout.is_drawn());
+        specialization.bool(constant::SKIPS_BRANCHES, facts.skips_branches);
         specialization.bool(constant::REUSE, reuse).uint(constant::SUBGROUP_LANES, subgroup);
         specialization.uint(constant::LIGHT_SAMPLES, light_samples);
         // With further samples of lights, which lanes take side by side, lavapipe 22.3.6 takes .6 to .87 of the time by lanes too.

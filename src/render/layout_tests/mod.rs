@@ -50,6 +50,7 @@ fn expected_constants() -> BTreeMap<String, u32> {
         ("REUSE", constant::REUSE),
         ("SUBGROUP_LANES", constant::SUBGROUP_LANES),
         ("DRAWS_WORK", constant::DRAWS_WORK),
+        ("SKIPS_BRANCHES", constant::SKIPS_BRANCHES),
         ("ENOUGH_LANES", constant::ENOUGH_LANES),
         ("LIGHT_NODES", constant::LIGHT_NODES),
         ("LIGHT_LOOPS", constant::LIGHT_LOOPS),
