@@ -12,7 +12,7 @@ uint place_of_piece(uint piece) { return piece * piece_stride % pieces; }
 // The next piece for a workgroup of one subgroup: its own, or where workgroups draw one that nobody has drawn, or one beyond the
 // last.
 //
-// With shares the dispatch takes as long as the thread that is last: its share costs more, or something else has its core. Where
+// If each thread has its share, a dispatch takes as long as the last of them: its share costs more, or something else has its core. Where
 // there are a few workgroups for each thread, which draw until nothing is left, all end together.
 uint next_piece() {
     if (!DRAWS_WORK) return gl_WorkGroupID.x;

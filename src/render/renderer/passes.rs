@@ -172,7 +172,7 @@ impl Renderer {
 
     /// Compiles the pipeline for good: some drivers do so only when it first runs.
     pub(super) fn warm_up(&mut self) -> Result<(), RenderError> {
-        let push = Push { end_slot: 0, ..self.push };
+        let push = Push { end_slot: 0, pieces: 1, piece_stride: 1, max_new_samples: 0, ..self.push };
         let (pipeline, set) = (&self.pipeline, &self.buffers.bands[0].set);
         let ticket = self.timeline.submit(|r| r.dispatch(pipeline, set, bytemuck::bytes_of(&push), [1, 1, 1]))?;
         self.timeline.wait(&ticket)?;
