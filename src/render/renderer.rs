@@ -155,7 +155,10 @@ impl Renderer {
         let handout = match device.info.kind {
             // What bounds an invocation would bound all that it draws. (Without waiting rays to draw makes a dispatch .95 to .99 times
             // as long, but a kernel takes 1.2 times as long to compile; lavapipe 25.0.7.)
-            DeviceKind::Cpu if queued && loop_budget == 0 => Handout::Drawn { threads: threads() },
+            DeviceKind::Cpu if queued && loop_budget == 0 && facts.loop_budget == 0 => {
+                Handout::Drawn { threads: threads() }
+            }
+            DeviceKind::Cpu if queued && loop_budget == 0 => Handout::InTiles { threads: threads() },
             _ => Handout::ToWorkgroups,
         };
         let workgroup = match settings.workgroup_size {
@@ -200,7 +203,7 @@ impl Renderer {
         let mut timeline = Timeline::new(device, IN_FLIGHT)?;
         let row_slots = slots_of_row(width);
         let covered = match handout {
-            Handout::ToWorkgroups => {
+            Handout::ToWorkgroups | Handout::InTiles { .. } => {
                 u64::from(device.limits.max_compute_work_group_count[0]) * u64::from(slots_per_piece)
             }
             Handout::Drawn { .. } => slots,

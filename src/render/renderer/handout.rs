@@ -14,7 +14,9 @@ const PIECES_OF_THREAD: u32 = 64;
 pub(super) enum Handout {
     /// Each to a workgroup of its own.
     ToWorkgroups,
-    /// To a few workgroups of the queue, which draw, for so many threads of a CPU.
+    /// The same, and a piece may be several tiles, for so many threads of a CPU.
+    InTiles { threads: u32 },
+    /// To a few workgroups of the queue, which draw.
     Drawn { threads: u32 },
 }
 
@@ -27,7 +29,7 @@ impl Handout {
     /// Workgroups of a dispatch of so many pieces.
     pub fn workgroups(self, pieces: u32) -> u32 {
         match self {
-            Self::ToWorkgroups => pieces,
+            Self::ToWorkgroups | Self::InTiles { .. } => pieces,
             Self::Drawn { threads } => pieces.min(threads.saturating_mul(GROUPS_OF_THREAD)),
         }
     }
@@ -39,7 +41,7 @@ impl Handout {
     /// to 1.0 of the time at 1 sample per pixel, .92 to .97 at 4, the same at 16; lavapipe 25.0.7, 256×256. Where loops have a
     /// budget, as on 22.3.6, that may not do for so many.)
     pub fn tile_bits(self, first_tile: u32, tiles: u32, n: u32, samples: u32) -> u32 {
-        let Self::Drawn { threads } = self else { return 0 };
+        let (Self::InTiles { threads } | Self::Drawn { threads }) = self else { return 0 };
         let fit = (queue::PATHS / queue::TILE / samples.max(1)).min(tiles / (PIECES_OF_THREAD * threads));
         let most = fit.clamp(1, BLOCK_TILES).ilog2();
         if n > 1 { 0 } else { most.min(first_tile.trailing_zeros()) }
@@ -52,8 +54,9 @@ mod tests {
 
     #[test]
     fn few_workgroups_draw() {
-        assert_eq!(Handout::ToWorkgroups.workgroups(1000), 1000);
-        let drawn = Handout::Drawn { threads: 2 };
+        let threads = 2;
+        assert_eq!([Handout::ToWorkgroups, Handout::InTiles { threads }].map(|to| to.workgroups(1000)), [1000; 2]);
+        let drawn = Handout::Drawn { threads };
         assert_eq!([0, 1, 7, 1000].map(|pieces| drawn.workgroups(pieces)), [0, 1, 7, 8]);
     }
 
@@ -65,6 +68,7 @@ mod tests {
         assert_eq!([1, 255, 256, 1024, 1 << 20].map(|tiles| bits(0, tiles, 1)), [0, 0, 1, 3, 5]);
         assert_eq!([1, 2, 12, 48, 64].map(|first| bits(first, 1 << 16, 1)), [0, 1, 2, 4, 5]);
         assert_eq!(Handout::Drawn { threads: 2 }.tile_bits(0, 1 << 16, 8, 1), 0);
-        assert_eq!(Handout::ToWorkgroups.tile_bits(0, 1 << 16, 1, 1), 0);
+        let all = [Handout::ToWorkgroups, Handout::InTiles { threads: 2 }];
+        assert_eq!(all.map(|to| to.tile_bits(0, 1 << 16, 1, 1)), [0, 5]);
     }
 }
