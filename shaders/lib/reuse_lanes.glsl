@@ -92,9 +92,20 @@ void differences(vec3 gathered, bool there, out vec3 right, out vec3 down) {
     }
 }
 
-// The ray of a further sample of lights at x, `index` being that of the path's own. Such are taken if the path has gone on from x, and
-// not just because it might meet light.
+// Whether nothing hides what a ray aims at, if that is wanted. For all lanes to call. (Not for the only light, a point, which has a
+// test of its own for spheres: shadow_needs_tree.)
+bool arrives(ShadowRay ray, inout uint shadow_rays, inout uint loops) {
+    shadow_rays += ray.wanted ? 1u : 0u;
+    bool hidden;
+    bool walks = segment_needs_tree(ray, hidden) && ray.wanted;
+    hidden = hidden_in_scene(ray, walks, hidden, loops);
+    return ray.wanted && (!hidden || MUTATION == MUTATE_REUSE);
+}
+
+// Whether a path has gone on from x, and not just because it might meet light: then further samples of lights are taken there.
 bool goes_on_from_first(Meeting m) { return m.nx != vec3(0.0) && uint(m.hit) < MAX_DEPTH; }
+
+// The ray of one of these, `index` being that of the path's own sample.
 ShadowRay light_ray_at_first(Meeting m, uint key, uint index, uint nth) {
     LightNumbers n = light_numbers(key, index_at_first(index), uint(m.hit), nth, true);
     ShadowRay ray = light_ray(m.x, m.nx, m.up, m.leaving, m.beta, n, LIGHT_SAMPLES);
@@ -107,27 +118,22 @@ vec3 mean_at_first(Meeting m, vec3 further) {
     return goes_on_from_first(m) ? (m.direct + further) / float(LIGHT_SAMPLES) : m.direct;
 }
 
-// Whether the rays for these and the segments between hits are traced in one loop. What traces a ray is much to compile: once instead of
-// twice takes .94 of the time from an empty cache, and .98 to 1.02 to render (lavapipe 25.0.7). A driver that executes both sides of a
-// branch would take 1.04 to 1.12 times as long to render (22.3.6).
-layout(constant_id = 34) const bool SKIPS_BRANCHES = true;
-const bool IN_ONE_LOOP = SKIPS_BRANCHES && LIGHT_SAMPLES > 1u;
-
 // The same, with all that it takes.
 vec3 light_at_first(Meeting m, uint key, uint index, inout uint shadow_rays, inout uint loops) {
     vec3 further = vec3(0.0);
     [[dont_unroll]] for (uint nth = 1u; nth < LIGHT_SAMPLES; ++nth) {
         ShadowRay ray = light_ray_at_first(m, key, index, nth);
-        shadow_rays += ray.wanted ? 1u : 0u;
-        bool hidden;
-        bool walks = shadow_needs_tree(ray, hidden) && ray.wanted;
-        hidden = hidden_in_scene(ray, walks, hidden, loops);
-        if (MUTATION == MUTATE_REUSE) hidden = false;
-        further += ray.wanted && !hidden ? ray.radiance : vec3(0.0);
+        further += arrives(ray, shadow_rays, loops) ? ray.radiance : vec3(0.0);
         loops += 1u + LIGHT_LOOPS;
     }
     return mean_at_first(m, further);
 }
+
+// Whether the rays for these and the segments between hits are traced in one loop. What traces a ray is much to compile: once instead of
+// twice takes .94 of the time from an empty cache, and .98 to 1.02 to render (lavapipe 25.0.7). A driver that executes both sides of a
+// branch would take 1.04 to 1.12 times as long to render (22.3.6).
+layout(constant_id = 34) const bool SKIPS_BRANCHES = true;
+const bool IN_ONE_LOOP = SKIPS_BRANCHES && LIGHT_SAMPLES > 1u;
 
 // All light of the lane's pixel for one sample, whose path has ended. To be called by all lanes. The part of it that comes by
 // what the group shares is `gathered`; it would be `unshared` without the others.
@@ -158,18 +164,14 @@ vec3 shared_light(EndedPath ended, uint key, uint index, inout uint shadow_rays,
             ray = light_ray_at_first(m, key, index, 1u + number - MEMBERS);
             loops += LIGHT_LOOPS;
         }
-        shadow_rays += ray.wanted ? 1u : 0u;
-        bool hidden;
-        bool walks = segment_needs_tree(ray, hidden) && ray.wanted;
-        hidden = hidden_in_scene(ray, walks, hidden, loops);
-        if (MUTATION == MUTATE_REUSE) hidden = false;
+        bool lit = arrives(ray, shadow_rays, loops);
         if (is_segment) {
-            value = ray.wanted && hidden ? 0.0 : value;
+            value = ray.wanted && !lit ? 0.0 : value;
             float all = sum_of_group(value);
             vec3 theirs = of_member(given, from);
             if (value > 0.0) sum += theirs * (value / all);
         } else {
-            further += ray.wanted && !hidden ? ray.radiance : vec3(0.0);
+            further += lit ? ray.radiance : vec3(0.0);
         }
         loops += 1u;
     }

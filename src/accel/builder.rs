@@ -259,8 +259,8 @@ impl Binning {
     }
 }
 
-/// Added to a small number from a half on, makes a sum whose lowest bits are that number without its fraction (or one less, where there is none): three conversions to
-/// integers, with all that is to be looked after there, took a third of the time.
+/// Added to a small number from a half on, makes a sum whose lowest bits are that number without its fraction (or one less, where
+/// there is none): three conversions to integers, with all that is to be looked after there, took a third of the time.
 const ROUNDING: f32 = (1 << 23) as f32 - 0.5;
 
 fn bin_of(rounded: f32) -> usize {

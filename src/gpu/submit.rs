@@ -224,10 +224,9 @@ impl Recorder<'_> {
         unsafe { self.device.raw.cmd_fill_buffer(self.slot.commands, buffer.raw, 0, vk::WHOLE_SIZE, 0) };
     }
 
-    /// Fills four bytes of a buffer with zeros.
+    /// Fills four bytes of a buffer with zeros, from a byte offset on that is a multiple of four.
     pub fn clear_word(&mut self, buffer: &Buffer, offset: u64) {
-        // SAFETY: the buffer is alive and may be a copy's destination; the device checks neither size nor place, which are the
-        // caller's.
+        // SAFETY: the buffer is alive, may be a copy's destination, and holds the word.
         unsafe { self.device.raw.cmd_fill_buffer(self.slot.commands, buffer.raw, offset, 4, 0) };
     }
 

@@ -152,15 +152,8 @@ impl Renderer {
         }
         let regions = if queued { facts.queue_regions } else { 0 };
         let loop_budget = settings.loop_budget.unwrap_or(facts.loop_budget);
-        let handout = match device.info.kind {
-            // What bounds an invocation would bound all that it draws. (Without waiting rays to draw makes a dispatch .95 to .99 times
-            // as long, but a kernel takes 1.2 times as long to compile; lavapipe 25.0.7.)
-            DeviceKind::Cpu if queued && loop_budget == 0 && facts.loop_budget == 0 => {
-                Handout::Drawn { threads: threads() }
-            }
-            DeviceKind::Cpu if queued && loop_budget == 0 => Handout::InTiles { threads: threads() },
-            _ => Handout::ToWorkgroups,
-        };
+        let cpu_threads = (device.info.kind == DeviceKind::Cpu).then(threads);
+        let handout = Handout::of(queued, loop_budget, cpu_threads, &facts);
         let workgroup = match settings.workgroup_size {
             // The queue's workgroup is one subgroup.
             _ if queued => subgroup,
@@ -202,12 +195,8 @@ impl Renderer {
         let beam_layout = (beam_targets > 0).then(|| BeamTracer::layout(device)).transpose()?;
         let mut timeline = Timeline::new(device, IN_FLIGHT)?;
         let row_slots = slots_of_row(width);
-        let covered = match handout {
-            Handout::ToWorkgroups | Handout::InTiles { .. } => {
-                u64::from(device.limits.max_compute_work_group_count[0]) * u64::from(slots_per_piece)
-            }
-            Handout::Drawn { .. } => slots,
-        };
+        let most_groups = u64::from(device.limits.max_compute_work_group_count[0]);
+        let covered = if handout.is_drawn() { slots } else { most_groups * u64::from(slots_per_piece) };
         let shape = Shape { slots, row_slots, covered, regions, reuse, notes: queued && reuse };
         // The driver works on the shader while buffers are made and filled. (On the main thread the former, which
         // allocates much more: the heaps of other threads grow in small steps.)

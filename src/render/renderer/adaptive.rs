@@ -3,7 +3,6 @@
 use super::super::allocation::{Goal, Ladder};
 use super::super::error::RenderError;
 use super::super::film::Film;
-use super::super::plan::tile_spans;
 use super::super::progression::Progression;
 use super::super::settings::Adaptive;
 use super::super::statistics::AdaptiveStatistics;
@@ -81,9 +80,8 @@ impl Renderer {
     /// Brings tiles to the rungs that are wanted of them, from the lowest up, and reads them; or less far if the watch
     /// says stop.
     fn raise(&mut self, image: &mut Progression, watch: &mut Watch<'_>) -> Result<(), RenderError> {
-        let bands: Vec<_> = self.buffers.bands.iter().map(|b| b.first).collect();
         for rung in 0..image.ladder.len() {
-            let spans = tile_spans(image.wanting().filter(|&t| image.tiles[t].next_rung() == rung), &bands);
+            let spans = self.spans_of(image.wanting().filter(|&t| image.tiles[t].next_rung() == rung));
             if spans.is_empty() {
                 continue;
             }

@@ -6,7 +6,7 @@ use super::super::error::RenderError;
 use super::super::features::Features;
 use super::super::film::{SIDE, tile_of_pixel};
 use super::super::layout::{FilmSlot, glance};
-use super::super::plan::{Work, tile_spans};
+use super::super::plan::Work;
 use super::super::settings::{Glances, RenderSettings};
 use super::super::tables::Tables;
 use super::super::view::Rectangle;
@@ -69,11 +69,8 @@ fn tiles_of(pixels: &[Rectangle], [width, height]: [u32; 2]) -> Vec<usize> {
         }
     }
     tiles.sort_unstable();
-    let gaps = tiles.windows(2).filter(|pair| pair[1] - pair[0] <= SHORT_GAP).flat_map(|pair| pair[0] + 1..pair[1]);
-    let between: Vec<_> = gaps.collect();
-    tiles.extend(between);
-    tiles.sort_unstable();
-    tiles
+    let up_to_next = |pair: &[usize]| pair[0]..if pair[1] - pair[0] <= SHORT_GAP { pair[1] } else { pair[0] + 1 };
+    tiles.windows(2).flat_map(up_to_next).chain(tiles.last().copied()).collect()
 }
 
 impl Renderer {
@@ -97,8 +94,7 @@ impl Renderer {
         }
         self.fill_film(|_| FilmSlot::beginning(glance::GLANCING | (FIRST_GLANCES - 1)))?;
         let mean = |sum: &[f64; 3]| sum.map(|x| x * f64::from(glance::GLANCES / FIRST_GLANCES));
-        let bands: Vec<_> = self.buffers.bands.iter().map(|band| band.first).collect();
-        let film = self.film_of_one_sample(&tile_spans(tiles.into_iter(), &bands))?;
+        let film = self.film_of_one_sample(&self.spans_of(tiles.into_iter()))?;
         let seen: Vec<_> = film.sums().iter().map(mean).collect();
         if seen.iter().all(|x| *x == seen[0]) {
             return Ok(vec![false; seen.len()]);

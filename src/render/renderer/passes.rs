@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::super::error::RenderError;
 use super::super::film::{Film, pixels_in, rows_of_blocks};
 use super::super::layout::{Counters, FilmSlot, GradientSlot, Push, mode};
-use super::super::plan::{Plan, Span, Work};
+use super::super::plan::{Plan, Span, Work, tile_spans};
 use super::super::shares::Share;
 use super::super::statistics::{Progress, RenderStatistics};
 use super::super::tiles::TILE;
@@ -81,6 +81,12 @@ impl Renderer {
     pub(super) fn whole_film(&self) -> Vec<Span> {
         let span = |(band, b): (usize, &Band)| Span { band, first_slot: b.first, end_slot: b.first + b.slots };
         self.buffers.bands.iter().enumerate().map(span).collect()
+    }
+
+    /// The slots of tiles, which come in increasing order.
+    pub(super) fn spans_of(&self, tiles: impl Iterator<Item = usize>) -> Vec<Span> {
+        let bands: Vec<_> = self.buffers.bands.iter().map(|band| band.first).collect();
+        tile_spans(tiles, &bands)
     }
 
     /// Pixels in `spans`.
@@ -259,11 +265,13 @@ impl Renderer {
             r.timed(stage, |r| {
                 for (i, span) in work.spans.iter().enumerate() {
                     if i > 0 {
-                        // Spans share counters and queue regions, and what is drawn begins anew.
-                        r.barrier(Access::Compute, Access::Transfer);
-                        r.clear_word(counters, offset_of!(Counters, drawn) as u64);
-                        r.barrier(Access::Transfer, Access::Compute);
+                        // Spans share counters and queue regions.
                         r.barrier(Access::Compute, Access::Compute);
+                        if self.handout.is_drawn() {
+                            r.barrier(Access::Compute, Access::Transfer);
+                            r.clear_word(counters, offset_of!(Counters, drawn) as u64);
+                            r.barrier(Access::Transfer, Access::Compute);
+                        }
                     }
                     let band = &bands[span.band];
                     let tiles = (span.slots() / TILE as u32).div_ceil(work.tile_step);
