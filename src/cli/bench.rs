@@ -175,8 +175,8 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
     }
     // As `photolith render` does; the width is one for the whole process.
     let loaded = args.scenes.iter().map(|path| load(args, path)).collect::<Result<Vec<_>, _>>()?;
-    let wide = loaded.iter().all(|(scene, settings)| Features::of(scene, settings).suits_wide_vectors());
-    if wide && args.growth.is_none() && !args.rays {
+    let wide = loaded.iter().all(|(scene, settings)| Features::of(scene, settings).suits_wide_vectors(scene));
+    if wide && args.growth.is_none() {
         // SAFETY: other threads only wait for work on meshes, and leave the environment alone.
         unsafe { prefer_wide_vectors() };
     }

@@ -125,7 +125,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     .context("installing the Ctrl-C handler")?;
 
     let started = std::time::Instant::now();
-    if Features::of(&scene, &settings).suits_wide_vectors() {
+    if Features::of(&scene, &settings).suits_wide_vectors(&scene) {
         // SAFETY: the other threads wait for a signal, or for work on meshes, and leave the environment alone.
         unsafe { prefer_wide_vectors() };
     }

@@ -1,5 +1,6 @@
 //! What a scene and its settings need. Only that is compiled into the pipeline and put into buffers.
 
+use crate::gpu::wide_walks_pay;
 use crate::scene::{PixelFilter, Scene, Surface};
 
 use super::facets;
@@ -8,6 +9,9 @@ use super::settings::{Accel, RenderSettings, Sampler, TriangleTest};
 use super::sobol;
 use super::space::RenderSpace;
 use super::spheres;
+
+/// Triangles and spheres from which on a hierarchy is a large one.
+const LARGE_TREE: usize = 50_000;
 
 /// A part of the path tracer that is left out where a scene does not need it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -188,12 +192,12 @@ impl Features {
             && !self.brute_force
     }
 
-    /// Whether vectors of 512 bits pay on a CPU (see [`prefer_wide_vectors`](crate::gpu::prefer_wide_vectors)): without a
-    /// hierarchy. With one lavapipe 22.3.6 takes 1.0 to 2.7 times the time (a mesh that fills the view, under a lamp: 1.6
-    /// if it is a mirror, 2.7 if paths are reused; Sapphire Rapids), and 25.0.7 as long with either, or .93 where lamps are
-    /// sampled and paths are not reused. Which of them runs is known only when it is too late to choose.
-    pub fn suits_wide_vectors(&self) -> bool {
-        !self.tree
+    /// Whether vectors of 512 bits pay on a CPU (see [`prefer_wide_vectors`](crate::gpu::prefer_wide_vectors)) for a scene that needs
+    /// these features: without a hierarchy; with a large one only on some CPUs, with lavapipe from Mesa 25.0 on. (22.3.6 takes 1.0 to
+    /// 2.7 times the time with a hierarchy: a mesh that fills the view, under a lamp, 1.6 if it is a mirror, 2.7 if paths are reused.)
+    /// There the first start of all takes .6 s longer, which a small mesh would not gain.
+    pub fn suits_wide_vectors(&self, scene: &Scene) -> bool {
+        !self.tree || (scene.triangle_count() + scene.spheres.len() >= LARGE_TREE && wide_walks_pay())
     }
 
     /// Each feature: its name, whether it is compiled in, and why.
