@@ -342,9 +342,9 @@ fn growth_of_triangles() {
     assert_eq!(rows.len(), 3);
     assert!(number(&rows[2]["size"]) >= 10_000.0);
     for row in rows {
-        // One triangle a leaf, and three to four children a node: 3/2 to 4/3 records of 64 bytes.
+        // One or two triangles a leaf, most of them two, and three to four children a node: 3/2 to 4/3 records of 112 bytes for each.
         let bytes = number(&row["bytes_per_primitive"]);
-        assert!(bytes > 85.3 && bytes < 96.0, "{row}");
+        assert!(bytes > 74.6 && bytes < 96.0, "{row}");
         assert!(number(&row["mprimitives_per_s"]) > 0.0 && number(&row["steps_per_ray"]) > 5.0);
     }
     // Steps grow like the logarithm of the size.

@@ -211,7 +211,7 @@ fn render_reports_json() {
     }
     // The room is closed: every path has five hits.
     assert_eq!(json["rays"], 24 * 16 * 4 * 5);
-    for key in ["nodes", "leaves", "depth", "sah_cost", "bytes", "build_s"] {
+    for key in ["nodes", "leaves", "primitives", "depth", "sah_cost", "bytes", "build_s"] {
         assert!(json["bvh"][key].as_f64().is_some_and(|x| x > 0.0), "{key}: {json}");
     }
     for key in ["device", "driver", "version"] {

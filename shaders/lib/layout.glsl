@@ -77,7 +77,7 @@ const uint MUTATE_REPEATS = 28u;
 // ---- bindings
 // All texels are bits, of numbers too: lavapipe compiles five functions for each format that it meets, and small integers
 // among numbers cannot be taken for denormal ones.
-layout(binding = 0) uniform usamplerBuffer tree_texels;    // 3 texels a record, then 1, see intersect/tree.glsl
+layout(binding = 0) uniform usamplerBuffer tree_texels;    // 3 texels a record, then 4, see intersect/node.glsl, surface.glsl
 layout(binding = 1) uniform usamplerBuffer shape_texels;   // spheres and materials, see surface.glsl
 layout(binding = 2) uniform usamplerBuffer sobol_texels;   // see sampler.glsl
 layout(binding = 3) uniform usamplerBuffer light_texels;   // see light/

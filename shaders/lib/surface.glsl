@@ -50,20 +50,22 @@ Surface surface_of_constant(int id, vec3 p) {
     return Surface(p, n, n, material.rgb, material.w, offset, curvature, light);
 }
 
-Surface surface_of_record(int record, vec3 o, vec3 d, float t) {
-    TreeRecord q = tree_record(record);
-    bool leaf = is_leaf(q);     // not so for lanes without a hit
-    vec4 apart = uintBitsToFloat(texelFetch(tree_texels, 3 * int(record_count) + record));
-    vec3 v0 = uintBitsToFloat(q.a.xyz);
-    vec3 v1 = uintBitsToFloat(q.b.xyz);
-    vec3 v2 = uintBitsToFloat(q.c.xyz);
-    vec4 material = shape_texel(leaf ? int(q.a.w) : 0);
-    vec3 n = apart.xyz;
+// Of the primitive TREE_ID + slot. Besides its record it has two texels apart: normal | surface, and attributes, light, kind (2 of a
+// sphere), and for how many turns of its corners they are in the order of the record.
+Surface surface_of_slot(int slot, vec3 o, vec3 d, float t) {
+    TreeRecord q = tree_record(slot >> 1);
+    uvec4 apart = texelFetch(tree_texels, 3 * int(record_count) + 2 * slot);
+    uvec4 more = texelFetch(tree_texels, 3 * int(record_count) + 2 * slot + 1);
+    bool second = (slot & 1) != 0;
+    vec3 v0 = uintBitsToFloat(second ? uvec3(q.a.w, q.b.w, q.c.w) : q.a.xyz);
+    vec3 v1 = uintBitsToFloat(second ? q.c.xyz : q.b.xyz);
+    vec3 v2 = uintBitsToFloat(second ? q.b.xyz : q.c.xyz);
+    vec4 material = shape_texel(int(apart.w));
+    vec3 n = uintBitsToFloat(apart.xyz);
     vec3 ns = n;
     // From barycentrics: closer to the plane than o + t·d, with pbrt's bound γ(7)(|b0 v0| + |b1 v1| + |b2 v2|).
-    float unused;
     vec3 b = vec3(0.0);
-    if (TREE_TRIANGLES) watertight(shear_of(d), o, v0, v1, v2, INFINITY, unused, b);
+    if (TREE_TRIANGLES) b = barycentrics(shear_of(d), o, v0, v1, v2);
     vec3 p0 = b.x * v0;
     vec3 p1 = b.y * v1;
     vec3 p2 = b.z * v2;
@@ -71,8 +73,9 @@ Surface surface_of_record(int record, vec3 o, vec3 d, float t) {
     float curvature = 0.0;
     float offset = MUTATION == MUTATE_OFFSET ? 0.0 : GAMMA_7 * dot(abs(p0) + abs(p1) + abs(p2), abs(n));
     if (SMOOTH_NORMALS) {
-        int row = leaf ? int(q.b.w) : -1;
+        int row = int(more.x);
         if (row >= 0) {
+            b = more.w == 1u ? b.zxy : (more.w == 2u ? b.yzx : b);
             vec3 s = b.x * shape_texel(row).xyz + b.y * shape_texel(row + 1).xyz +
                      b.z * shape_texel(row + 2).xyz;
             float length2 = dot(s, s);
@@ -80,21 +83,21 @@ Surface surface_of_record(int record, vec3 o, vec3 d, float t) {
             ns = dot(s, n) < 0.0 ? -s : s;
         }
     }
-    if (TREE_SPHERES && (!TREE_TRIANGLES || apart.w == 2.0)) {
+    if (TREE_SPHERES && (!TREE_TRIANGLES || more.z == 2u)) {
         p = o + t * d;
         n = normalize(p - v0) * (v1.y < 0.0 ? -1.0 : 1.0);
         ns = n;
         offset = 0.0;
         curvature = v1.y;
     }
-    return Surface(p, n, ns, material.rgb, material.w, offset, curvature, int(q.c.w));
+    return Surface(p, n, ns, material.rgb, material.w, offset, curvature, int(more.y));
 }
 
 Surface surface_at(int id, vec3 o, vec3 d, float t) {
     if (!HAS_TREE) return surface_of_constant(id, o + t * d);
-    if (SPHERE_COUNT + FACET_COUNT == 0u) return surface_of_record(id - TREE_ID, o, d, t);
+    if (SPHERE_COUNT + FACET_COUNT == 0u) return surface_of_slot(id - TREE_ID, o, d, t);
     Surface s = surface_of_constant(id < TREE_ID ? id : 0, o + t * d);
-    if (id >= TREE_ID) s = surface_of_record(id - TREE_ID, o, d, t);
+    if (id >= TREE_ID) s = surface_of_slot(id - TREE_ID, o, d, t);
     return s;
 }
 

@@ -1,4 +1,4 @@
-//! Binned SAH construction of a binary bounding volume hierarchy with one primitive per leaf.
+//! Binned SAH construction of a binary bounding volume hierarchy with one box per leaf (of what it holds: see leaf.rs).
 //!
 //! Wald, "On fast construction of SAH-based bounding volume hierarchies" (2007). A subtree over n primitives has
 //! n − 1 inner nodes, so that every subtree knows its place in the arrays before it is built, and halves are built

@@ -3,12 +3,17 @@
 mod aabb;
 mod builder;
 mod collapse;
+mod copies;
+mod leaf;
+mod morton;
 mod quantised;
 mod record;
 mod statistics;
 
 pub use aabb::Aabb;
 pub use builder::{Child, MAX_DEPTH, Node, Tree, build};
+pub use copies::copies;
+pub use leaf::{Leaf, leaves};
 pub use quantised::Quantised;
 pub use record::{MAX_RECORDS, Packed, Primitive, Texel, pack};
 pub use statistics::TreeStatistics;

@@ -1,11 +1,15 @@
-//! The packed tree as the shaders read it: one record of three texels for inner nodes and leaves alike, and a fourth
-//! texel apart, which only shading reads.
+//! The packed tree as the shaders read it: one record of three texels for inner nodes and leaves alike, and four texels
+//! apart, two for each primitive of a leaf, which only shading reads.
 //!
 //! ```text
-//! inner node   origin | first child, sign bit set;   lo | exponents;    hi | children and their order
-//! triangle     v0 | surface;                         v1 | attributes;   v2 | light              apart: normal | 1
-//! sphere       centre | surface;                     (radius, ±1/radius, -) | −2;  - | light    apart: - | 2
+//! inner node   origin | first child, above INNER;   lo | exponents;                hi | children and their order
+//! triangles    v0 | v3.x;                           v1 | v3.y;                     v2 | v3.z
+//! sphere       centre | -;                          (radius, ±1/radius, -) | −2;   -
+//! apart        normal | surface;                    attributes, light, kind (1: triangle, 2: sphere), turns
 //! ```
+//! Triangles are v0, v1, v2 and v3, v2, v1, whose corners have been turned for that ([`Leaf`]). If there is only one, v3 is v1,
+//! and the other has no area.
+//!
 //! Of an inner node the origin is three floats, the exponents are bytes, and the other words hold a byte for each child
 //! (see [`Quantised`]). Its children are consecutive records. The last word has in bits 24..28 which of
 //! the four there are, and below, for each octant of directions, three bits: whether the second pair of children is
@@ -18,6 +22,7 @@ use rayon::prelude::*;
 use super::aabb::Aabb;
 use super::builder::{Child, Tree};
 use super::collapse::{Boxed, Collapse, WIDTH};
+use super::leaf::Leaf;
 use super::quantised::Quantised;
 use super::statistics::TreeStatistics;
 
@@ -29,6 +34,10 @@ pub const MAX_RECORDS: usize = 1 << 25;
 
 /// The three texels of a record that a walk reads.
 type Record = [Texel; 3];
+/// The four texels apart.
+type Apart = [Texel; 4];
+/// Texels of both.
+const TEXELS: usize = 7;
 
 /// Subtrees with more records than this are packed by a task of their own.
 const PARALLEL_ABOVE: usize = 4096;
@@ -39,8 +48,14 @@ const BOX_ERROR: f32 = 40.0 / (1 << 24) as f32;
 
 /// Bits of lower planes that are stored inverted.
 const LO_FLIP: u32 = 0x4040_4040;
-const INNER: u32 = 0x8000_0000;
+/// The index of an inner node's first child is beside this: as a float it is negative, and larger than any coordinate (2^125).
+const INNER: u32 = 0xfe00_0000;
+/// Bits of words of inner nodes that mean nothing there, so that none is a subnormal float.
+const NOT_SUBNORMAL: u32 = 0x3000_0000;
 const SPHERE: u32 = -2i32 as u32;
+/// What a primitive is, apart from its record.
+const IS_TRIANGLE: u32 = 1;
+const IS_SPHERE: u32 = 2;
 
 /// A primitive that a leaf holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,62 +104,92 @@ impl Primitive {
         Aabb { lo: lo - margin, hi: hi + margin }
     }
 
-    /// Its record and the texel apart.
-    fn record(&self) -> (Record, Texel) {
-        let texel = |v: Vec3, w: u32| [v.x.to_bits(), v.y.to_bits(), v.z.to_bits(), w];
+    /// Its two texels apart, if its corners are turned so often.
+    fn apart(&self, turns: u8) -> [Texel; 2] {
         match *self {
-            Self::Triangle { vertices: [a, b, c], normal, surface, attributes, light } => (
-                [texel(a, surface), texel(b, attributes as u32), texel(c, light as u32)],
-                texel(normal, 1f32.to_bits()),
-            ),
-            Self::Sphere { center, radius, inward, surface, light } => {
-                let curvature = if inward { -1.0 / radius } else { 1.0 / radius };
-                (
-                    [
-                        texel(center, surface),
-                        texel(Vec3::new(radius, curvature, 0.0), SPHERE),
-                        texel(Vec3::ZERO, light as u32),
-                    ],
-                    texel(Vec3::ZERO, 2f32.to_bits()),
-                )
+            Self::Triangle { normal, surface, attributes, light, .. } => {
+                [texel(normal, surface), [attributes as u32, light as u32, IS_TRIANGLE, u32::from(turns)]]
+            }
+            Self::Sphere { surface, light, .. } => {
+                [texel(Vec3::ZERO, surface), [NO_ATTRIBUTES, light as u32, IS_SPHERE, 0]]
             }
         }
     }
+
+    /// The corners of a triangle, turned so often.
+    fn corners(&self, turns: u8) -> [Vec3; 3] {
+        let Self::Triangle { mut vertices, .. } = *self else { unreachable!("spheres are alone in their leaves") };
+        vertices.rotate_left(usize::from(turns));
+        vertices
+    }
+}
+
+/// No vertex normals.
+const NO_ATTRIBUTES: u32 = u32::MAX;
+/// Of what there is not.
+const NOTHING_APART: [Texel; 2] = [[0; 4], [NO_ATTRIBUTES, u32::MAX, 0, 0]];
+/// Of an inner node, which lanes without a hit shade.
+const NODE_APART: Apart = [NOTHING_APART[0], NOTHING_APART[1], NOTHING_APART[0], NOTHING_APART[1]];
+
+fn texel(v: Vec3, w: u32) -> Texel {
+    [v.x.to_bits(), v.y.to_bits(), v.z.to_bits(), w]
+}
+
+/// The record of a leaf, and what is apart.
+fn leaf_record(leaf: Leaf, primitives: &[Primitive]) -> (Record, Apart) {
+    let [first_turns, second_turns] = leaf.turns;
+    let first = &primitives[leaf.first as usize];
+    let second = (leaf.second != Leaf::NONE).then(|| &primitives[leaf.second as usize]);
+    let record = match *first {
+        Primitive::Sphere { center, radius, inward, .. } => {
+            let curvature = if inward { -1.0 / radius } else { 1.0 / radius };
+            [texel(center, 0), texel(Vec3::new(radius, curvature, 0.0), SPHERE), texel(Vec3::ZERO, 0)]
+        }
+        Primitive::Triangle { .. } => {
+            let [a, b, c] = first.corners(first_turns);
+            let d = second.map_or(b, |second| second.corners(second_turns)[0]);
+            [texel(a, d.x.to_bits()), texel(b, d.y.to_bits()), texel(c, d.z.to_bits())]
+        }
+    };
+    let [a, b] = first.apart(first_turns);
+    let [c, d] = second.map_or(NOTHING_APART, |second| second.apart(second_turns));
+    (record, [a, b, c, d])
 }
 
 /// A tree as the shaders read it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Packed {
-    /// Three texels a record, the root's first, and then one a record.
+    /// Three texels a record, the root's first, and then four a record.
     pub texels: Vec<Texel>,
-    /// Primitive of each record; [`Packed::NONE`] for inner nodes.
-    pub primitives: Vec<u32>,
+    /// The primitives of each record; [`Leaf::NONE`] where there are none.
+    pub primitives: Vec<[u32; 2]>,
     /// Figures; the time is for the caller to add.
     pub statistics: TreeStatistics,
 }
 
 impl Packed {
-    /// Not a primitive.
-    pub const NONE: u32 = u32::MAX;
-
     /// A tree that no ray meets: a node without children.
     pub fn nothing() -> Self {
-        let mut texels = vec![[0; 4]; 4];
+        let mut texels = vec![[0; 4]; TEXELS];
         texels[0][3] = INNER;
-        Self { texels, primitives: vec![Self::NONE], statistics: TreeStatistics::default() }
+        texels[TEXELS - NODE_APART.len()..].copy_from_slice(&NODE_APART);
+        Self { texels, primitives: vec![[Leaf::NONE; 2]], statistics: TreeStatistics::default() }
     }
 }
 
-/// Packs a tree and its primitives, in four children a node. The result does not depend on the number of threads.
-pub fn pack(tree: &Tree, primitives: &[Primitive]) -> Packed {
+/// Packs a tree over leaves and the primitives in these, in four children a node. The result does not depend on the number of
+/// threads.
+pub fn pack(tree: &Tree, leaves: &[Leaf], primitives: &[Primitive]) -> Packed {
     let collapse = Collapse::of(tree);
     let records = collapse.records(0);
-    let mut texels = vec![[0; 4]; 4 * records];
-    let mut places = vec![Packed::NONE; records];
+    let mut texels = vec![[0; 4]; TEXELS * records];
+    let mut places = vec![[Leaf::NONE; 2]; records];
     let (hot, apart) = texels.split_at_mut(3 * records);
     let (root, rest) = bytemuck::cast_slice_mut::<_, Record>(hot).split_at_mut(1);
     let whole = tree.nodes[0].bounds[0].union(tree.nodes[0].bounds[1]);
-    let packer = Packer { tree, collapse, primitives };
+    let packer = Packer { tree, collapse, leaves, primitives };
+    let apart: &mut [Apart] = bytemuck::cast_slice_mut(apart);
+    apart[0] = NODE_APART;
     let descendants = Place { first: 1, records: rest, apart: &mut apart[1..], primitives: &mut places[1..] };
     let sums = packer.node(0, &mut root[0], descendants);
     let area = f64::from(whole.half_area());
@@ -152,9 +197,10 @@ pub fn pack(tree: &Tree, primitives: &[Primitive]) -> Packed {
         statistics: TreeStatistics {
             nodes: records - tree.order.len(),
             leaves: tree.order.len(),
+            primitives: primitives.len(),
             depth: sums.depth,
             sah_cost: if area > 0.0 { 1.0 + sums.area / area } else { 0.0 },
-            bytes: 64 * records,
+            bytes: TEXELS * size_of::<Texel>() * records,
             build_seconds: 0.0,
         },
         texels,
@@ -167,8 +213,8 @@ struct Place<'a> {
     /// Index of the first.
     first: usize,
     records: &'a mut [Record],
-    apart: &'a mut [Texel],
-    primitives: &'a mut [u32],
+    apart: &'a mut [Apart],
+    primitives: &'a mut [[u32; 2]],
 }
 
 impl<'a> Place<'a> {
@@ -194,6 +240,7 @@ struct Sums {
 struct Packer<'a> {
     tree: &'a Tree,
     collapse: Collapse<'a>,
+    leaves: &'a [Leaf],
     primitives: &'a [Primitive],
 }
 
@@ -208,11 +255,12 @@ impl Packer<'_> {
         for (i, (record, &(_, child))) in own.records.iter_mut().zip(&children).enumerate() {
             match child {
                 Child::Leaf(leaf) => {
-                    let primitive = self.tree.order[leaf as usize];
-                    own.primitives[i] = primitive;
-                    (*record, own.apart[i]) = self.primitives[primitive as usize].record();
+                    let leaf = self.leaves[self.tree.order[leaf as usize] as usize];
+                    own.primitives[i] = [leaf.first, leaf.second];
+                    (*record, own.apart[i]) = leaf_record(leaf, self.primitives);
                 }
                 Child::Inner(node) => {
+                    own.apart[i] = NODE_APART;
                     let (subtree, others) = rest.split(self.collapse.records(node) - 1);
                     below.push((node, record, subtree));
                     rest = others;
@@ -243,7 +291,7 @@ fn inner_record(children: &[Boxed], first: usize) -> Record {
     let q = Quantised::around(children.iter().map(|c| c.0));
     let [x, y, z] = q.origin.map(f32::to_bits);
     let [ex, ey, ez] = q.exponent;
-    let exponents = u32::from_le_bytes([ex, ey, ez, 0]);
+    let exponents = u32::from_le_bytes([ex, ey, ez, 0]) | NOT_SUBNORMAL;
     let present = (1u32 << children.len()) - 1;
     // Lanes at a leaf and lanes at a node do the same arithmetic, and discard what was not meant. The planes, taken for
     // coordinates, must not be subnormal floats, with which most CPUs are a hundred times slower: most are not, if
@@ -252,7 +300,11 @@ fn inner_record(children: &[Boxed], first: usize) -> Record {
     let lo = q.lo.map(|planes| (planes ^ LO_FLIP) | absent);
     let hi = q.hi.map(|planes| planes | absent);
     let order = (0..8).fold(0, |order, octant| order | visiting_order(children, octant) << (3 * octant));
-    [[x, y, z, INNER | first as u32], [lo[0], lo[1], lo[2], exponents], [hi[0], hi[1], hi[2], present << 24 | order]]
+    [
+        [x, y, z, INNER | first as u32],
+        [lo[0], lo[1], lo[2], exponents],
+        [hi[0], hi[1], hi[2], NOT_SUBNORMAL | present << 24 | order],
+    ]
 }
 
 /// Three bits, see the top of this file: along the diagonal of the octant, what is nearer comes first.
@@ -269,6 +321,7 @@ fn visiting_order(children: &[Boxed], octant: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::super::builder::build;
+    use super::super::leaf::leaves;
     use super::*;
 
     fn triangle(corners: [Vec3; 3]) -> Primitive {
@@ -279,9 +332,12 @@ mod tests {
     /// Returns the depth.
     fn check(primitives: &[Primitive]) -> u32 {
         let bounds: Vec<_> = primitives.iter().map(Primitive::bounds).collect();
-        let packed = pack(&build(&bounds).unwrap(), primitives);
+        let leaves = leaves(primitives);
+        let of_leaf = |leaf: &Leaf| leaf.members().fold(Aabb::EMPTY, |b, i| b.union(bounds[i as usize]));
+        let packed = pack(&build(&leaves.iter().map(of_leaf).collect::<Vec<_>>()).unwrap(), &leaves, primitives);
         let records = packed.primitives.len();
-        assert_eq!(packed.texels.len(), 4 * records);
+        assert_eq!(packed.texels.len(), TEXELS * records);
+        let mut held = vec![0; primitives.len()];
         assert_eq!(packed.statistics.nodes + packed.statistics.leaves, records);
         let mut seen = vec![0; records];
         let mut depth = 0;
@@ -289,20 +345,28 @@ mod tests {
         while let Some((record, above)) = stack.pop() {
             seen[record] += 1;
             let [a, b, c] = [0, 1, 2].map(|i| packed.texels[3 * record + i]);
-            let primitive = packed.primitives[record];
-            if a[3] & INNER == 0 {
+            let members = packed.primitives[record];
+            for x in [a[3], b[3], c[3]].map(f32::from_bits) {
+                assert!(!x.is_subnormal(), "record {record}");
+            }
+            if a[3] < INNER {
                 depth = depth.max(above.len() as u32);
-                assert_eq!(([a, b, c], packed.texels[3 * records + record]), primitives[primitive as usize].record());
-                let own = bounds[primitive as usize];
-                for [lo, hi] in above {
-                    for axis in 0..3 {
-                        let (lo, hi) = (lo[axis], hi[axis]);
-                        assert!(lo < f64::from(own.lo[axis]) && f64::from(own.hi[axis]) < hi, "leaf {record}");
+                for (second, &i) in members.iter().enumerate().filter(|(_, i)| **i != Leaf::NONE) {
+                    held[i as usize] += 1;
+                    let [normal, more] =
+                        [0, 1].map(|texel| packed.texels[3 * records + 4 * record + 2 * second + texel]);
+                    check_member(&primitives[i as usize], [a, b, c], second == 1, normal, more);
+                    let own = bounds[i as usize];
+                    for [lo, hi] in &above {
+                        for axis in 0..3 {
+                            let (lo, hi) = (lo[axis], hi[axis]);
+                            assert!(lo < f64::from(own.lo[axis]) && f64::from(own.hi[axis]) < hi, "leaf {record}");
+                        }
                     }
                 }
                 continue;
             }
-            assert_eq!(primitive, Packed::NONE);
+            assert_eq!(members, [Leaf::NONE; 2]);
             let [ex, ey, ez, _] = b[3].to_le_bytes();
             let q = Quantised {
                 origin: [a[0], a[1], a[2]].map(f32::from_bits),
@@ -310,17 +374,35 @@ mod tests {
                 lo: [b[0], b[1], b[2]].map(|planes| planes ^ LO_FLIP),
                 hi: [c[0], c[1], c[2]],
             };
-            let children = (c[3] >> 24).trailing_ones();
-            assert_eq!(c[3] >> 24, (1 << children) - 1);
+            let children = (c[3] >> 24 & 15).trailing_ones();
+            assert_eq!(c[3] >> 24 & 15, (1 << children) - 1);
             for child in 0..children as usize {
                 let mut above: Vec<_> = above.clone();
                 above.push(q.bounds(child));
                 stack.push(((a[3] & !INNER) as usize + child, above));
             }
         }
-        assert!(seen.iter().all(|&n| n == 1));
+        assert!(seen.iter().chain(&held).all(|&n| n == 1));
         assert_eq!(depth, packed.statistics.depth);
         depth
+    }
+
+    /// Decodes a primitive as the shader does.
+    fn check_member(primitive: &Primitive, [a, b, c]: Record, second: bool, normal: Texel, more: Texel) {
+        let point = |x: u32, y: u32, z: u32| Vec3::from([x, y, z].map(f32::from_bits));
+        let [v0, v1, v2] = [a, b, c].map(|texel| point(texel[0], texel[1], texel[2]));
+        let corners = if second { [point(a[3], b[3], c[3]), v2, v1] } else { [v0, v1, v2] };
+        match *primitive {
+            Primitive::Triangle { vertices, normal: n, surface, attributes, light } => {
+                let turned = [0, 1, 2].map(|i| vertices[(i + more[3] as usize) % 3]);
+                assert_eq!((corners, more[2], normal), (turned, IS_TRIANGLE, texel(n, surface)));
+                assert_eq!([more[0], more[1]], [attributes, light].map(|x| x as u32));
+            }
+            Primitive::Sphere { center, radius, surface, .. } => {
+                assert_eq!((v0, v1.x, b[3], second), (center, radius, SPHERE, false));
+                assert_eq!((more[2], normal[3]), (IS_SPHERE, surface));
+            }
+        }
     }
 
     #[test]

@@ -5,8 +5,10 @@
 pub struct TreeStatistics {
     /// Inner nodes.
     pub nodes: usize,
-    /// Leaves, one primitive each.
+    /// Leaves, one or two primitives each.
     pub leaves: usize,
+    /// What is in them.
+    pub primitives: usize,
     /// Depth of the deepest leaf.
     pub depth: u32,
     /// Expected records visited by a long random ray that meets the root's box (surface area heuristic with unit costs).

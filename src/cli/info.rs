@@ -91,9 +91,10 @@ fn print_text(scene: &Scene, features: &Features, tree: Option<&TreeStatistics>)
     }
     if let Some(t) = tree {
         println!(
-            "  tree       {} nodes, {} leaves, depth {}, SAH cost {:.2}, {}, built in {:.3} s",
+            "  tree       {} nodes, {} leaves of {} primitives, depth {}, SAH cost {:.2}, {}, built in {:.3} s",
             t.nodes,
             t.leaves,
+            t.primitives,
             t.depth,
             t.sah_cost,
             bytes(t.bytes as u64),
@@ -135,8 +136,8 @@ fn as_json(scene: &Scene, features: &Features, tree: Option<&TreeStatistics>) ->
         "point_lights": scene.lights.len(),
         "bounds": [b.lo.to_array(), b.hi.to_array()],
         "tree": tree.map(|t| json!({
-            "nodes": t.nodes, "leaves": t.leaves, "depth": t.depth, "sah_cost": t.sah_cost, "bytes": t.bytes,
-            "build_s": t.build_seconds,
+            "nodes": t.nodes, "leaves": t.leaves, "primitives": t.primitives, "depth": t.depth,
+            "sah_cost": t.sah_cost, "bytes": t.bytes, "build_s": t.build_seconds,
         })),
         "features": explained,
     })

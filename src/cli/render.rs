@@ -285,6 +285,7 @@ fn report(
         "bvh": renderer.tree().map(|t| json!({
             "nodes": t.nodes,
             "leaves": t.leaves,
+            "primitives": t.primitives,
             "depth": t.depth,
             "sah_cost": t.sah_cost,
             "bytes": t.bytes,

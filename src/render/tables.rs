@@ -6,7 +6,7 @@ use bytemuck::Zeroable;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::accel::{self, Aabb, Packed, Primitive, Texel, TreeStatistics};
+use crate::accel::{self, Aabb, Leaf, Packed, Primitive, Texel, TreeStatistics};
 use crate::gpu::Specialization;
 use crate::scene::{self, Scene, Sphere, Surface};
 
@@ -55,8 +55,8 @@ pub(crate) struct Tables {
     /// Of the packed tree.
     pub tree_texels: Vec<Texel>,
     pub tree: Option<TreeStatistics>,
-    /// Of each record of the tree, its primitive.
-    records: Vec<u32>,
+    /// Of each record of the tree, its primitives.
+    records: Vec<[u32; 2]>,
     /// Where the tree's primitives come from.
     origins: Vec<Origin>,
     /// Scene indices of the constant spheres.
@@ -169,8 +169,10 @@ impl Tables {
             facets,
             hidden_lights: scene.lights.len() - visible.len(),
         };
-        if let Some(tree) = build_tree(&mut primitives, &mut origins, settings) {
-            let packed = accel::pack(&tree, &primitives);
+        leave_out_copies(&mut primitives, &mut origins);
+        let leaves = accel::leaves(&primitives);
+        if let Some(tree) = build_tree(&primitives, &leaves, settings) {
+            let packed = accel::pack(&tree, &leaves, &primitives);
             let build_seconds = start.elapsed().as_secs_f64();
             tables.tree = Some(TreeStatistics { build_seconds, ..packed.statistics });
             tables.tree_boxes = tree.top_boxes(constant::MAX_TREE_BOXES);
@@ -211,7 +213,7 @@ impl Tables {
         let id = usize::try_from(id).ok()?;
         match id.checked_sub(TREE_ID) {
             None => self.constant_origins.get(id).map(|&i| Origin::Sphere(i)),
-            Some(record) => self.origins.get(*self.records.get(record)? as usize).copied(),
+            Some(slot) => self.origins.get(self.records.get(slot / 2)?[slot % 2] as usize).copied(),
         }
     }
 
@@ -346,43 +348,28 @@ fn shines(light: &Light) -> bool {
     light.radiance != [0.0; 3]
 }
 
-/// Builds the tree. Exact copies of a primitive are left out: the first of them is what rays hit, and thousands of them
-/// would all have to be visited.
-fn build_tree(
-    primitives: &mut Vec<Primitive>,
-    origins: &mut Vec<Origin>,
-    settings: &RenderSettings,
-) -> Option<accel::Tree> {
-    let is_thin = matches!(settings.mutation, Some(Mutation::ThinBoxes | Mutation::NoMargins));
-    let bounds_of = if is_thin { Primitive::extent } else { Primitive::bounds };
-    let bounds: Vec<_> = primitives.par_iter().map(bounds_of).collect();
-    let tree = accel::build(&bounds)?;
-    // Copies have equal boxes, which the builder keeps together, in ascending order.
-    let is_copy = |pair: &[u32]| is_copy(&primitives[pair[0] as usize], &primitives[pair[1] as usize]);
-    let copies: Vec<_> = tree.order.par_windows(2).filter(|pair| is_copy(pair)).map(|pair| pair[1]).collect();
+/// Leaves exact copies of a primitive out: the first of them is what rays hit.
+fn leave_out_copies(primitives: &mut Vec<Primitive>, origins: &mut Vec<Origin>) {
+    let copies = accel::copies(primitives);
     if copies.is_empty() {
-        return Some(tree);
+        return;
     }
-    let mut copy = vec![false; primitives.len()];
+    let mut keeps = vec![true; primitives.len()];
     for i in copies {
-        copy[i as usize] = true;
+        keeps[i as usize] = false;
     }
-    let mut keep = copy.iter().map(|c| !c);
-    primitives.retain(|_| keep.next() == Some(true));
-    let mut keep = copy.iter().map(|c| !c);
-    origins.retain(|_| keep.next() == Some(true));
-    let bounds: Vec<_> = primitives.iter().map(bounds_of).collect();
-    accel::build(&bounds)
+    let mut keep = keeps.iter();
+    primitives.retain(|_| keep.next() == Some(&true));
+    let mut keep = keeps.iter();
+    origins.retain(|_| keep.next() == Some(&true));
 }
 
-fn is_copy(a: &Primitive, b: &Primitive) -> bool {
-    match (a, b) {
-        (Primitive::Triangle { vertices: a, .. }, Primitive::Triangle { vertices: b, .. }) => a == b,
-        (Primitive::Sphere { center: a, radius: r, .. }, Primitive::Sphere { center: b, radius: s, .. }) => {
-            a == b && r == s
-        }
-        _ => false,
-    }
+fn build_tree(primitives: &[Primitive], leaves: &[Leaf], settings: &RenderSettings) -> Option<accel::Tree> {
+    let is_thin = matches!(settings.mutation, Some(Mutation::ThinBoxes | Mutation::NoMargins));
+    let bounds_of = if is_thin { Primitive::extent } else { Primitive::bounds };
+    let of_leaf =
+        |leaf: &Leaf| leaf.members().fold(Aabb::EMPTY, |all, i| all.union(bounds_of(&primitives[i as usize])));
+    accel::build(&leaves.par_iter().map(of_leaf).collect::<Vec<_>>())
 }
 
 /// Adds the triangles of a mesh that have an area in single precision; returns their indices in the mesh.

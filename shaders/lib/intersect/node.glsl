@@ -1,9 +1,9 @@
 // A record of the tree: an inner node with the boxes of up to four children, which take a byte a plane (Ylitie, Karras
-// and Laine, HPG 2017), or the primitive of a leaf. src/accel/record.rs packs them.
+// and Laine, HPG 2017), or what a leaf holds: a sphere, a triangle, or two with a common edge. src/accel/record.rs packs them.
 //
-//   inner node   origin | first child, sign bit set,  lo | exponents,  hi | children and their order
-//   triangle     v0 | surface,  v1 | attributes,  v2 | light
-//   sphere       centre | surface,  (radius, 1/radius with the normal's sign, -) | -2,  - | light
+//   inner node   origin | first child, above all coordinates,  lo | exponents,  hi | children and their order
+//   triangles    v0 | v3.x,  v1 | v3.y,  v2 | v3.z: of v0, v1, v2 and of v3, v2, v1, which has no area if there is only one
+//   sphere       centre | -,  (radius, 1/radius with the normal's sign, -) | -2,  -
 //
 // A group is a word for the children of a node that are still to be visited: their first record in bits 7.., the
 // order in which to visit them in three bits, and a bit for each of them.
@@ -44,7 +44,9 @@ TreeRecord tree_record(int record) {
                       texelFetch(tree_texels, 3 * record + 2));
 }
 
-bool is_leaf(TreeRecord q) { return int(q.a.w) >= 0; }
+// No coordinate is negative and as large as this is as a float: 2^125.
+const uint FIRST_INNER = 0xfe000000u;
+bool is_leaf(TreeRecord q) { return q.a.w < FIRST_INNER; }
 
 // The group of those children of an inner node whose boxes the ray meets before t_max.
 uint children_met(TreeRay r, TreeRecord q, float t_max) {

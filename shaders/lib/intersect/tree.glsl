@@ -1,5 +1,5 @@
-// Walking the bounding volume hierarchy: up to four children a node, one primitive a leaf, and one record for both (see
-// node.glsl). Every step fetches the same three texels; lanes at a leaf test its primitive, the others four boxes.
+// Walking the bounding volume hierarchy: up to four children a node, a sphere or one or two triangles a leaf, and one record for
+// both (see node.glsl). Every step fetches the same three texels; lanes at a leaf test what it holds, the others four boxes.
 
 #ifndef TREE_GLSL
 #define TREE_GLSL
@@ -9,32 +9,57 @@
 #include "tree_boxes.glsl"
 #include "sphere.glsl"
 
-const int TREE_ID = 0x01000000;     // ids from here on are TREE_ID + record; those below are constant spheres
+const int TREE_ID = 0x01000000;     // ids from here on are TREE_ID + 2·record, or 1 more; those below are constant spheres
 
-// Tests the primitive of a leaf; `leaving` is the full id (and side) of the primitive the ray starts on.
-bool leaf_test(TreeRay r, int record, TreeRecord q, float t_max, int leaving, out float t) {
-    int id = TREE_ID + record;
+// Whether the ray passes anywhere near a triangle: near a sphere around it. Edge functions of a triangle 1e-6 times the size of its
+// distance may be nothing but rounding errors: of 1e9 such tests, some report a hit where the ray passes at a distance. In a tree
+// the boxes forbid that; this shares nothing with them.
+bool passes_near(TreeRay r, vec3 v0, vec3 v1, vec3 v2) {
+    v0 -= r.origin;
+    v1 -= r.origin;
+    v2 -= r.origin;
+    float radius = max(length(v1 - v0), length(v2 - v0));
+    return length(cross(v0, r.direction)) <= (radius + 1e-4 * length(v0)) * length(r.direction);
+}
+
+// Tests what a leaf holds: the nearer hit, and its id. `leaving` is the full id (and side) of the primitive the ray starts on.
+bool leaf_test(TreeRay r, int record, TreeRecord q, float t_max, int leaving, out float t, out int id) {
+    id = TREE_ID + 2 * record;
     vec3 v0 = uintBitsToFloat(q.a.xyz);
     vec3 v1 = uintBitsToFloat(q.b.xyz);
     vec3 v2 = uintBitsToFloat(q.c.xyz);
     bool hit = false;
     t = INFINITY;
-    vec3 unused;
     if (TREE_TRIANGLES) {
-        if (MOLLER_TRUMBORE) hit = moller_trumbore(r.origin, r.direction, v0, v1, v2, t_max, t, unused);
-        else hit = watertight(r.shear, r.origin, v0, v1, v2, t_max, t, unused);
+        vec3 v3 = uintBitsToFloat(uvec3(q.a.w, q.b.w, q.c.w));
+        vec2 ts;
+        if (MOLLER_TRUMBORE) {
+            ts.x = moller_trumbore(r.origin, r.direction, v0, v1, v2, t_max);
+            ts.y = moller_trumbore(r.origin, r.direction, v3, v2, v1, t_max);
+        } else {
+            ts = watertight(r.shear, r.origin, v0, v1, v2, v3, t_max);
+        }
+        bvec2 hits = lessThan(ts, vec2(INFINITY));
+        if (BRUTE_FORCE) hits = bvec2(hits.x && passes_near(r, v0, v1, v2), hits.y && passes_near(r, v3, v2, v1));
+        if (MUTATION == MUTATE_TMIN) hits = bvec2(hits.x && ts.x > 1e-3, hits.y && ts.y > 1e-3);
+        else if (MUTATION != MUTATE_SKIP) hits = bvec2(hits.x && leaving != id, hits.y && leaving != id + 1);
+        // Of equal distances the first.
+        bool second = hits.y && !(hits.x && ts.x <= ts.y);
+        hit = hits.x || hits.y;
+        t = second ? ts.y : ts.x;
+        id += second ? 1 : 0;
     }
-    if (MUTATION == MUTATE_TMIN) hit = hit && t > 1e-3;
-    else if (MUTATION != MUTATE_SKIP) hit = hit && leaving != id;
     if (TREE_SPHERES) {
         Sphere s = Sphere(v0, v1.x, 0.0);
         Approach a;
         if (MUTATION == MUTATE_SPHERE) a = approach_plain(s, r.origin, r.direction);
         else a = approach_exact(s, r.origin, r.direction);
-        float h = distance_to_either_side(a, false, leaving_code(leaving, id));
+        int sphere = TREE_ID + 2 * record;
+        float h = distance_to_either_side(a, false, leaving_code(leaving, sphere));
         bool is_sphere = !TREE_TRIANGLES || int(q.b.w) == -2;
         t = is_sphere ? h : t;
         hit = is_sphere ? h <= t_max && h < INFINITY : hit;
+        id = is_sphere ? sphere : id;
     }
     return hit;
 }
@@ -45,7 +70,7 @@ struct Walk {
     uint group;         // what to visit after it, before what is on the stack
     Stack stack;        // what is left of the levels above
     float t;            // nearest hit so far, or the far end
-    int id;             // -1, or TREE_ID + record
+    int id;             // -1, or that of what is hit
 };
 
 // Whether a ray must be walked through the tree.
@@ -58,20 +83,8 @@ bool meets_tree(vec3 o, vec3 d, float t_max) {
 Walk walk_idle() { return Walk(false, 0, 0u, stack_empty(), 0.0, -1); }
 Walk walk_begin(float t_max) { return Walk(true, 0, 0u, stack_empty(), t_max, -1); }
 
-// Of equal distances the lower record wins, whatever the order of the walk.
-bool nearer(Walk w, int record, float t) { return t < w.t || TREE_ID + record < w.id; }
-
-// Whether the ray passes anywhere near the triangle of a leaf: near a sphere around it. Edge functions of a triangle
-// 1e-6 times the size of its distance may be nothing but rounding errors: of 1e9 such tests, some report a hit where the
-// ray passes at a distance. In a tree the boxes forbid that; this shares nothing with them.
-bool passes_near(TreeRay r, TreeRecord q) {
-    if (TREE_SPHERES && int(q.b.w) == -2) return true;
-    vec3 v0 = uintBitsToFloat(q.a.xyz) - r.origin;
-    vec3 v1 = uintBitsToFloat(q.b.xyz) - r.origin;
-    vec3 v2 = uintBitsToFloat(q.c.xyz) - r.origin;
-    float radius = max(length(v1 - v0), length(v2 - v0));
-    return length(cross(v0, r.direction)) <= (radius + 1e-4 * length(v0)) * length(r.direction);
-}
+// Of equal distances the lower id wins, whatever the order of the walk.
+bool nearer(Walk w, int id, float t) { return t < w.t || id < w.id; }
 
 // Tests the record at `w.current`, if the walk is not over and it is a leaf, and goes on to the next.
 void brute_force_record(inout Walk w, TreeRay r, int leaving, bool any_hit) {
@@ -79,9 +92,10 @@ void brute_force_record(inout Walk w, TreeRay r, int leaving, bool any_hit) {
     int record = w.current;
     TreeRecord q = tree_record(record);
     float t;
-    bool hit = is_leaf(q) && leaf_test(r, record, q, w.t, leaving, t) && nearer(w, record, t) && passes_near(r, q);
+    int id;
+    bool hit = is_leaf(q) && leaf_test(r, record, q, w.t, leaving, t, id) && nearer(w, id, t);
     w.t = hit ? t : w.t;
-    w.id = hit ? TREE_ID + record : w.id;
+    w.id = hit ? id : w.id;
     w.current += 1;
     if ((hit && any_hit) || w.current >= int(record_count)) w.walks = false;
 }
@@ -120,9 +134,10 @@ void walk_step(inout Walk w, TreeRay r, int leaving, bool any_hit) {
     met = w.walks && !leaf ? met : 0u;
     if (leaf && w.walks) {
         float t;
-        bool hit = leaf_test(r, record, q, w.t, leaving, t) && nearer(w, record, t);
+        int id;
+        bool hit = leaf_test(r, record, q, w.t, leaving, t, id) && nearer(w, id, t);
         w.t = hit ? t : w.t;
-        w.id = hit ? TREE_ID + record : w.id;
+        w.id = hit ? id : w.id;
         stop = hit && any_hit;
     }
     bool descend = is_left(met);

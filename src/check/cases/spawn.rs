@@ -14,7 +14,7 @@ use crate::scene::Scene;
 pub(super) const CASES: &[Case] = &[
     Case {
         name: "triangles/spawn-flat",
-        what: "rays scattered from tilted flat meshes, scales 1e-8 to 1e8",
+        what: "rays scattered from tilted flat meshes, half of them from edges, scales 1e-8 to 1e8",
         oracle: "flat: nothing is above it",
         quantity: "rays that hit the mesh again",
         threshold: 0.0,
@@ -60,12 +60,14 @@ pub(super) const CASES: &[Case] = &[
 ];
 
 /// Traces rays at a mesh, and counts which of the scattered ones meet it again, but for those `but` is true of (start
-/// and direction in the scene). Returns that, and how many rays were scattered.
+/// and direction in the scene). Every other ray is aimed at an edge, if so asked: there a triangle's neighbour is as near as it is
+/// itself. Returns that, and how many rays were scattered.
 fn again(
     lab: &Lab,
     scene: &Scene,
     rng: &mut Rng,
     total: usize,
+    at_edges: bool,
     mut but: impl FnMut(DVec3, DVec3) -> bool,
 ) -> Result<(usize, usize), CheckError> {
     let mesh = &scene.meshes[0];
@@ -78,6 +80,9 @@ fn again(
                 let (mut p, mut q) = (rng.uniform(), rng.uniform());
                 if p + q > 1.0 {
                     (p, q) = (1.0 - p, 1.0 - q);
+                }
+                if at_edges && i % 2 == 0 {
+                    q = 0.0;
                 }
                 let target = a + p * (b - a) + q * (c - a) - scene.camera.position;
                 PathInput::new(
@@ -120,7 +125,8 @@ fn spawn_flat(lab: &Lab) -> Result<Measured, CheckError> {
         let mut scene = empty();
         let scaled: Vec<_> = positions.iter().map(|p| scale * *p).collect();
         scene.mesh(&scaled, &triangles, diffuse(0.9));
-        let (again, traced) = again(lab, &scene, &mut rng, lab.size(1 << 18, 100_000_000) / planes, |_, _| false)?;
+        let (again, traced) =
+            again(lab, &scene, &mut rng, lab.size(1 << 18, 100_000_000) / planes, true, |_, _| false)?;
         hits += again;
         rays += traced;
     }
@@ -182,7 +188,7 @@ fn spawn_convex(lab: &Lab) -> Result<Measured, CheckError> {
             entered += usize::from(inward);
             inward
         };
-        let (again, traced) = again(lab, &scene, &mut rng, lab.size(3 << 15, 100_000_000) / 3, enters)?;
+        let (again, traced) = again(lab, &scene, &mut rng, lab.size(3 << 15, 100_000_000) / 3, false, enters)?;
         hits += again;
         rays += traced;
     }
