@@ -11,7 +11,7 @@ use super::space::RenderSpace;
 use super::spheres;
 
 /// Triangles and spheres from which on a hierarchy is a large one.
-const LARGE_TREE: usize = 50_000;
+const LARGE_TREE: usize = 75_000;
 
 /// A part of the path tracer that is left out where a scene does not need it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
