@@ -15,8 +15,8 @@ use super::trial::ReuseTrial;
 
 /// Glances of a pixel from which edges are found.
 const FIRST_GLANCES: u32 = 4;
-/// Renderings of fewer samples per pixel do without: where lamps are everywhere, finding the edges takes about as long as half a
-/// sample.
+/// Renderings of fewer samples per pixel do without if lamps may be everywhere, where finding the edges takes about as long as half a
+/// sample, and with as much less where they may be in as much less of the image.
 pub(super) const FEWEST_SAMPLES: u32 = 4;
 /// How a sample with glances begins.
 pub(super) const SAMPLE: u32 = glance::GLANCING | glance::PATH_FOLLOWS | (glance::GLANCES - 1);
@@ -73,25 +73,28 @@ fn tiles_of(pixels: &[Rectangle], [width, height]: [u32; 2]) -> Vec<usize> {
     tiles.windows(2).flat_map(up_to_next).chain(tiles.last().copied()).collect()
 }
 
+/// Whether to look at so many tiles of an image before so many samples of each pixel.
+fn pays(tiles: &[usize], size: [u32; 2], samples: u32) -> bool {
+    let all: usize = size.iter().map(|size| size.div_ceil(SIDE) as usize).product();
+    tiles.len() * FEWEST_SAMPLES as usize <= all.saturating_mul(samples as usize)
+}
+
 impl Renderer {
     /// The pixels, row by row, whose samples need glances; none if there are none to be made. Overwrites the film.
     pub(super) fn look_for_lamps(&mut self) -> Result<Vec<bool>, RenderError> {
-        if self.lamp_places.is_empty() || self.settings.samples < FEWEST_SAMPLES {
+        let tiles = tiles_of(&self.lamp_places, [self.width, self.height]);
+        if tiles.is_empty() || !pays(&tiles, [self.width, self.height], self.settings.samples) {
             return Ok(Vec::new());
         }
         self.beforehand(|renderer| {
             renderer.push.seed ^= SEED;
             renderer.reuse = ReuseTrial::Never;
-            renderer.edges_of_lamps()
+            renderer.edges_of_lamps(tiles)
         })
     }
 
-    /// Pixels near the edges of bright lamps.
-    fn edges_of_lamps(&mut self) -> Result<Vec<bool>, RenderError> {
-        let tiles = tiles_of(&self.lamp_places, [self.width, self.height]);
-        if tiles.is_empty() {
-            return Ok(Vec::new());
-        }
+    /// Pixels near the edges of bright lamps, which these tiles may show.
+    fn edges_of_lamps(&mut self, tiles: Vec<usize>) -> Result<Vec<bool>, RenderError> {
         self.fill_film(|_| FilmSlot::beginning(glance::GLANCING | (FIRST_GLANCES - 1)))?;
         let mean = |sum: &[f64; 3]| sum.map(|x| x * f64::from(glance::GLANCES / FIRST_GLANCES));
         let film = self.film_of_one_sample(&self.spans_of(tiles.into_iter()))?;
@@ -150,6 +153,15 @@ mod tests {
         seen[34] = [0.0; 3];
         assert_eq!(found(&seen, 1.0), [26, 27, 33, 34]);
         assert_eq!(near_edges(&[[3.0; 3]], 1, 0.0), [false]);
+    }
+
+    #[test]
+    fn few_samples_look_for_few_lamps() {
+        let tiles: Vec<usize> = (0..32).collect();
+        let pays = |size| [1, 2, 3, 4, u32::MAX].map(|samples| pays(&tiles, size, samples));
+        assert_eq!(pays([64, 32]), [false, false, false, true, true]);
+        assert_eq!(pays([64, 57]), [false, true, true, true, true]);
+        assert_eq!(pays([128, 64]), [true; 5]);
     }
 
     #[test]
