@@ -167,7 +167,7 @@ pub enum ReuseArg {
 /// Use of differences between neighbouring pixels.
 #[derive(Clone, Copy, ValueEnum)]
 pub enum GradientsArg {
-    /// From 3 samples per pixel on, where paths serve several pixels, if most noise is theirs
+    /// From 2 samples per pixel on, where paths serve several pixels, if most noise is theirs
     Auto,
     /// Never
     Off,

@@ -16,7 +16,7 @@ use super::survey::{CLASSES, Places, Side};
 use super::tried::TriedGroup;
 
 /// Samples of a pixel from which on neighbours can be of one group in some samples and not in others.
-const FEWEST_SAMPLES: u32 = 3;
+const FEWEST_SAMPLES: u32 = 2;
 /// Samples after which the groups of pixels change at the latest: random numbers are stratified over as many. (With 8 the
 /// squared error of 64 samples is 1.0 to 1.8 times as large.)
 const LONGEST_PHASE: u32 = 64;
