@@ -11,11 +11,11 @@ use super::record::Primitive;
 /// Primitives that are near each other, among which triangles look for neighbours.
 const CHUNK: usize = 4096;
 
-/// How much more area the box of a pair may have than those of both triangles together: as much as it costs to visit another record.
+/// Area of a pair's box, at most, in units of those of both triangles together, which is what it costs to visit them apart.
 const MOST_AREA: f32 = 1.0;
 
-/// How much more area it may have than that of the smaller triangle: rays that pass at a distance of many times a triangle's size
-/// may seem to hit it, by rounding.
+/// The same in units of the smaller one's box: rays that pass a triangle at a distance of many times its size may seem to hit it, by
+/// rounding.
 const MOST_OF_SMALLER: f32 = 6.0;
 
 /// One or two primitives, by their numbers.
