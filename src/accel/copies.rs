@@ -5,6 +5,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
+use crate::hash::mix;
+
 use super::record::Primitive;
 
 /// Bits of a table for each primitive: of so many pairs that are no copies one looks like one.
@@ -46,8 +48,7 @@ fn has_same_shape(a: &Primitive, b: &Primitive) -> bool {
 /// The same for all that have the same shape.
 fn hash(primitive: &Primitive) -> u64 {
     // A zero may have either sign.
-    let add =
-        |hash: u64, x: f32| (hash.rotate_left(5) ^ u64::from((x + 0.0).to_bits())).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let add = |hash: u64, x: f32| mix(hash, (x + 0.0).to_bits());
     let hash = match primitive {
         Primitive::Triangle { vertices, .. } => vertices.iter().flat_map(|v| v.to_array()).fold(1, add),
         Primitive::Sphere { center, radius, .. } => add(center.to_array().into_iter().fold(2, add), *radius),

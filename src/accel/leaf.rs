@@ -4,6 +4,8 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
+use crate::hash::mix;
+
 use super::aabb::Aabb;
 use super::morton::along_curve;
 use super::record::Primitive;
@@ -42,7 +44,8 @@ impl Leaf {
 /// The leaves of a tree of such primitives, each of which is in one. The result does not depend on the number of threads.
 pub fn leaves(primitives: &[Primitive]) -> Vec<Leaf> {
     let boxes: Vec<Aabb> = primitives.par_iter().map(Primitive::extent).collect();
-    let mut order = along_curve(&boxes);
+    // Few are all in one chunk.
+    let mut order = if boxes.len() > CHUNK { along_curve(&boxes) } else { (0..boxes.len() as u32).collect() };
     let chunks: Vec<Vec<Leaf>> = order
         .par_chunks_mut(CHUNK)
         .map(|chunk| {
@@ -100,8 +103,8 @@ struct Triangle {
 impl Triangle {
     fn of(primitive: &Primitive) -> Option<Self> {
         let Primitive::Triangle { vertices, .. } = *primitive else { return None };
-        let add = |hash: u64, x: f32| (hash.rotate_left(5) ^ u64::from(x.to_bits())).wrapping_mul(MIX);
-        let hash = |corner: Vec3| (corner.to_array().into_iter().fold(0, add) >> 32) as u32;
+        let hash =
+            |corner: Vec3| (corner.to_array().into_iter().fold(0, |hash, x| mix(hash, x.to_bits())) >> 32) as u32;
         Some(Self { corners: vertices, hashes: vertices.map(hash) })
     }
 
@@ -116,12 +119,9 @@ impl Triangle {
         if backwards {
             (from, to) = (to, from);
         }
-        ((u64::from(from) << 32 | u64::from(to)).wrapping_mul(MIX) >> 32) as usize
+        (mix(mix(0, from), to) >> 32) as usize
     }
 }
-
-/// The golden ratio, as a fraction of 2^64 (Knuth, The Art of Computer Programming, volume 3, section 6.4).
-const MIX: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// The sides of triangles, to be found by their ends: open addressing.
 struct EdgeTable {

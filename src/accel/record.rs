@@ -115,13 +115,6 @@ impl Primitive {
             }
         }
     }
-
-    /// The corners of a triangle, turned so often.
-    fn corners(&self, turns: u8) -> [Vec3; 3] {
-        let Self::Triangle { mut vertices, .. } = *self else { unreachable!("spheres are alone in their leaves") };
-        vertices.rotate_left(usize::from(turns));
-        vertices
-    }
 }
 
 /// No vertex normals.
@@ -140,14 +133,18 @@ fn leaf_record(leaf: Leaf, primitives: &[Primitive]) -> (Record, Apart) {
     let [first_turns, second_turns] = leaf.turns;
     let first = &primitives[leaf.first as usize];
     let second = (leaf.second != Leaf::NONE).then(|| &primitives[leaf.second as usize]);
+    let turned = |vertices: [Vec3; 3], turns: u8| [0, 1, 2].map(|i| vertices[(i + usize::from(turns)) % 3]);
     let record = match *first {
         Primitive::Sphere { center, radius, inward, .. } => {
             let curvature = if inward { -1.0 / radius } else { 1.0 / radius };
             [texel(center, 0), texel(Vec3::new(radius, curvature, 0.0), SPHERE), texel(Vec3::ZERO, 0)]
         }
-        Primitive::Triangle { .. } => {
-            let [a, b, c] = first.corners(first_turns);
-            let d = second.map_or(b, |second| second.corners(second_turns)[0]);
+        Primitive::Triangle { vertices, .. } => {
+            let [a, b, c] = turned(vertices, first_turns);
+            let d = match second {
+                Some(&Primitive::Triangle { vertices, .. }) => turned(vertices, second_turns)[0],
+                _ => b,
+            };
             [texel(a, d.x.to_bits()), texel(b, d.y.to_bits()), texel(c, d.z.to_bits())]
         }
     };

@@ -24,7 +24,8 @@ bool passes_near(TreeRay r, vec3 v0, vec3 v1, vec3 v2) {
 
 // Tests what a leaf holds: the nearer hit, and its id. `leaving` is the full id (and side) of the primitive the ray starts on.
 bool leaf_test(TreeRay r, int record, TreeRecord q, float t_max, int leaving, out float t, out int id) {
-    id = TREE_ID + 2 * record;
+    int first = TREE_ID + 2 * record;
+    id = first;
     vec3 v0 = uintBitsToFloat(q.a.xyz);
     vec3 v1 = uintBitsToFloat(q.b.xyz);
     vec3 v2 = uintBitsToFloat(q.c.xyz);
@@ -42,24 +43,23 @@ bool leaf_test(TreeRay r, int record, TreeRecord q, float t_max, int leaving, ou
         bvec2 hits = lessThan(ts, vec2(INFINITY));
         if (BRUTE_FORCE) hits = bvec2(hits.x && passes_near(r, v0, v1, v2), hits.y && passes_near(r, v3, v2, v1));
         if (MUTATION == MUTATE_TMIN) hits = bvec2(hits.x && ts.x > 1e-3, hits.y && ts.y > 1e-3);
-        else if (MUTATION != MUTATE_SKIP) hits = bvec2(hits.x && leaving != id, hits.y && leaving != id + 1);
+        else if (MUTATION != MUTATE_SKIP) hits = bvec2(hits.x && leaving != first, hits.y && leaving != first + 1);
         // Of equal distances the first.
         bool second = hits.y && !(hits.x && ts.x <= ts.y);
         hit = hits.x || hits.y;
         t = second ? ts.y : ts.x;
-        id += second ? 1 : 0;
+        id = second ? first + 1 : first;
     }
     if (TREE_SPHERES) {
         Sphere s = Sphere(v0, v1.x, 0.0);
         Approach a;
         if (MUTATION == MUTATE_SPHERE) a = approach_plain(s, r.origin, r.direction);
         else a = approach_exact(s, r.origin, r.direction);
-        int sphere = TREE_ID + 2 * record;
-        float h = distance_to_either_side(a, false, leaving_code(leaving, sphere));
+        float h = distance_to_either_side(a, false, leaving_code(leaving, first));
         bool is_sphere = !TREE_TRIANGLES || int(q.b.w) == -2;
         t = is_sphere ? h : t;
         hit = is_sphere ? h <= t_max && h < INFINITY : hit;
-        id = is_sphere ? sphere : id;
+        id = is_sphere ? first : id;
     }
     return hit;
 }

@@ -35,28 +35,28 @@ float contracted(float a, float b, float c, float d) {
     return r;
 }
 
-// A triangle's edge functions: barycentrics of v0, v1 and v2, not normalised. They are `precise`: contracted to FMA they would no
-// longer agree between the two triangles of an edge (3% leaks). Paper's fall-back to double where one is 0 is not needed: 0 counts as
-// inside on both sides of an edge.
-struct Edges {
-    float u;
-    float v;
-    float w;
-};
-
-// a × b, of corners across the ray.
-float edge(vec3 a, vec3 b) {
-    if (MUTATION == MUTATE_EDGES) return contracted(a.x, b.y, a.y, b.x);
-    precise float e = a.x * b.y - a.y * b.x;
-    return e;
-}
-
 // A corner, in axes of which z is the ray's.
 vec3 sheared(Shear r, vec3 o, vec3 v) {
     vec3 a = along(r, v - o);
     precise vec2 across = a.xy - r.s.xy * a.z;
     return vec3(across, a.z);
 }
+
+// An edge function: a × b, of corners across the ray. It is `precise`: contracted to FMA it would no longer agree between the two
+// triangles of an edge (3% leaks). Paper's fall-back to double where one is 0 is not needed: 0 counts as inside on both sides of an
+// edge.
+float edge(vec3 a, vec3 b) {
+    if (MUTATION == MUTATE_EDGES) return contracted(a.x, b.y, a.y, b.x);
+    precise float e = a.x * b.y - a.y * b.x;
+    return e;
+}
+
+// Those of a triangle: barycentrics of v0, v1 and v2, not normalised.
+struct Edges {
+    float u;
+    float v;
+    float w;
+};
 
 // Their sum.
 float determinant(Edges e) {

@@ -74,16 +74,16 @@ fn tiles_of(pixels: &[Rectangle], [width, height]: [u32; 2]) -> Vec<usize> {
 }
 
 /// Whether to look at so many tiles of an image before so many samples of each pixel.
-fn pays(tiles: &[usize], size: [u32; 2], samples: u32) -> bool {
+fn pays(tiles: usize, size: [u32; 2], samples: u32) -> bool {
     let all: usize = size.iter().map(|size| size.div_ceil(SIDE) as usize).product();
-    tiles.len() * FEWEST_SAMPLES as usize <= all.saturating_mul(samples as usize)
+    tiles * FEWEST_SAMPLES as usize <= all.saturating_mul(samples as usize)
 }
 
 impl Renderer {
     /// The pixels, row by row, whose samples need glances; none if there are none to be made. Overwrites the film.
     pub(super) fn look_for_lamps(&mut self) -> Result<Vec<bool>, RenderError> {
         let tiles = tiles_of(&self.lamp_places, [self.width, self.height]);
-        if tiles.is_empty() || !pays(&tiles, [self.width, self.height], self.settings.samples) {
+        if tiles.is_empty() || !pays(tiles.len(), [self.width, self.height], self.settings.samples) {
             return Ok(Vec::new());
         }
         self.beforehand(|renderer| {
@@ -157,8 +157,7 @@ mod tests {
 
     #[test]
     fn few_samples_look_for_few_lamps() {
-        let tiles: Vec<usize> = (0..32).collect();
-        let pays = |size| [1, 2, 3, 4, u32::MAX].map(|samples| pays(&tiles, size, samples));
+        let pays = |size| [1, 2, 3, 4, u32::MAX].map(|samples| pays(32, size, samples));
         assert_eq!(pays([64, 32]), [false, false, false, true, true]);
         assert_eq!(pays([64, 57]), [false, true, true, true, true]);
         assert_eq!(pays([128, 64]), [true; 5]);
