@@ -5,6 +5,7 @@
 #extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_vote : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
+#extension GL_KHR_shader_subgroup_shuffle : require
 // Path tracing for scenes with a tree, on devices whose subgroup is a SIMD register of a CPU. Most rays of most scenes
 // never come near the mesh, and those that do walk the tree for very different numbers of steps: traced where they
 // arise, they leave most lanes idle. Here each lane has a pocket: a path whose next ray, or whose shadow ray, meets the

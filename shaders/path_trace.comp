@@ -5,6 +5,7 @@
 #extension GL_KHR_shader_subgroup_vote : require
 #extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
+#extension GL_KHR_shader_subgroup_shuffle : require
 // Path tracing by path regeneration: an invocation owns a pixel, and as soon as a path ends the next sample of the
 // pixel begins in its place, so that the lanes of a subgroup stay busy although paths differ in length.
 //
@@ -18,6 +19,7 @@ layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
 
 #include "lib/pixel_order.glsl"
 #include "lib/work.glsl"
+#include "lib/split.glsl"
 #include "lib/counting.glsl"
 #include "lib/trace.glsl"
 #include "lib/reuse_lanes.glsl"
@@ -31,13 +33,14 @@ bool group_lacks_path(bool reusing, bool has_ended, bool none_reuses) {
 
 void main() {
     load_scene();
-    uint number = place_of_piece(gl_WorkGroupID.x) * gl_WorkGroupSize.x;
-    number += REUSE ? gl_SubgroupID * SUBGROUP_LANES + gl_SubgroupInvocationID : gl_LocalInvocationID.x;
+    uint number = split_number();
+    // Groups of pixels are in a subgroup.
+    if (REUSE) number = place_of_piece(gl_WorkGroupID.x) * gl_WorkGroupSize.x + gl_SubgroupID * SUBGROUP_LANES + gl_SubgroupInvocationID;
     uint slot = slot_of_invocation(number);
     uvec2 at = uvec2(0u);
     bool real = slot < end_slot && pixel_of_slot(slot, at);
     // Groups stay together.
-    if (!REUSE && !real) return;
+    if (!REUSE && SPLIT == 1u && !real) return;
     FilmPixel film_pixel = film_empty();
     uint film_place = film_slot(slot);
     if (real) film_pixel = film_load(film_place);
@@ -45,9 +48,11 @@ void main() {
     if (REUSE && real && reused_halves != 0u) gradients = gradients_load(film_place);
     uint first = film_pixel.count;
     uint end = real ? min(target_of(film_pixel.state), first + max_new_samples) : 0u;
-    uint left = end - min(first, end);      // samples that have not ended
+    uint samples = end - min(first, end);
+    uvec2 share = REUSE ? uvec2(0u, samples) : split_share(samples);
+    uint left = share.y;                    // samples that have not ended
     bool going = left > 0u;                 // with a path
-    if (REUSE ? !any_lane(going) : !going) return;
+    if (REUSE ? !any_lane(going) : SPLIT == 1u && !going) return;
     // The host asks for whole groups in whole subgroups; a device that cuts them up must not go on.
     if (REUSE && (gl_SubgroupSize != SUBGROUP_LANES || gl_NumSubgroups * SUBGROUP_LANES != gl_WorkGroupSize.x)) {
         if (subgroupElect()) atomicAdd(counters[COUNT_TRUNCATED], 1u);
@@ -60,7 +65,7 @@ void main() {
     uint key = pixel_key(pixel_number(at));
     uint shared_key = REUSE ? group_key(pixel_of_tile(tile_corner(slot / TILE), first_of_group(p))) : key;
     Camera camera = frame_camera();
-    Path path = path_begin(camera, at, key, index_of_member(index_after(film_pixel.state, first), member_of_group(p)),
+    Path path = path_begin(camera, at, key, index_of_member(index_after(film_pixel.state, first) + share.x, member_of_group(p)),
                            film_glances(film_pixel.state));
     vec3 radiance = vec3(0.0);
     Counts counts = Counts(0u, 0u, 0u, 0u, 0u, 0u, 0u);
@@ -71,7 +76,7 @@ void main() {
     vec3 glanced = vec3(0.0);               // of the sample, by what came before its path
     EndedPath ended = ended_none();
     bool waits = false;                     // with a path that has ended too
-    do {
+    if (REUSE || SPLIT == 1u || going) do {
         do {
             float t;
             int id = closest_hit(path.origin, path.direction, path.leaving, t, loops);
@@ -103,8 +108,12 @@ void main() {
             left -= over ? 1u : 0u;
             waits = over && ended.there;
             if (over && !waits) {
-                if (reusing) ended = path_ends(meeting, radiance, glanced);
-                else counts.bad += film_add(film_pixel, REUSE ? radiance + glanced : radiance) ? 0u : 1u;
+                if (reusing) {
+                    ended = path_ends(meeting, radiance, glanced);
+                } else if (!REUSE && SPLIT > 1u) {
+                    split_note(share.x, radiance);
+                    share.x += 1u;
+                } else counts.bad += film_add(film_pixel, REUSE ? radiance + glanced : radiance) ? 0u : 1u;
                 radiance = vec3(0.0);
                 glanced = vec3(0.0);
             }
@@ -130,12 +139,14 @@ void main() {
             going = within_budget && left > 0u;
         }
     } while (REUSE && within_budget && any_lane(going || ended.there));
-    if (real) film_store(film_place, film_pixel);
+    bool adds = real && (REUSE || split_part() == 0u);
+    if (!REUSE && SPLIT > 1u) counts.bad = split_add(film_pixel, samples);
+    if (adds) film_store(film_place, film_pixel);
     if (real && is_scattered()) film_note_cost(film_place, cost_of(counts.shadow_rays, occlusion_steps));
     if (REUSE && real && reused_halves != 0u) gradients_store(film_place, gradients);
-    counts.samples = film_pixel.count - first;
+    counts.samples = adds ? film_pixel.count - first : 0u;
     counts.reused = reusing ? counts.samples : 0u;
     if (PATH_STATS) counts.steps = walked_steps;
-    counts.truncated = film_pixel.count < end && within_budget ? 1u : 0u;
+    counts.truncated = (REUSE ? film_pixel.count < end : left > 0u) && within_budget ? 1u : 0u;
     add_counts(counts);
 }

@@ -16,11 +16,11 @@ const SAMPLES: u32 = 32;
 /// a queue, all paths of a workgroup share the budget, and in the general pipeline all rays go through it.
 fn small_budget(name: &str, scheduler: Scheduler, reused: bool) -> u32 {
     match (name, scheduler) {
-        ("cat", Scheduler::Inline) => 1500,
+        ("cat", Scheduler::Inline | Scheduler::Turns) => 1500,
         // Samples of up to four paths.
-        ("glass cat", Scheduler::Inline) => 6000,
+        ("glass cat", Scheduler::Inline | Scheduler::Turns) => 6000,
         ("glass cat", Scheduler::Queue | Scheduler::Auto) => 16_000,
-        (_, Scheduler::Inline) => 400,
+        (_, Scheduler::Inline | Scheduler::Turns) => 400,
         // Half of it is for reusing the paths.
         ("cat", Scheduler::Queue | Scheduler::Auto) if reused => 8000,
         ("cat", Scheduler::Queue | Scheduler::Auto) => 4000,
@@ -48,7 +48,10 @@ fn variants(name: &str, scene: &Scene, reuse: Reuse) -> Vec<(String, RenderSetti
     for (feature, unneeded) in Feature::ALL {
         all.push((format!("+{feature}"), RenderSettings { unneeded: Some(unneeded), ..base.clone() }));
     }
-    for scheduler in [Scheduler::Inline, Scheduler::Queue] {
+    for scheduler in [Scheduler::Inline, Scheduler::Turns, Scheduler::Queue] {
+        // As on GPUs, which that is for.
+        let threads = (scheduler == Scheduler::Turns).then_some(true);
+        let base = RenderSettings { threads, ..base.clone() };
         let budget = Some(small_budget(name, scheduler, reused));
         all.push((format!("{scheduler:?}"), RenderSettings { scheduler, ..base.clone() }));
         all.push((
@@ -65,6 +68,15 @@ fn variants(name: &str, scene: &Scene, reuse: Reuse) -> Vec<(String, RenderSetti
                 general: true,
                 ..base.clone()
             },
+        ));
+    }
+    for scheduler in [Scheduler::Inline, Scheduler::Turns] {
+        let split = RenderSettings { scheduler, split: Some(4), ..base.clone() };
+        all.push((format!("{scheduler:?}, split"), split.clone()));
+        let loop_budget = Some(small_budget(name, scheduler, reused));
+        all.push((
+            format!("{scheduler:?}, split, all at once"),
+            RenderSettings { samples_per_dispatch: Some(5), loop_budget, general: true, ..split },
         ));
     }
     let loop_budget = Some(small_budget(name, Scheduler::Queue, reused));

@@ -43,6 +43,8 @@ layout(constant_id = 202) const uint LIGHT_SAMPLES = 1u;   // where such paths f
 layout(constant_id = 31) const uint FACET_COUNT = 0u;      // constant flat polygons, see intersect/facet.glsl
 layout(constant_id = 30) const uint LIGHT_LOOPS = 0u;      // loop iterations that choosing lights takes at a hit
 layout(constant_id = 26) const bool PATH_STATS = false;    // count rays and traversal steps
+layout(constant_id = 35) const bool THREADS = false;       // lanes are threads of a GPU, see intersect/tree.glsl
+layout(constant_id = 36) const bool SHUFFLES = false;      // lanes may read each other's registers
 layout(constant_id = 33) const bool DRAWS_WORK = false;    // workgroups draw pieces of work, see work.glsl
 
 // Values of MUTATION (render/mutation.rs): errors in transport, then numerical protections taken away.

@@ -59,6 +59,7 @@ bool in_group(uint first) { return gl_SubgroupInvocationID / MEMBERS == first / 
 
 // What a member of the lane's group holds. `member` must be the same in all lanes.
 float of_member(float value, uint member) {
+    if (SHUFFLES) return subgroupShuffle(value, gl_SubgroupInvocationID / MEMBERS * MEMBERS + member);
     float theirs = subgroupBroadcast(value, member);
     [[unroll]] for (uint first = MEMBERS; first < SUBGROUP_LANES; first += MEMBERS) {
         float others = subgroupBroadcast(value, first + member);

@@ -1,12 +1,16 @@
-// Votes among the lanes of a subgroup, for kernels that only CPUs execute, where paths are shared or rays queued, and for rays that
-// are timed (probe/traverse.comp). There a driver makes a loop over the lanes of a vote or a ballot, through memory, and straight code of a sum (lavapipe 25.0.7: rooms of spheres
-// whose paths are shared take .81 to .86 of the time with sums).
+// Votes among the lanes of a subgroup. A CPU driver makes a loop over the lanes of a vote or a ballot, through memory, and straight
+// code of a sum (lavapipe 25.0.7: rooms of spheres whose paths are shared take .81 to .86 of the time with sums).
 
 #ifndef VOTES_GLSL
 #define VOTES_GLSL
 
+#include "layout.glsl"
+
 // In how many lanes this holds, and whether in any.
-uint lanes(bool wanted) { return subgroupAdd(wanted ? 1u : 0u); }
-bool any_lane(bool wanted) { return lanes(wanted) > 0u; }
+uint lanes(bool wanted) {
+    if (THREADS) return subgroupBallotBitCount(subgroupBallot(wanted));
+    return subgroupAdd(wanted ? 1u : 0u);
+}
+bool any_lane(bool wanted) { return THREADS ? subgroupAny(wanted) : lanes(wanted) > 0u; }
 
 #endif

@@ -14,7 +14,7 @@
 #include "../lib/trace.glsl"
 #include "../lib/votes.glsl"
 
-const uint RUN = 512u;      // rays of a workgroup; check/probe/traversal.rs has the same
+layout(constant_id = 241) const uint RUN = 512u;    // rays of a workgroup
 
 // Not a constant: the path tracer's loop has rays of both kinds.
 bool any_hit = max_new_samples != 0u;

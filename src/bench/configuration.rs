@@ -100,6 +100,7 @@ impl Key {
             (Self::Intersection, "moller-trumbore") => s.triangle_test = TriangleTest::MollerTrumbore,
             (Self::Scheduler, "auto") => s.scheduler = Scheduler::Auto,
             (Self::Scheduler, "inline") => s.scheduler = Scheduler::Inline,
+            (Self::Scheduler, "turns") => s.scheduler = Scheduler::Turns,
             (Self::Scheduler, "queue") => s.scheduler = Scheduler::Queue,
             (Self::Reuse, "auto") => s.reuse = Reuse::Auto,
             (Self::Reuse, "always") => s.reuse = Reuse::Always,

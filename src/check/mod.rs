@@ -17,7 +17,7 @@ pub(crate) mod probe;
 mod report;
 mod rng;
 mod runner;
-mod scenes;
+pub(crate) mod scenes;
 mod statistics;
 
 pub use case::{Case, Measured};

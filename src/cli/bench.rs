@@ -89,7 +89,7 @@ pub struct BenchArgs {
     #[arg(long, value_name = "FILE", requires = "rays")]
     dump_rays: Option<PathBuf>,
 
-    /// Use path_trace.spv, path_queue.spv or traverse.spv (--rays) of this folder instead of the built-in shaders
+    /// Use path_trace.spv, path_turns.spv, path_queue.spv or traverse.spv (--rays) of this folder instead of the built-in shaders
     #[arg(long, value_name = "FOLDER", conflicts_with = "growth")]
     spirv: Option<PathBuf>,
 

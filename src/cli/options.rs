@@ -149,6 +149,8 @@ pub enum SchedulerArg {
     Auto,
     /// Each lane walks the tree at once
     Inline,
+    /// Lanes whose rays are done shade while others walk the tree (not where paths are reused)
+    Turns,
     /// Paths that need the tree wait, until a whole subgroup walks it together
     Queue,
 }
@@ -156,7 +158,8 @@ pub enum SchedulerArg {
 /// Reuse of paths.
 #[derive(Clone, Copy, ValueEnum)]
 pub enum ReuseArg {
-    /// On CPU drivers, in scenes with indirect light on diffuse surfaces, if a few samples beforehand show that it pays
+    /// In scenes with indirect light on diffuse surfaces, if a few samples beforehand show that it pays; on GPUs in long
+    /// renderings
     Auto,
     /// The same, whether it pays or not
     Always,
@@ -247,6 +250,7 @@ impl SceneOptions {
             scheduler: match self.scheduler {
                 SchedulerArg::Auto => Scheduler::Auto,
                 SchedulerArg::Inline => Scheduler::Inline,
+                SchedulerArg::Turns => Scheduler::Turns,
                 SchedulerArg::Queue => Scheduler::Queue,
             },
             reuse: match self.reuse {

@@ -12,7 +12,7 @@ use std::collections::{HashMap, HashSet};
 
 use rspirv::binary::Assemble;
 use rspirv::dr::{Function, Instruction, Module, Operand, load_words};
-use rspirv::spirv::{Op, Word};
+use rspirv::spirv::{Capability, Op, Word};
 
 use super::pipeline::Specialization;
 
@@ -35,6 +35,7 @@ pub(super) fn prune(words: &[u32], specialization: &Specialization) -> Option<Ve
         flow::keep_reachable(function, &constants)?;
     }
     keep_called(&mut module);
+    keep_needed(&mut module);
     let defined = module.all_inst_iter().filter_map(|i| i.result_id).collect();
     keep_described(&mut module, &defined);
     is_closed(&module, &defined).then(|| module.assemble())
@@ -85,6 +86,13 @@ fn keep_called(module: &mut Module) {
 
 fn callee(instruction: &Instruction) -> Option<Word> {
     (instruction.class.opcode == Op::FunctionCall).then(|| instruction.operands.first()?.id_ref_any())?
+}
+
+/// Drops the capability to shuffle values between lanes if nothing does: a device may lack it.
+fn keep_needed(module: &mut Module) {
+    let shuffles = module.all_inst_iter().any(|i| i.class.opcode == Op::GroupNonUniformShuffle);
+    let is_shuffle = |i: &Instruction| i.operands.contains(&Operand::Capability(Capability::GroupNonUniformShuffle));
+    module.capabilities.retain(|capability| shuffles || !is_shuffle(capability));
 }
 
 /// Drops names and decorations of what is no longer there.

@@ -22,6 +22,8 @@ pub struct DeviceInfo {
     pub uuid: String,
     /// Lanes of a subgroup.
     pub subgroup_size: u32,
+    /// Whether lanes of a subgroup can read each other's values.
+    pub shuffles: bool,
     /// Bytes of the largest storage buffer binding.
     pub max_storage_range: u64,
     /// Elements of the largest texel buffer.
@@ -131,6 +133,7 @@ fn describe(instance: &Instance, device: vk::PhysicalDevice, index: usize) -> De
         ),
         uuid: format_uuid(&v11.device_uuid),
         subgroup_size: v11.subgroup_size,
+        shuffles: v11.subgroup_supported_operations.contains(vk::SubgroupFeatureFlags::SHUFFLE),
         max_storage_range: u64::from(basic.limits.max_storage_buffer_range),
         max_texel_elements: u64::from(basic.limits.max_texel_buffer_elements),
         memory: memory
@@ -213,6 +216,7 @@ mod tests {
             api_version: "1.3.0".to_owned(),
             uuid: format_uuid(&[index as u8; 16]),
             subgroup_size: 8,
+            shuffles: false,
             max_storage_range: 1 << 27,
             max_texel_elements: 1 << 27,
             memory: 1 << 30,

@@ -2,6 +2,19 @@
 
 use crate::gpu::{DeviceInfo, DeviceKind};
 
+use super::settings::RenderSettings;
+
+/// What shares paths.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Sharers {
+    /// Lanes of a CPU's vectors: a sample takes 1.4 to 2.3 times the time.
+    Lanes,
+    /// Threads of a GPU: a sample takes 2.4 to 6 times the time, and what the host does before and after as long as hundreds.
+    Threads,
+    /// Threads that cannot read each other's registers, by which it takes 2 to 4 times as long again.
+    None,
+}
+
 /// Facts of a driver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct DriverFacts {
@@ -12,8 +25,15 @@ pub(crate) struct DriverFacts {
     /// Paths that need the tree wait for each other ([`Scheduler::Queue`](super::Scheduler::Queue)): pays where a
     /// subgroup is a SIMD register of a CPU, whose idle lanes cost as much as busy ones.
     pub queue: bool,
-    /// Paths serve several pixels where that pays ([`Reuse`](super::Reuse)): measured on CPUs only.
-    pub reuse: bool,
+    /// Where paths may serve several pixels, if that pays ([`Reuse`](super::Reuse)).
+    pub reuse: Sharers,
+    /// Lanes are threads of a GPU: each takes its own way at a branch, and has memory of its own for a stack, which a CPU driver
+    /// accesses lane by lane.
+    pub threads: bool,
+    /// Lanes can read each other's registers, which a GPU's do in one instruction.
+    pub shuffles: bool,
+    /// Invocations that keep the device busy; 0: any number. (An H100 holds 2¹⁸ of them, with few registers.)
+    pub invocations: u64,
     /// A branch that no lane of a subgroup takes costs next to nothing. lavapipe before Mesa 23.1 executes it all the same.
     pub skips_branches: bool,
     /// Regions for the notes of paths, which the workgroups that run share: a workgroup that finds none free waits.
@@ -32,12 +52,30 @@ impl DriverFacts {
                 Some(_) if device.kind == DeviceKind::Cpu => 0,
                 _ => 1 << 20,
             },
-            workgroup_size: if device.kind == DeviceKind::Cpu { 64 } else { device.subgroup_size.clamp(32, 128) },
+            workgroup_size: if device.kind == DeviceKind::Cpu { 64 } else { 128 },
             queue: device.kind == DeviceKind::Cpu,
-            reuse: device.kind == DeviceKind::Cpu,
+            reuse: match device.kind {
+                DeviceKind::Cpu => Sharers::Lanes,
+                _ if device.shuffles => Sharers::Threads,
+                _ => Sharers::None,
+            },
+            threads: device.kind != DeviceKind::Cpu,
+            shuffles: device.shuffles,
+            invocations: if device.kind == DeviceKind::Cpu { 0 } else { 1 << 18 },
             skips_branches: !old_lavapipe,
             queue_regions: if device.kind == DeviceKind::Cpu { 64 } else { 1024 },
         }
+    }
+
+    /// Invocations of a workgroup for an image of so many slots. A GPU has few workgroups of a small one, which must be small too for
+    /// its processors to have alike shares (an armadillo, 256×256: .75 of the time with 64 invocations; 1024×1024: .93 with 128).
+    pub fn workgroup_of(&self, slots: u64) -> u32 {
+        if self.threads && slots < 1 << 18 { self.workgroup_size / 2 } else { self.workgroup_size }
+    }
+
+    /// The same, but for what the caller decides.
+    pub fn with(self, settings: &RenderSettings) -> Self {
+        Self { threads: settings.threads.unwrap_or(self.threads), ..self }
     }
 }
 

@@ -271,7 +271,7 @@ impl Features {
             plain(
                 "path reuse",
                 self.can_reuse() && !self.has_caustics(),
-                "unless switched off, on CPU drivers, if a trial shows that it pays: diffuse surfaces light each other",
+                "unless switched off, on GPUs in long renderings only, if a trial shows that it pays: diffuse surfaces light each other",
                 if self.can_reuse() {
                     "unless asked for: most noise is that of lamps seen by way of glass and mirrors"
                 } else {

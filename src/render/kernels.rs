@@ -5,6 +5,17 @@ use std::borrow::Cow;
 use super::error::RenderError;
 use super::settings::RenderSettings;
 
+/// How rays that need the tree are scheduled, once that is decided.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Schedule {
+    /// A lane walks the tree where a ray arises.
+    Inline,
+    /// Lanes whose rays are done go on while others walk.
+    Turns,
+    /// Rays wait, and a subgroup walks the tree with many.
+    Queue,
+}
+
 /// A kernel: its name, and its SPIR-V.
 pub(crate) struct Kernel {
     pub name: &'static str,
@@ -14,6 +25,9 @@ pub(crate) struct Kernel {
 /// Traces rays where they arise (shaders/path_trace.comp).
 const PATH_TRACE: Kernel =
     Kernel { name: "path_trace", spirv: include_bytes!(concat!(env!("OUT_DIR"), "/path_trace.spv")) };
+/// Shades and walks in turns (shaders/path_turns.comp).
+const PATH_TURNS: Kernel =
+    Kernel { name: "path_turns", spirv: include_bytes!(concat!(env!("OUT_DIR"), "/path_turns.spv")) };
 /// Lets rays wait for the tree (shaders/path_queue.comp).
 const PATH_QUEUE: Kernel =
     Kernel { name: "path_queue", spirv: include_bytes!(concat!(env!("OUT_DIR"), "/path_queue.spv")) };
@@ -23,8 +37,12 @@ pub(crate) const LIGHT_TRACE: Kernel =
     Kernel { name: "light_trace", spirv: include_bytes!(concat!(env!("OUT_DIR"), "/light_trace.spv")) };
 
 /// The kernel of a scheduler.
-pub(crate) const fn built_in(queued: bool) -> Kernel {
-    if queued { PATH_QUEUE } else { PATH_TRACE }
+pub(crate) const fn built_in(schedule: Schedule) -> Kernel {
+    match schedule {
+        Schedule::Inline => PATH_TRACE,
+        Schedule::Turns => PATH_TURNS,
+        Schedule::Queue => PATH_QUEUE,
+    }
 }
 
 /// The SPIR-V of a kernel: the caller's, if there is one in the folder of the settings, else the built-in one.

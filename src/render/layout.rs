@@ -38,6 +38,9 @@ pub(crate) mod constant {
     pub const ENOUGH_LANES: u32 = 28;
     pub const DRAWS_WORK: u32 = 33;
     pub const SKIPS_BRANCHES: u32 = 34;
+    pub const THREADS: u32 = 35;
+    pub const SHUFFLES: u32 = 36;
+    pub const SPLIT: u32 = 37;
     pub const LIGHT_NODES: u32 = 29;
     pub const LIGHT_LOOPS: u32 = 30;
     pub const LIGHT_ENTRIES: u32 = 59;

@@ -11,6 +11,8 @@ mod passes;
 mod repeats;
 mod schedule;
 mod shares;
+mod slots;
+mod split;
 mod survey;
 mod trial;
 mod tried;
@@ -18,13 +20,12 @@ mod twins;
 
 use std::ops::ControlFlow;
 use std::panic::resume_unwind;
-use std::sync::Arc;
 use std::time::Instant;
 
 use bytemuck::Zeroable;
 
 use crate::accel::{MAX_RECORDS, TreeStatistics};
-use crate::gpu::{Context, Device, DeviceKind, Pipeline, Timeline};
+use crate::gpu::{Context, DeviceKind, Pipeline, Timeline};
 use crate::scene::Scene;
 
 use super::bindings;
@@ -32,7 +33,7 @@ use super::driver::DriverFacts;
 use super::error::RenderError;
 use super::features::Features;
 use super::film::{Film, slot_count, slots_of_row};
-use super::kernels;
+use super::kernels::{self, Schedule};
 use super::layout::{Push, binding, constant, glance, queue};
 use super::plan::{Pace, Rounds};
 use super::prepared::Prepared;
@@ -47,6 +48,7 @@ use gradients::{Certainties, Groups};
 use handout::Handout;
 use passes::Watch;
 use schedule::Job;
+use split::Split;
 use survey::Places;
 use trial::ReuseTrial;
 
@@ -94,7 +96,6 @@ pub struct Renderer {
     pipeline: Pipeline,
     beams: Option<BeamTracer>,
     buffers: Buffers,
-    device: Arc<Device>,
     statistics: RenderStatistics,
 }
 
@@ -115,7 +116,7 @@ impl Renderer {
         let start = Instant::now();
         let Prepared { scene, settings, features, tables, seconds: prepared_seconds } = prepared;
         let device = &context.0;
-        let facts = DriverFacts::of(context.info());
+        let facts = DriverFacts::of(context.info()).with(settings);
         let subgroup = device.info.subgroup_size;
         let needed = if settings.general || settings.unneeded.is_some() {
             Features::of(scene, &RenderSettings { general: false, unneeded: None, ..settings.clone() })
@@ -123,7 +124,7 @@ impl Renderer {
             features.clone()
         };
         let beam_targets = beams::targets(&needed, &tables, settings);
-        let reuse = trial::may_reuse(&needed, settings.reuse, &facts) && beam_targets == 0;
+        let reuse = trial::may_reuse(&needed, settings, &facts) && beam_targets == 0;
         let groups_fit = subgroup.is_multiple_of(sobol::MEMBERS as u32);
         let job = Job {
             features: &features,
@@ -135,7 +136,8 @@ impl Renderer {
             reuse,
             groups_fit,
         };
-        let queued = job.is_queued(settings.scheduler);
+        let schedule = job.schedule(settings.scheduler);
+        let queued = schedule == Schedule::Queue;
         let sobol = sobol::table(features.sobol_levels, if reuse { sobol::MEMBERS } else { 1 });
 
         let (width, height) = (scene.film.width, scene.film.height);
@@ -154,11 +156,20 @@ impl Renderer {
         let loop_budget = settings.loop_budget.unwrap_or(facts.loop_budget);
         let cpu_threads = (device.info.kind == DeviceKind::Cpu).then(threads);
         let handout = Handout::of(queued, loop_budget, cpu_threads, &facts);
+        let split = match schedule {
+            Schedule::Inline | Schedule::Turns if !reuse => {
+                let most = device.limits.max_compute_work_group_invocations / subgroup;
+                Split::of(settings.split, facts.invocations, slots, settings.samples, most)
+            }
+            _ => Split::NONE,
+        };
         let workgroup = match settings.workgroup_size {
             // The queue's workgroup is one subgroup.
             _ if queued => subgroup,
+            // Lanes of a subgroup are neighbours in the image.
+            _ if split != Split::NONE => subgroup * split.invocations,
             size => {
-                let size = size.unwrap_or(facts.workgroup_size);
+                let size = size.unwrap_or(facts.workgroup_of(slots));
                 if reuse { size.next_multiple_of(subgroup) } else { size }
             }
         };
@@ -168,12 +179,17 @@ impl Renderer {
                 device.limits.max_compute_work_group_invocations
             )));
         }
-        let slots_per_piece = if queued { queue::TILE } else { workgroup };
+        let slots_per_piece = if queued { queue::TILE } else { workgroup / split.invocations };
         let mut specialization = tables.specialization(&features, settings, facts);
+        specialization.uint(constant::SPLIT, split.invocations);
         specialization.uint(constant::WORKGROUP, workgroup).uint(constant::LOOP_BUDGET, loop_budget);
         // Lanes that must be at work for a subgroup to go on as it does. (Seven of eight instead of five, and paths counted every
         // second step instead of every fourth: .95 to 1.0 of the time, lavapipe 25.0.7 and 22.3.6.)
-        let enough = (workgroup * 7 / 8).max(1);
+        let enough = match schedule {
+            // That wait to be shaded. (A quarter and three quarters of them: 1.05 and 1.03 of the time, H100.)
+            Schedule::Turns => (subgroup / 2).max(1),
+            Schedule::Inline | Schedule::Queue => (workgroup * 7 / 8).max(1),
+        };
         specialization.uint(constant::REGIONS, regions).uint(constant::ENOUGH_LANES, enough);
         let lamp_places = glances::places(&needed, &tables, settings, [width, height]);
         specialization.uint(constant::GLANCES, if lamp_places.is_empty() { 0 } else { glance::GLANCES });
@@ -188,7 +204,7 @@ impl Renderer {
         specialization.uint(constant::BEAM_TARGETS, beam_targets);
         let repeats = repeats::may_repeat(&needed, beam_targets, settings);
         specialization.bool(constant::REPEATS, repeats);
-        let built_in = kernels::built_in(queued);
+        let built_in = kernels::built_in(schedule);
         let stage = built_in.name;
         let spirv = kernels::spirv(&built_in, settings)?;
         let layout = bindings::layout(device, &buffers::BINDINGS)?;
@@ -197,7 +213,8 @@ impl Renderer {
         let row_slots = slots_of_row(width);
         let most_groups = u64::from(device.limits.max_compute_work_group_count[0]);
         let covered = if handout.is_drawn() { slots } else { most_groups * u64::from(slots_per_piece) };
-        let shape = Shape { slots, row_slots, covered, regions, reuse, notes: queued && reuse };
+        let split_samples = split.noted(slots.min(covered), workgroup);
+        let shape = Shape { slots, row_slots, covered, regions, split_samples, reuse, notes: queued && reuse };
         // The driver works on the shader while buffers are made and filled. (On the main thread the former, which
         // allocates much more: the heaps of other threads grow in small steps.)
         let (pipeline, beams, pipeline_seconds, buffers) = std::thread::scope(|scope| {
@@ -242,7 +259,7 @@ impl Renderer {
             handout,
             pace: Pace::new(
                 settings.samples_per_dispatch,
-                if queued { queue::PATHS / queue::TILE } else { u32::MAX },
+                if queued { queue::PATHS / queue::TILE } else { split.most_samples },
                 match device.info.kind {
                     DeviceKind::Cpu => Rounds::on_cpu(threads(), settings.time_limit),
                     _ => Rounds::on_gpu(),
@@ -258,13 +275,12 @@ impl Renderer {
             repeats,
             beginnings: Vec::new(),
             reuse: if reuse { ReuseTrial::of(settings.reuse) } else { ReuseTrial::Never },
-            reuse_is_worth: trial::worth(&needed),
+            reuse_is_worth: trial::worth(&needed, &facts),
             stage,
             timeline,
             pipeline,
             beams: beams.transpose()?,
             buffers,
-            device: Arc::clone(device),
             statistics: RenderStatistics::default(),
         };
         let warm_up_start = Instant::now();

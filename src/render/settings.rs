@@ -40,16 +40,19 @@ pub enum Accel {
     None,
 }
 
-/// How rays that need the tree are scheduled. Both give the same bits.
+/// How rays that need the tree are scheduled. All give the same bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Scheduler {
     /// On CPU drivers [`Scheduler::Queue`] for scenes with a tree, unless it is small or there are few samples to take, for
-    /// which the larger kernel does not pay; else [`Scheduler::Inline`]. Where paths are reused and groups of eight do not
-    /// fit into a subgroup, always the former.
+    /// which the larger kernel does not pay; on GPUs [`Scheduler::Turns`] for scenes with a tree and no light but a point, unless
+    /// paths are reused; else [`Scheduler::Inline`]. Where paths are reused and groups of eight do not fit into a subgroup, always
+    /// the first.
     #[default]
     Auto,
     /// Each lane walks the tree at once.
     Inline,
+    /// Lanes whose rays are done shade what they have met while others walk the tree. Not where paths are reused.
+    Turns,
     /// Paths whose rays need the tree wait in a pocket of their lane, which goes on with others; all lanes of a subgroup
     /// then walk together.
     Queue,
@@ -60,9 +63,9 @@ pub enum Scheduler {
 /// pixels have part of it in common.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Reuse {
-    /// As [`Reuse::Always`], unless a trial shows that it does not pay; but neither on GPUs, where it has not been
-    /// measured, nor in scenes with a hierarchy and emitters together with glass or mirrors, nor without a hierarchy on
-    /// lavapipe before Mesa 23.1.
+    /// As [`Reuse::Always`], unless a trial shows that it does not pay; but neither in scenes with a hierarchy and emitters
+    /// together with glass or mirrors, nor without a hierarchy on lavapipe before Mesa 23.1. On GPUs only from 512 samples per
+    /// pixel on (64 with a hierarchy), and with neither adaptive sampling nor a hierarchy and emitters.
     #[default]
     Auto,
     /// Where diffuse surfaces light each other. Not with [`Accel::None`].
@@ -219,9 +222,14 @@ pub struct RenderSettings {
     /// Whether lanes share what the queue's paths have noted, if there is room for the lanes of a group in a subgroup; else memory
     /// is where it is shared. `None`: as is faster with the driver. Changes no bit of the image.
     pub share_by_lanes: Option<bool>,
+    /// Whether lanes walk the tree as the threads of a GPU do, each on its own; `None`: as suits the device. Changes no bit of the image.
+    pub threads: Option<bool>,
+    /// Invocations for the samples of a pixel, 1 or a power of two, where paths neither wait nor are reused; `None`: as many as keep the
+    /// device busy. Changes no bit of the image.
+    pub split: Option<u32>,
     /// Count steps through the tree as well; a little slower.
     pub count_steps: bool,
-    /// A folder with `path_trace.spv`, `path_queue.spv` or `traverse.spv` to use instead of the built-in shaders: edit a
+    /// A folder with `path_trace.spv`, `path_turns.spv`, `path_queue.spv` or `traverse.spv` to use instead of the built-in shaders: edit a
     /// shader, run `glslc` on it, and render again without building the program.
     pub spirv_folder: Option<PathBuf>,
     /// Tests only: breaks one thing on purpose, to show that the tests see it.

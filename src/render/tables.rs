@@ -292,6 +292,8 @@ impl Tables {
             .uint(constant::BEAM_TEXELS, self.beam_texels)
             .uint(constant::LIGHT_LOOPS, self.lights.grid.loops())
             .uint(constant::SOBOL_LEVELS, features.sobol_levels)
+            .bool(constant::THREADS, facts.threads)
+            .bool(constant::SHUFFLES, facts.threads && facts.shuffles)
             .uint(constant::TREE_BOX_COUNT, self.tree_boxes.len() as u32)
             .uint(constant::TREE_LEVELS, if features.deep_tree { accel::MAX_DEPTH } else { self.stack_levels() })
             .uint(constant::MUTATION, settings.mutation.map_or(0, |m| m as u32))
@@ -412,6 +414,7 @@ fn add_triangles(
 
 #[cfg(test)]
 mod tests {
+    use super::super::driver::Sharers;
     use super::*;
     use crate::bench::generate;
     use crate::scene::PixelFilter;
@@ -422,7 +425,10 @@ mod tests {
             loop_budget: 0,
             workgroup_size: 64,
             queue: true,
-            reuse: true,
+            reuse: Sharers::Lanes,
+            threads: false,
+            shuffles: false,
+            invocations: 0,
             skips_branches: true,
             queue_regions: 64,
         };

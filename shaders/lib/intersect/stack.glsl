@@ -1,7 +1,7 @@
 // The stack of a walk: groups (node.glsl), at most one for each level of the tree.
 //
 // In a tree of few levels it is a shift register. A CPU driver stores into an array lane by lane, each behind a branch;
-// to move a dozen registers by one costs less.
+// to move a dozen registers by one costs less. Where lanes are threads it is an array.
 
 #ifndef STACK_GLSL
 #define STACK_GLSL
@@ -9,7 +9,7 @@
 #include "../layout.glsl"
 
 const int SHORT_LEVELS = 16;
-const bool SHORT_STACK = TREE_LEVELS <= uint(SHORT_LEVELS);
+const bool SHORT_STACK = !THREADS && TREE_LEVELS <= uint(SHORT_LEVELS);
 const int MOST_LEVELS = 64;         // two more than any tree has (accel::MAX_DEPTH)
 
 struct Stack {
@@ -23,6 +23,17 @@ Stack stack_empty() {
     // A group without members ends the walk, which may ask what is below it.
     deep_stack[0] = deep_stack[1] = 0u;
     return Stack(uint[](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u), 2);
+}
+
+// Of threads, in deep_stack.
+void stack_push(inout Stack s, uint group) {
+    deep_stack[s.top] = group;
+    s.top += 1;
+}
+
+uint stack_pop(inout Stack s) {
+    s.top -= 1;
+    return deep_stack[s.top];
 }
 
 // Returns the group on top, and puts another one there, or takes it away, or neither.

@@ -115,6 +115,39 @@ void brute_force_step(inout Walk w, TreeRay r, int leaving, bool any_hit) {
 #undef FOUR_RECORDS
 }
 
+// One step where lanes are threads, of which each takes its own way: .75 to .91 of the time that the step below takes there (H100;
+// meshes of 16 to 260 thousand triangles). Not faster there: to walk on to the next leaf before any is tested (1.06 to 1.3 times the
+// time), to make floats of bytes by their bits (1.1 to 1.14), to read records from a storage buffer (.99 to 1.0).
+void walk_apart(inout Walk w, TreeRay r, int leaving, bool any_hit) {
+    if (!w.walks) return;
+    int record = w.current;
+    TreeRecord q = tree_record(record);
+    uint met = 0u;
+    if (is_leaf(q)) {
+        float t;
+        int id;
+        bool hit = leaf_test(r, record, q, w.t, leaving, t, id) && nearer(w, id, t);
+        if (hit) {
+            w.t = t;
+            w.id = id;
+            if (any_hit) {
+                w.walks = false;
+                return;
+            }
+        }
+    } else {
+        met = children_met(r, q, w.t);
+    }
+    if (is_left(met)) {
+        if (is_left(w.group)) stack_push(w.stack, w.group);
+        w.group = met;
+    } else if (!is_left(w.group)) {
+        w.group = stack_pop(w.stack);
+    }
+    w.walks = is_left(w.group);
+    if (w.walks) w.current = take_member(w.group);
+}
+
 // One step, none if the walk is over. With `any_hit`, the first hit ends the walk.
 //
 // A CPU that executes the lanes together has little to do while it waits for a record. So where a walk goes on if the ray meets
@@ -124,6 +157,10 @@ void brute_force_step(inout Walk w, TreeRay r, int leaving, bool any_hit) {
 void walk_step(inout Walk w, TreeRay r, int leaving, bool any_hit) {
     if (BRUTE_FORCE) {
         brute_force_step(w, r, leaving, any_hit);
+        return;
+    }
+    if (THREADS) {
+        walk_apart(w, r, leaving, any_hit);
         return;
     }
     int record = w.current;

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use crate::check::lab::Rendered;
-use crate::check::scenes::{divided_room, room};
+use crate::check::scenes::{Build, divided_room, lamps, room};
 use crate::check::{Case, CheckError, Lab, Measured};
 use crate::render::{Accel, RenderSettings, Renderer, Reuse, Scheduler};
 use crate::scene::Scene;
@@ -21,7 +21,8 @@ pub(super) const CASES: &[Case] = &[
     Case {
         name: "determinism/split",
         what: "one sample a dispatch, workgroups of 8 and 96, a small loop budget, with paths reused (by lanes and in memory) \
-               and not, both schedulers",
+               and not, all schedulers, lanes as threads of a GPU, \
+               several invocations a pixel",
         oracle: "the image as usual",
         quantity: "pixels whose bits differ",
         threshold: 0.0,
@@ -31,17 +32,35 @@ pub(super) const CASES: &[Case] = &[
                 [|s| s.samples_per_dispatch = Some(1), |s| s.workgroup_size = Some(8), |s| s.workgroup_size = Some(96)];
             let ways: [Change; 2] = [|s| s.scheduler = Scheduler::Inline, |s| s.scheduler = Scheduler::Queue];
             // Half of a budget is for reusing the paths.
-            let with_reuse: [Change; 4] = [
+            let with_reuse: [Change; 6] = [
+                |s| s.threads = Some(true),
+                |s| (s.scheduler, s.threads) = (Scheduler::Queue, Some(true)),
                 |s| s.loop_budget = Some(1400),
                 |s| (s.scheduler, s.share_by_lanes) = (Scheduler::Queue, Some(true)),
                 |s| (s.scheduler, s.share_by_lanes) = (Scheduler::Queue, Some(false)),
                 |s| (s.scheduler, s.share_by_lanes, s.loop_budget) = (Scheduler::Queue, Some(true), Some(1400)),
             ];
-            let without: [Change; 1] = [|s| s.loop_budget = Some(700)];
+            let without: [Change; 7] = [
+                |s| s.loop_budget = Some(700),
+                |s| s.threads = Some(true),
+                |s| (s.scheduler, s.workgroup_size) = (Scheduler::Turns, Some(96)),
+                |s| (s.scheduler, s.threads) = (Scheduler::Turns, Some(true)),
+                |s| (s.scheduler, s.split, s.loop_budget) = (Scheduler::Inline, Some(2), Some(700)),
+                |s| (s.scheduler, s.split, s.samples_per_dispatch) = (Scheduler::Turns, Some(4), Some(3)),
+                |s| (s.scheduler, s.threads, s.loop_budget) = (Scheduler::Turns, Some(true), Some(700)),
+            ];
             let (scene, off): (_, Change) = (divided_room(), |s| s.reuse = Reuse::Off);
             let reused = variants(lab, &scene, |s| s.reuse = Reuse::Always, &[&cuts[..], &ways, &with_reuse].concat())?;
             let plain = variants(lab, &scene, off, &[&cuts[..], &ways, &without].concat())?;
-            Ok(Measured::new(reused.value + plain.value, "15 variants, 1024 pixels".to_owned()))
+            let turns: [Change; 3] = [
+                |s| (s.scheduler, s.split) = (Scheduler::Inline, Some(8)),
+                |s| s.scheduler = Scheduler::Turns,
+                |s| (s.scheduler, s.threads, s.samples_per_dispatch) = (Scheduler::Turns, Some(true), Some(1)),
+            ];
+            let mut lamps = lamps();
+            lamps.size(32, 4);
+            let lit = variants(lab, &lamps, off, &turns)?;
+            Ok(Measured::new(reused.value + plain.value + lit.value, "26 variants, 1024 pixels".to_owned()))
         },
     },
     Case {

@@ -39,6 +39,7 @@ const OUTPUT: u32 = 9;
 /// What probes see, besides what all kernels do.
 const BINDINGS: [(u32, BindingKind); 2] = [(INPUT, BindingKind::Array), (OUTPUT, BindingKind::Array)];
 const PROBE: u32 = 240;
+const RUN: u32 = 241;
 
 /// A kernel of shaders/probe with the choice of its function.
 #[derive(Debug, Clone)]
@@ -119,12 +120,14 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
         ]);
         let set = BindingSet::new(&layout, &bound)?;
         let counting = RenderSettings { count_steps: kernel.counts_steps, ..settings.clone() };
-        let mut specialization = tables.specialization(&features, &counting, DriverFacts::of(&device.info));
+        let mut specialization =
+            tables.specialization(&features, &counting, DriverFacts::of(&device.info).with(settings));
         specialization
             .uint(constant::WORKGROUP, kernel.workgroup)
             .uint(constant::LOOP_BUDGET, kernel.loop_budget)
             .uint(constant::ENOUGH_LANES, kernel.workgroup - kernel.workgroup / 4)
-            .uint(PROBE, kernel.function);
+            .uint(PROBE, kernel.function)
+            .uint(RUN, kernel.inputs);
         let pipeline = Pipeline::new(device, kernel.name, &kernel.spirv, &specialization, &layout)?;
         let ticket = timeline.submit(|r| {
             r.clear(&film);

@@ -5,7 +5,7 @@ mod reflect;
 use std::collections::BTreeMap;
 use std::mem::offset_of;
 
-use super::kernels::{LIGHT_TRACE, built_in};
+use super::kernels::{LIGHT_TRACE, Schedule, built_in};
 use super::layout::{
     BeamNote, Counters, FilmSlot, GradientSlot, Push, SceneValues, binding, constant, glance, mode, queue,
 };
@@ -59,6 +59,9 @@ fn expected_constants() -> BTreeMap<String, u32> {
         ("LIGHT_DEPTH", constant::LIGHT_DEPTH),
         ("FACET_COUNT", constant::FACET_COUNT),
         ("POINT_INSIDE", constant::POINT_INSIDE),
+        ("THREADS", constant::THREADS),
+        ("SHUFFLES", constant::SHUFFLES),
+        ("SPLIT", constant::SPLIT),
         ("SHARED_BY_LANES", constant::SHARED_BY_LANES),
         ("LIGHT_SAMPLES", constant::LIGHT_SAMPLES),
         ("FACET_OCCLUDERS", constant::FACET_OCCLUDERS),
@@ -85,7 +88,8 @@ fn expected_constants() -> BTreeMap<String, u32> {
 
 /// The path tracing kernels, and that of beams.
 fn kernels() -> Vec<(&'static str, Interface)> {
-    [built_in(false), built_in(true), LIGHT_TRACE].map(|kernel| (kernel.name, interface(kernel.spirv))).into()
+    let schedules = [Schedule::Inline, Schedule::Turns, Schedule::Queue].map(built_in);
+    schedules.into_iter().chain([LIGHT_TRACE]).map(|kernel| (kernel.name, interface(kernel.spirv))).collect()
 }
 
 /// A kernel may leave out what it does not use: none may have a constant that the host does not know of or knows by

@@ -2,6 +2,8 @@
 
 use std::mem::take;
 
+use rayon::prelude::*;
+
 use super::super::error::RenderError;
 use super::super::film::pixel_of_slot;
 use super::super::layout::FilmSlot;
@@ -30,7 +32,7 @@ impl Renderer {
         let near = |pixel: usize| near_lamps.get(pixel).copied().unwrap_or(false);
         let paths = |pixel: usize| paths.get(pixel).copied().unwrap_or(1);
         let begins = |pixel| if near(pixel) { glances::SAMPLE } else { repeats::sample(paths(pixel)) };
-        self.beginnings = (0..pixels).map(begins).collect();
+        self.beginnings = (0..pixels).into_par_iter().map(begins).collect();
         self.statistics.repeating_pixels = count((0..pixels).filter(|&p| !near(p) && paths(p) > 1).count());
         if pixels > 0 { self.empty_film() } else { Ok(()) }
     }

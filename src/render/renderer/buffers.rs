@@ -9,7 +9,7 @@ use super::super::sobol::DIMENSIONS;
 use super::super::tables::Tables;
 use super::IN_FLIGHT;
 use super::trial::BLOCK;
-use crate::gpu::{BindingKind, BindingLayout, BindingSet, Buffer, Device, Timeline, Usage};
+use crate::gpu::{Access, BindingKind, BindingLayout, BindingSet, Buffer, Device, Timeline, Usage};
 
 /// What the path tracer's kernels see, besides what all do.
 pub(super) const BINDINGS: [(u32, BindingKind); 5] = [
@@ -34,6 +34,8 @@ pub(super) struct Shape {
     pub covered: u64,
     /// Workgroups of the queue that may run at one time; 0 without the queue.
     pub regions: u32,
+    /// Samples that invocations note where several take those of a pixel.
+    pub split_samples: u64,
     /// Whether paths may serve several pixels.
     pub reuse: bool,
     /// Whether paths note their hits in memory for that.
@@ -50,9 +52,37 @@ pub(super) struct Band {
     pub gradients: Buffer,
 }
 
+/// Where bands are not mapped: what slots of them go through on their way, a part of a band at a time. (Memory that the host
+/// sees is handed out slowly: .25 ms for a MiB, where a H100 copies as much in .05.)
+pub(super) struct Passage {
+    pub to_device: Buffer,
+    pub from_device: Buffer,
+    /// Slots that there is room for: whole rows of blocks, unless these are long.
+    pub most_slots: u32,
+}
+
+impl Passage {
+    /// Bytes of either buffer, for large films.
+    const BYTES: u64 = 16 << 20;
+
+    /// For bands of up to so many slots, `row_slots` of them a row of blocks.
+    fn new(device: &Arc<Device>, band_slots: u64, row_slots: u64) -> Result<Self, RenderError> {
+        let fit = (Self::BYTES / size_of::<FilmSlot>() as u64).min(band_slots);
+        let unit = if fit < row_slots { u64::from(BLOCK) } else { row_slots };
+        let most_slots = (fit / unit * unit).max(unit);
+        let bytes = most_slots * size_of::<FilmSlot>() as u64;
+        Ok(Self {
+            to_device: Buffer::new(device, "to the film", bytes, Usage::Upload)?,
+            from_device: Buffer::new(device, "from the film", bytes, Usage::Readback)?,
+            most_slots: most_slots as u32,
+        })
+    }
+}
+
 /// All buffers of a renderer.
 pub(super) struct Buffers {
     pub bands: Vec<Band>,
+    pub passage: Option<Passage>,
     pub counters: Buffer,
     /// Copies of the counters, for each submission in flight.
     pub readbacks: Vec<Buffer>,
@@ -90,7 +120,16 @@ impl Buffers {
         // Rows follow each other; only reuse needs more than the first, the paths' light.
         let rows = if shape.notes { queue::PATH_ROWS } else { 1 };
         let path_bytes = 16 * u64::from(rows) * u64::from(shape.regions) * u64::from(queue::PATHS);
+        let path_bytes = path_bytes.max(16 * shape.split_samples);
         let paths = Buffer::new(device, "paths", path_bytes, Usage::StorageTexelAndArray)?;
+        if shape.split_samples > 0 {
+            // None of them is there.
+            let ticket = timeline.submit(|r| {
+                r.clear(&paths);
+                r.barrier(Access::Transfer, Access::Compute);
+            })?;
+            timeline.wait(&ticket)?;
+        }
 
         // What a binding holds, and a dispatch covers.
         let texels = size_of::<FilmSlot>() as u64 / 16;
@@ -122,6 +161,9 @@ impl Buffers {
             bands.push(Band { first: first as u32, slots: count as u32, set, film, gradients });
             first += count;
         }
-        Ok(Self { bands, counters, readbacks, queue_pool, _paths: paths, tables })
+        let largest = bands.iter().map(|band| u64::from(band.slots)).max().unwrap_or(0);
+        let is_mapped = bands.iter().all(|band| band.film.mapped().is_some());
+        let passage = if is_mapped { None } else { Some(Passage::new(device, largest, shape.row_slots)?) };
+        Ok(Self { bands, passage, counters, readbacks, queue_pool, _paths: paths, tables })
     }
 }

@@ -98,8 +98,8 @@ impl Renderer {
         self.fill_film(|_| FilmSlot::beginning(glance::GLANCING | (FIRST_GLANCES - 1)))?;
         let mean = |sum: &[f64; 3]| sum.map(|x| x * f64::from(glance::GLANCES / FIRST_GLANCES));
         let film = self.film_of_one_sample(&self.spans_of(tiles.into_iter()))?;
-        let seen: Vec<_> = film.sums().iter().map(mean).collect();
-        if seen.iter().all(|x| *x == seen[0]) {
+        let seen: Vec<_> = film.sums().par_iter().map(mean).collect();
+        if seen.par_iter().all(|x| *x == seen[0]) {
             return Ok(vec![false; seen.len()]);
         }
         self.clear_film()?;

@@ -13,6 +13,7 @@ use super::super::stopping::Stopping;
 use super::Renderer;
 use super::passes::Watch;
 use super::survey::{CLASSES, Places, Side};
+use super::trial::GROUPS_TOGETHER;
 use super::tried::TriedGroup;
 
 /// Samples of a pixel from which on neighbours can be of one group in some samples and not in others.
@@ -155,26 +156,39 @@ impl Renderer {
         log::debug!("certainty of differences: {:?}", self.certainties);
     }
 
-    /// Adds what groups show of neighbours after the trial.
-    pub(super) fn compare_neighbours(&self, tried: &[TriedGroup], sums: &mut PairSums) {
+    /// What groups show of neighbours after the trial. They are compared in parallel, and added up in their order.
+    pub(super) fn compare_neighbours(&self, tried: &[TriedGroup]) -> PairSums {
+        let add = |mut a: PairSums, b: PairSums| {
+            a.iter_mut().zip(b).for_each(|(a, b)| *a = [a[0] + b[0], a[1] + b[1]]);
+            a
+        };
+        let compared = |groups: &[TriedGroup]| {
+            groups.iter().fold(PairSums::default(), |sums, group| add(sums, self.neighbours_in(group)))
+        };
+        let parts: Vec<_> = tried.par_chunks(GROUPS_TOGETHER).map(compared).collect();
+        parts.into_iter().fold(PairSums::default(), add)
+    }
+
+    /// Of one group.
+    fn neighbours_in(&self, group: &TriedGroup) -> PairSums {
         let square = |x: f32| f64::from(x).powi(2);
-        for group in tried {
-            for (member, slot) in group.gradients.iter().enumerate() {
-                // The neighbours on the right and below are the next member of the group, and the fourth.
-                let right = (member % 4 < 3).then_some((Side::Right, member + 1, slot.trial_right));
-                let down = (member < 4).then_some((Side::Down, member + 4, slot.trial_down));
-                let pixel = pixel_of_slot(group.slot(member), self.width, self.height);
-                for (side, neighbour, difference) in right.into_iter().chain(down) {
-                    let Some(class) = pixel.and_then(|p| self.places.class(p, side)) else { continue };
-                    let values = (square(slot.trial_light) + square(group.gradients[neighbour].trial_light)) / 2.0;
-                    // Samples that were not finite tell nothing.
-                    if values.is_finite() && difference.is_finite() {
-                        sums[class][0] += values;
-                        sums[class][1] += square(difference);
-                    }
+        let mut sums = PairSums::default();
+        for (member, slot) in group.gradients.iter().enumerate() {
+            // The neighbours on the right and below are the next member of the group, and the fourth.
+            let right = (member % 4 < 3).then_some((Side::Right, member + 1, slot.trial_right));
+            let down = (member < 4).then_some((Side::Down, member + 4, slot.trial_down));
+            let pixel = pixel_of_slot(group.slot(member), self.width, self.height);
+            for (side, neighbour, difference) in right.into_iter().chain(down) {
+                let Some(class) = pixel.and_then(|p| self.places.class(p, side)) else { continue };
+                let values = (square(slot.trial_light) + square(group.gradients[neighbour].trial_light)) / 2.0;
+                // Samples that were not finite tell nothing.
+                if values.is_finite() && difference.is_finite() {
+                    sums[class][0] += values;
+                    sums[class][1] += square(difference);
                 }
             }
         }
+        sums
     }
 
     /// Reads the whole film, and makes use of its gradients if there are any.

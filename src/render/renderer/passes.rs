@@ -1,24 +1,20 @@
-//! What the device does for a rendering: passes over the film, and reading it. Every wait of the host is in this file.
+//! What the device does for a rendering: passes over the film. (Reading and filling it: slots.rs.)
 
 use std::collections::VecDeque;
 use std::mem::{offset_of, take};
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use bytemuck::Pod;
-use rayon::prelude::*;
-
 use super::super::error::RenderError;
 use super::super::film::{Film, pixels_in, rows_of_blocks};
-use super::super::layout::{Counters, FilmSlot, GradientSlot, Push, mode};
+use super::super::layout::{Counters, Push, mode};
 use super::super::plan::{Plan, Span, Work, tile_spans};
 use super::super::shares::Share;
 use super::super::statistics::{Progress, RenderStatistics};
 use super::super::tiles::TILE;
-use super::super::upload::staging;
 use super::buffers::Band;
 use super::{IN_FLIGHT, Renderer};
-use crate::gpu::{Access, Buffer, Ticket, Usage};
+use crate::gpu::{Access, Buffer, Ticket};
 
 /// When a rendering has to end, and who wants to know how far it is.
 pub(super) struct Watch<'a> {
@@ -201,43 +197,6 @@ impl Renderer {
         Ok(())
     }
 
-    /// Fills the film with what `slot` gives for each. The device must be idle.
-    pub(super) fn fill_film(&mut self, slot: impl Fn(u32) -> FilmSlot + Sync) -> Result<(), RenderError> {
-        self.fill(|band| &mut band.film, slot)
-    }
-
-    /// Fills what neighbours have in common, likewise.
-    pub(super) fn fill_gradients(&mut self, slot: impl Fn(u32) -> GradientSlot + Sync) -> Result<(), RenderError> {
-        self.fill(|band| &mut band.gradients, slot)
-    }
-
-    /// Fills one of the buffers of each band.
-    fn fill<T: Pod + Send>(
-        &mut self,
-        of: impl Fn(&mut Band) -> &mut Buffer,
-        slot: impl Fn(u32) -> T + Sync,
-    ) -> Result<(), RenderError> {
-        for band in &mut self.buffers.bands {
-            let (first, bytes) = (band.first, u64::from(band.slots) * size_of::<T>() as u64);
-            let buffer = of(band);
-            let fill = |target: &mut [u8]| {
-                let slots: &mut [T] = bytemuck::cast_slice_mut(target);
-                slots.par_iter_mut().enumerate().for_each(|(i, s)| *s = slot(first + i as u32));
-            };
-            if let Some(target) = buffer.mapped_mut() {
-                fill(&mut target[..bytes as usize]);
-                continue;
-            }
-            let staging = staging(&self.device, bytes, fill)?;
-            let ticket = self.timeline.submit(|r| {
-                r.copy(&staging, 0, buffer, 0, bytes);
-                r.barrier(Access::Transfer, Access::Compute);
-            })?;
-            self.timeline.wait(&ticket)?;
-        }
-        Ok(())
-    }
-
     /// Submits work. Returns what to wait for, and the number of the buffer that its counters will be read from.
     pub(super) fn submit(&mut self, work: &Work) -> Result<(Ticket, usize), RenderError> {
         let number = (self.statistics.dispatches % IN_FLIGHT as u64) as usize;
@@ -308,79 +267,15 @@ impl Renderer {
         let bytes = mapped(&self.buffers.readbacks[readback])?;
         Ok(*bytemuck::from_bytes(&bytes[..size_of::<Counters>()]))
     }
-
-    /// Reads the whole film.
-    pub(super) fn read_film(&mut self) -> Result<Film, RenderError> {
-        let mut film = Film::new(self.width, self.height);
-        self.read_slots(&self.whole_film(), |first, slots| film.read_slots(first, slots))?;
-        Ok(film)
-    }
-
-    /// Reads slots of the film; `visit` gets each span's first slot and its slots.
-    pub(super) fn read_slots(
-        &mut self,
-        spans: &[Span],
-        visit: impl FnMut(u32, &[FilmSlot]),
-    ) -> Result<(), RenderError> {
-        self.read(|band| &band.film, spans, visit)
-    }
-
-    /// Reads what neighbours have in common, likewise.
-    pub(super) fn read_gradients(
-        &mut self,
-        spans: &[Span],
-        visit: impl FnMut(u32, &[GradientSlot]),
-    ) -> Result<(), RenderError> {
-        self.read(|band| &band.gradients, spans, visit)
-    }
-
-    /// Reads slots of one of the buffers of each band; `visit` gets each span's first slot and its slots.
-    fn read<T: Pod>(
-        &mut self,
-        of: impl Fn(&Band) -> &Buffer,
-        spans: &[Span],
-        mut visit: impl FnMut(u32, &[T]),
-    ) -> Result<(), RenderError> {
-        let bytes = |slots: u32| u64::from(slots) * size_of::<T>() as u64;
-        for spans in spans.chunk_by(|a, b| a.band == b.band) {
-            let band = &self.buffers.bands[spans[0].band];
-            let source = of(band);
-            if let Some(source) = source.mapped() {
-                let ticket = self.timeline.submit(|r| r.barrier(Access::Compute, Access::Host))?;
-                self.timeline.wait(&ticket)?;
-                for span in spans {
-                    let begin = bytes(span.first_slot - band.first) as usize;
-                    let end = begin + bytes(span.slots()) as usize;
-                    visit(span.first_slot, bytemuck::cast_slice(&source[begin..end]));
-                }
-                continue;
-            }
-            let total = spans.iter().map(|s| bytes(s.slots())).sum();
-            let readback = Buffer::new(&self.device, "film readback", total, Usage::Readback)?;
-            let ticket = self.timeline.submit(|r| {
-                r.barrier(Access::Compute, Access::Transfer);
-                let mut end = 0;
-                for span in spans {
-                    let size = bytes(span.slots());
-                    r.copy(source, bytes(span.first_slot - band.first), &readback, end, size);
-                    end += size;
-                }
-                r.barrier(Access::Transfer, Access::Host);
-            })?;
-            self.timeline.wait(&ticket)?;
-            let mut rest: &[T] = bytemuck::cast_slice(&mapped(&readback)?[..total as usize]);
-            for span in spans {
-                let (slots, after) = rest.split_at(span.slots() as usize);
-                visit(span.first_slot, slots);
-                rest = after;
-            }
-        }
-        Ok(())
-    }
 }
 
+/// The bytes of a buffer that the host reads.
 pub(super) fn mapped(buffer: &Buffer) -> Result<&[u8], RenderError> {
-    buffer.mapped().ok_or_else(|| RenderError::Settings("the driver does not map read-back memory".to_owned()))
+    buffer.mapped().ok_or_else(unmapped)
+}
+
+pub(super) fn unmapped() -> RenderError {
+    RenderError::Settings("the driver does not map memory that the host reads or writes".to_owned())
 }
 
 /// A number without a common divisor with `groups`, such that its multiples, modulo `groups`, are spread evenly: near

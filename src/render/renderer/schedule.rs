@@ -1,7 +1,9 @@
-//! Which scheduler a rendering gets: whether rays wait for each other before they walk the tree (shaders/path_queue.comp).
+//! Which scheduler a rendering gets: whether rays wait for each other before they walk the tree (shaders/path_queue.comp), or lanes
+//! shade and walk in turns (shaders/path_turns.comp).
 
 use super::super::driver::DriverFacts;
 use super::super::features::Features;
+use super::super::kernels::Schedule;
 use super::super::settings::Scheduler;
 
 /// Expected records that a ray reads in the tree (its SAH cost) from which on it pays to let rays wait for each other.
@@ -43,15 +45,26 @@ pub(super) struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// Whether rays wait for each other.
-    pub fn is_queued(&self, scheduler: Scheduler) -> bool {
+    /// How rays are scheduled.
+    pub fn schedule(&self, scheduler: Scheduler) -> Schedule {
         let groups_meet_in_memory = self.reuse && !self.groups_fit;
-        !self.features.brute_force
-            && match scheduler {
-                Scheduler::Auto => self.facts.queue && (groups_meet_in_memory || self.waiting_pays()),
-                Scheduler::Inline => groups_meet_in_memory,
-                Scheduler::Queue => self.features.tree || self.reuse,
-            }
+        // Among lights, of which one is chosen, and where paths are reused, a kernel holds too much for more: with lamps it needs 163
+        // registers instead of 92, and takes 1.1 to 2.4 times as long; with one point .70 (a bunny in a room) to .81 (a dragon of
+        // glass) (H100, 1024×1024).
+        let one_light = self.features.lights <= 1 && !self.features.emitter;
+        let turns_pay = self.features.tree && one_light;
+        let choice = match scheduler {
+            _ if self.features.brute_force => Schedule::Inline,
+            _ if groups_meet_in_memory => Schedule::Queue,
+            Scheduler::Auto if self.facts.queue && self.waiting_pays() => Schedule::Queue,
+            Scheduler::Auto if self.facts.threads && turns_pay => Schedule::Turns,
+            Scheduler::Auto | Scheduler::Inline => Schedule::Inline,
+            Scheduler::Turns if self.features.tree => Schedule::Turns,
+            Scheduler::Turns => Schedule::Inline,
+            Scheduler::Queue if self.features.tree || self.reuse => Schedule::Queue,
+            Scheduler::Queue => Schedule::Inline,
+        };
+        if choice == Schedule::Turns && self.reuse { Schedule::Inline } else { choice }
     }
 
     fn waiting_pays(&self) -> bool {
@@ -74,5 +87,64 @@ impl Job<'_> {
         let of_seen =
             if self.reuse && self.facts.skips_branches { OF_SEEN * (sah_cost * self.seen - SEEN_WALK) } else { 0.0 };
         (sah_cost - far).max(of_seen) * self.samples >= long
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::driver::Sharers;
+    use super::super::super::settings::RenderSettings;
+    use super::*;
+    use crate::check::scenes::{divided_room, lamps, room};
+    use crate::scene::Scene;
+
+    const GPU: DriverFacts = DriverFacts {
+        loop_budget: 1 << 20,
+        workgroup_size: 128,
+        queue: false,
+        reuse: Sharers::Threads,
+        threads: true,
+        shuffles: true,
+        invocations: 1 << 19,
+        skips_branches: true,
+        queue_regions: 1024,
+    };
+
+    fn chosen(scene: &Scene, facts: &DriverFacts, reuse: bool, scheduler: Scheduler) -> Schedule {
+        let features = Features::of(scene, &RenderSettings::of(scene));
+        let sah_cost = features.tree.then_some(20.0);
+        let (keeps_kernels, groups_fit) = (true, true);
+        let job =
+            Job { features: &features, facts, sah_cost, seen: 1.0, keeps_kernels, samples: 1e9, reuse, groups_fit };
+        job.schedule(scheduler)
+    }
+
+    #[test]
+    fn threads_take_turns_in_a_tree_under_one_point() {
+        let auto = |scene: &Scene, reuse| chosen(scene, &GPU, reuse, Scheduler::Auto);
+        assert_eq!(auto(&divided_room(), false), Schedule::Turns);
+        // Paths are shared by the lanes of a subgroup.
+        assert_eq!(auto(&divided_room(), true), Schedule::Inline);
+        assert_eq!(auto(&lamps(), false), Schedule::Inline);
+        assert_eq!(auto(&room(), false), Schedule::Inline);
+    }
+
+    #[test]
+    fn lanes_of_a_cpu_let_rays_wait() {
+        let cpu = DriverFacts { queue: true, reuse: Sharers::Lanes, threads: false, ..GPU };
+        for reuse in [false, true] {
+            assert_eq!(chosen(&divided_room(), &cpu, reuse, Scheduler::Auto), Schedule::Queue);
+        }
+        assert_eq!(chosen(&room(), &cpu, true, Scheduler::Auto), Schedule::Inline);
+    }
+
+    #[test]
+    fn what_is_asked_for_is_taken_where_it_can_be() {
+        let asked = |scene: &Scene, reuse| {
+            [Scheduler::Inline, Scheduler::Turns, Scheduler::Queue].map(|s| chosen(scene, &GPU, reuse, s))
+        };
+        assert_eq!(asked(&divided_room(), false), [Schedule::Inline, Schedule::Turns, Schedule::Queue]);
+        assert_eq!(asked(&divided_room(), true), [Schedule::Inline, Schedule::Inline, Schedule::Queue]);
+        assert_eq!(asked(&room(), false), [Schedule::Inline; 3]);
     }
 }

@@ -1,14 +1,17 @@
 //! Whether it pays to let paths serve several pixels: decided from a trial (shaders/lib/reuse.glsl).
 
+use std::mem::take;
 use std::ops::{Add, Range};
 
-use super::super::driver::DriverFacts;
+use rayon::prelude::*;
+
+use super::super::driver::{DriverFacts, Sharers};
 use super::super::error::RenderError;
 use super::super::features::Features;
 use super::super::film::pixel_of_slot;
 use super::super::layout::{mode, queue};
 use super::super::plan::{Span, Work};
-use super::super::settings::Reuse;
+use super::super::settings::{RenderSettings, Reuse};
 use super::super::sobol::MEMBERS;
 use super::super::tiles::{TILE, half_of};
 use super::Renderer;
@@ -22,23 +25,40 @@ use super::tried::{GroupNoise, Noise, TriedGroup};
 /// makes the rest slower (by 1.3). (Where beams take most of that noise paths cannot be shared, see `beams::targets`.) Without
 /// a tree rays are cheap, and lanes wait for each other instead, which does not pay where a driver executes the branches that
 /// no lane takes (twice the time of one that skips them). Brute force is for comparison, not for speed.
-pub(super) fn may_reuse(needed: &Features, reuse: Reuse, facts: &DriverFacts) -> bool {
+///
+/// On GPUs the host's part of it takes time: for each pixel what 100 to 600 samples take without a tree, and 30 to 100 with one.
+/// Threads that choose among lights and walk a tree hold too much: with lamps a sample takes 7 to 10 times the time (H100).
+pub(super) fn may_reuse(needed: &Features, settings: &RenderSettings, facts: &DriverFacts) -> bool {
     needed.can_reuse()
         && !needed.brute_force
-        && match reuse {
-            Reuse::Off => false,
-            Reuse::Always => true,
-            Reuse::Auto if needed.tree => facts.reuse && !needed.has_caustics(),
-            Reuse::Auto => facts.reuse && facts.skips_branches,
+        && match (settings.reuse, facts.reuse) {
+            (Reuse::Off, _) | (Reuse::Auto, Sharers::None) => false,
+            (Reuse::Always, _) => true,
+            (Reuse::Auto, Sharers::Lanes) if needed.tree => !needed.has_caustics(),
+            (Reuse::Auto, Sharers::Lanes) => facts.skips_branches,
+            (Reuse::Auto, Sharers::Threads) => {
+                let fewest = if needed.tree { FEWEST_BY_THREADS_IN_TREE } else { FEWEST_BY_THREADS };
+                settings.adaptive.is_none() && settings.samples >= fewest && !(needed.tree && needed.emitter)
+            }
         }
 }
+
+/// Samples per pixel from which on it is tried on GPUs.
+const FEWEST_BY_THREADS: u32 = 512;
+const FEWEST_BY_THREADS_IN_TREE: u32 = 64;
 
 /// By how much variance must fall in the trial for reuse to pay. With a tree a sample takes 1.4 to 2.3 times the time
 /// (measured on lavapipe, scenes with meshes of 35 thousand to a million triangles); the least of these, since the noise that
 /// reuse does not lower, of edges and of lamps, falls faster with further samples. Without a tree it takes 1.9 to 2.1 times the
 /// time, but the kernel that could reuse paths and does not takes 1.2 times that of one that could not.
-pub(super) fn worth(needed: &Features) -> f64 {
-    if needed.tree { 1.4 } else { 1.8 }
+///
+/// On GPUs a sample takes 2.4 to 6 times the time; a room of balls, one of glass, gains 3, one of diffuse balls and a mirror 4.1 to 8.
+pub(super) fn worth(needed: &Features, facts: &DriverFacts) -> f64 {
+    match facts.reuse {
+        Sharers::Threads => 4.0,
+        _ if needed.tree => 1.4,
+        _ => 1.8,
+    }
 }
 
 /// The greatest part of variance that may be of light which is not shared for gradients to pay: they lower the rest only, and
@@ -56,6 +76,9 @@ const MOST_LEFT: f64 = 0.8;
 /// and .93 images from gradients take 1.41 and 1.28 times as long to the same error at 4 samples, 1.22 and 1.11 at 16 (height fields
 /// under lamps), with .86 .97 and .85 (an armadillo), with .70 to .72 .97 to .51 (a dragon on a plane, an armadillo in a room).
 const MOST_LEFT_ALIKE: f64 = 0.9;
+
+/// Groups that are judged together.
+pub(super) const GROUPS_TOGETHER: usize = 256;
 
 /// What the seed is changed by (XOR) in the trial.
 const SEED: u32 = 0x3707_3443;
@@ -117,6 +140,15 @@ impl Tally {
 }
 
 impl ReuseTrial {
+    /// Of these groups. They are judged in parallel, and added up in their order.
+    fn over(groups: &[TriedGroup]) -> Self {
+        let judged = |groups: &[TriedGroup]| {
+            groups.iter().fold([Tally::default(); 2], |tallies, group| sum(tallies, judge(group)))
+        };
+        let parts: Vec<_> = groups.par_chunks(GROUPS_TOGETHER).map(judged).collect();
+        Self::Over(parts.into_iter().fold([Tally::default(); 2], sum))
+    }
+
     /// Before a rendering.
     pub fn of(reuse: Reuse) -> Self {
         match reuse {
@@ -132,29 +164,6 @@ impl ReuseTrial {
             Self::Pending | Self::Over(_) => Self::Pending,
             same => same,
         }
-    }
-
-    /// Takes over a group of pixels after the trial: how far the two samples of each are apart, and those of what they gather.
-    ///
-    /// What n pixels gather from the same second hits has the noise of one path divided by n in common. (That of lights which
-    /// all sample alike is not divided, but spread over many pixels by gradients, by which it falls at least as much.) What
-    /// each has besides shows in the differences between neighbours, to which two contribute. Pixels with glances are left
-    /// out: the noise of a lamp's edge falls faster with further samples.
-    fn judge(&mut self, group: &TriedGroup) {
-        let mut tallies = if let Self::Over(before) = *self { before } else { [Tally::default(); 2] };
-        let members = || (0..MEMBERS).filter(|member| group.film[*member].state == 0);
-        let left = members().map(|member| group.noise(member)).fold(Noise::default(), Noise::add).left_by_gradients();
-        for member in members() {
-            let tally = &mut tallies[half_of(group.slot(member) as usize % TILE)];
-            let noise = group.noise(member);
-            *tally = tally.and(Tally {
-                with: noise.reused(1.0),
-                without: noise.alone(),
-                smoothed: noise.reused(left),
-                own: noise.own,
-            });
-        }
-        *self = Self::Over(tallies);
     }
 
     /// With what came of it for both halves together.
@@ -195,6 +204,34 @@ impl ReuseTrial {
             _ => true,
         }
     }
+}
+
+/// What a group of pixels tells after the trial, apart for the two halves: how far the two samples of each are apart, and those of
+/// what they gather.
+///
+/// What n pixels gather from the same second hits has the noise of one path divided by n in common. (That of lights which
+/// all sample alike is not divided, but spread over many pixels by gradients, by which it falls at least as much.) What
+/// each has besides shows in the differences between neighbours, to which two contribute. Pixels with glances are left
+/// out: the noise of a lamp's edge falls faster with further samples.
+fn judge(group: &TriedGroup) -> [Tally; 2] {
+    let mut tallies = [Tally::default(); 2];
+    let members = || (0..MEMBERS).filter(|member| group.film[*member].state == 0);
+    let left = members().map(|member| group.noise(member)).fold(Noise::default(), Noise::add).left_by_gradients();
+    for member in members() {
+        let tally = &mut tallies[half_of(group.slot(member) as usize % TILE)];
+        let noise = group.noise(member);
+        *tally = tally.and(Tally {
+            with: noise.reused(1.0),
+            without: noise.alone(),
+            smoothed: noise.reused(left),
+            own: noise.own,
+        });
+    }
+    tallies
+}
+
+fn sum(a: [Tally; 2], b: [Tally; 2]) -> [Tally; 2] {
+    [a[0].and(b[0]), a[1].and(b[1])]
 }
 
 /// How many of the eight groups of each tile take part in the trial of a rendering of so many samples per pixel: it takes a
@@ -285,15 +322,16 @@ impl Renderer {
                 tried.repeated |= self.statistics.samples < end;
             }
         }
+        let mut groups = Vec::new();
         for span in spans {
-            let groups = self.groups_of_span(span, turns)?;
-            groups.iter().for_each(|group| tried.reuse.judge(group));
-            if !self.places.all.is_empty() {
-                self.compare_neighbours(&groups, &mut tried.pairs);
-            }
-            let inside = |slot| pixel_of_slot(slot, self.width, self.height).is_some();
-            tried.groups.extend(groups.iter().map(|group| group.noise_of_pixels(inside)));
+            groups.append(&mut self.groups_of_span(span, turns)?);
         }
+        tried.reuse = ReuseTrial::over(&groups);
+        if !self.places.all.is_empty() {
+            tried.pairs = self.compare_neighbours(&groups);
+        }
+        let inside = |slot| pixel_of_slot(slot, self.width, self.height).is_some();
+        tried.groups = groups.par_iter().map(|group| group.noise_of_pixels(inside)).collect();
         Ok(tried)
     }
 
@@ -301,16 +339,19 @@ impl Renderer {
     fn groups_of_span(&mut self, span: Span, turns: u32) -> Result<Vec<TriedGroup>, RenderError> {
         let mut groups = Vec::new();
         self.read_slots(&[span], |first, slots| {
-            groups.extend(groups_among(first, slots, turns).map(|(first_slot, film)| TriedGroup {
-                first_slot,
-                film,
+            groups.par_extend(groups_among(slots.len(), turns).into_par_iter().map(|group| TriedGroup {
+                first_slot: first + group,
+                film: members_of(slots, group),
                 gradients: Default::default(),
             }));
         })?;
-        self.read_gradients(&[span], |first, slots| {
-            for (group, (_, gradients)) in groups.iter_mut().zip(groups_among(first, slots, turns)) {
-                group.gradients = gradients;
-            }
+        let mut rest = &mut groups[..];
+        self.read_gradients(&[span], |_, slots| {
+            let among = groups_among(slots.len(), turns);
+            let (these, after) = take(&mut rest).split_at_mut(among.len());
+            let pairs = these.par_iter_mut().zip(among);
+            pairs.for_each(|(tried, group)| tried.gradients = members_of(slots, group));
+            rest = after;
         })?;
         Ok(groups)
     }
@@ -325,13 +366,15 @@ impl Renderer {
     }
 }
 
-/// The groups among a span's slots, from slot `first` on, that take part in the trial, with their first slots.
-fn groups_among<T: Copy>(first: u32, slots: &[T], turns: u32) -> impl Iterator<Item = (u32, [T; MEMBERS])> {
-    let sets = (0..slots.len() as u32).step_by(BLOCK as usize);
-    let groups = sets.flat_map(move |set| groups_of_set(set, 0..turns));
-    groups
-        .filter(|group| (*group as usize) < slots.len())
-        .map(move |group| (first + group, std::array::from_fn(|member| slots[group as usize + member * MEMBERS])))
+/// The groups among so many slots, from the first of a set of tiles on, that take part in the trial: their first slots.
+fn groups_among(slots: usize, turns: u32) -> Vec<u32> {
+    let sets = (0..slots as u32).step_by(BLOCK as usize);
+    sets.flat_map(|set| groups_of_set(set, 0..turns)).filter(|group| (*group as usize) < slots).collect()
+}
+
+/// What the members of a group have, of slots that are numbered from 0 on.
+fn members_of<T: Copy>(slots: &[T], group: u32) -> [T; MEMBERS] {
+    std::array::from_fn(|member| slots[group as usize + member * MEMBERS])
 }
 
 #[cfg(test)]
@@ -349,11 +392,7 @@ mod tests {
 
     #[test]
     fn what_lowers_variance_enough_is_reused() {
-        let judge = |groups: &[TriedGroup]| {
-            let mut trial = ReuseTrial::Pending;
-            groups.iter().for_each(|group| trial.judge(group));
-            trial
-        };
+        let judge = ReuseTrial::over;
         assert_eq!(judge(&groups(0.0, 1.0, 0.0)).halves(1.4), 0b11);
         assert_eq!(judge(&groups(0.0, -1.0, 0.0)).gain(), Some(8.0));
         // 0.25 of their own, 1 to gather, of which an eighth is common, and 0.25 in the differences.

@@ -1,0 +1,176 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_vote : require
+#extension GL_KHR_shader_subgroup_ballot : require
+#extension GL_KHR_shader_subgroup_arithmetic : require
+// Path tracing for scenes with a tree, on devices whose lanes are threads. Rays walk the tree for very different numbers of
+// steps, and most never enter it. If all lanes of a subgroup wait for the slowest, twice for each hit, most of them are idle. Here
+// shading and walking take turns: lanes whose rays are done wait until some more are, shade what they have met, and
+// have their next rays, while the walks of the others are where they were.
+//
+// An invocation takes samples of a pixel one after another. A path goes on before it is known whether the light that
+// its last hit was to get arrives: the shadow ray is walked just before the ray that continues the path. Light is added up in the
+// same order as in path_trace.comp, to the same bits.
+
+#include "lib/path.glsl"
+#include "lib/film.glsl"
+
+layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
+
+#include "lib/pixel_order.glsl"
+#include "lib/work.glsl"
+#include "lib/split.glsl"
+#include "lib/counting.glsl"
+#include "lib/trace.glsl"
+#include "lib/votes.glsl"
+
+// What a lane's walk is for.
+const uint NOTHING = 0u;
+const uint SHADOW = 1u;     // and then, if the path's ray meets the tree's boxes too, for that
+const uint PATH = 2u;
+
+// The film's pixel of each lane between the ends of its samples: in registers it would be in the way all the time.
+shared uvec4 kept[3u * gl_WorkGroupSize.x];
+
+void film_keep(FilmPixel p) {
+    uint row = gl_LocalInvocationID.x;
+    kept[row] = uvec4(floatBitsToUint(p.sum), p.count);
+    kept[row + gl_WorkGroupSize.x] = floatBitsToUint(vec4(p.compensation, p.trial));
+    kept[row + 2u * gl_WorkGroupSize.x] = uvec4(floatBitsToUint(p.residue), p.state);
+}
+
+FilmPixel film_kept() {
+    uint row = gl_LocalInvocationID.x;
+    uvec4 a = kept[row];
+    vec4 b = uintBitsToFloat(kept[row + gl_WorkGroupSize.x]);
+    uvec4 c = kept[row + 2u * gl_WorkGroupSize.x];
+    return FilmPixel(uintBitsToFloat(a.xyz), b.xyz, uintBitsToFloat(c.xyz), a.w, b.w, c.w);
+}
+
+void main() {
+    load_scene();
+    uint slot = slot_of_invocation(split_number());
+    uvec2 at;
+    bool real = slot < end_slot && pixel_of_slot(slot, at);
+    if (SPLIT == 1u && !real) return;
+    FilmPixel film_pixel = film_empty();
+    if (real) film_pixel = film_load(slot);
+    uint first = film_pixel.count;
+    uint glances = film_glances(film_pixel.state);
+    uint samples = real ? target_of(film_pixel.state) : 0u;
+    samples = min(samples - min(first, samples), max_new_samples);  // of the pixel
+    uvec2 share = split_share(samples);
+    uint left = share.y;            // samples that have not begun
+    if (SPLIT == 1u && left == 0u) return;
+    film_keep(film_pixel);
+
+    uint key = pixel_key(pixel_number(at));
+    Camera camera = frame_camera();
+    Path path = path_begin(camera, at, key, first + share.x, glances);
+    bool there = left > 0u;         // the path
+    left -= there ? 1u : 0u;
+    vec3 radiance = vec3(0.0);
+    Counts counts = Counts(0u, 0u, 0u, 0u, 0u, 0u, 0u);
+    uint loops = 0u;
+    bool within_budget = true;
+
+    float t = INFINITY;             // how far the path's ray reaches
+    int id = -1;                    // and what it meets there
+    closest_constant(path.origin, path.direction, path.leaving, t, id);
+    bool path_walks = there && meets_tree(path.origin, path.direction, t);
+    bool over = false;              // the sample before it, but for the shadow ray of its last hit
+    vec3 awaited = vec3(0.0);       // light of that ray
+    uint walk_of = path_walks ? PATH : NOTHING;
+    Walk walk = walk_begin(t);
+    walk.walks = path_walks;
+    vec3 origin = path.origin;      // of the ray that walks
+    vec3 direction = path.direction;
+    int leaving = path.leaving;
+    do {
+        bool busy;
+        TreeRay ray = tree_ray(origin, direction);
+        do {
+            walk_on(walk, ray, leaving, walk_of == SHADOW, walked_steps);
+            if (!walk.walks && walk_of == SHADOW) {
+                if (walk.id < 0) radiance += awaited;
+                walk_of = path_walks ? PATH : NOTHING;
+                if (path_walks) {
+                    walk = walk_begin(t);
+                    origin = path.origin;
+                    direction = path.direction;
+                    leaving = path.leaving;
+                    ray = tree_ray(origin, direction);
+                }
+            }
+            busy = walk.walks;
+            loops += 1u;
+            within_budget = LOOP_BUDGET == 0u || loops + doubtful_loops < LOOP_BUDGET;
+        } while (within_budget && any_lane(busy) && lanes(!busy && (there || over)) < ENOUGH_LANES);
+
+        // Out of budget: what is in hand does not count. What the film holds is complete; the next dispatch begins with this sample
+        // again.
+        if (!busy && within_budget) {
+            if (over) {
+                if (SPLIT > 1u) {
+                    split_note(share.x, radiance);
+                    share.x += 1u;
+                } else {
+                    FilmPixel kept_pixel = film_kept();
+                    counts.bad += film_add(kept_pixel, radiance) ? 0u : 1u;
+                    film_keep(kept_pixel);
+                }
+                radiance = vec3(0.0);
+                over = false;
+            }
+            if (there) {
+                if (walk_of == PATH && walk.id >= 0) {
+                    t = walk.t;
+                    id = walk.id;
+                }
+                Arrival arrival;
+                ShadowRay shadow;
+                bool alive = path_arrive(path, id, t, key, 1u, radiance, arrival, shadow);
+                counts.rays += 1u;
+                bool shadow_walks = false;
+                if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
+                    counts.shadow_rays += shadow.wanted ? 1u : 0u;
+                    bool hidden;
+                    shadow_walks = shadow_needs_tree(shadow, hidden) && shadow.wanted;
+                    if (shadow.wanted && !hidden && !shadow_walks) radiance += shadow.radiance;
+                }
+                bool goes_on = sample_goes_on(path.glances);
+                over = !alive && !goes_on;
+                there = !over || left > 0u;
+                left -= over && there ? 1u : 0u;
+                uint state = alive ? path.glances : (goes_on ? next_state(path.glances) : glances);
+                path_depart(path, arrival, alive, camera, at, key, path.index + (over ? 1u : 0u), state);
+                t = INFINITY;
+                id = -1;
+                closest_constant(path.origin, path.direction, path.leaving, t, id);
+                path_walks = there && meets_tree(path.origin, path.direction, t);
+                walk_of = shadow_walks ? SHADOW : (path_walks ? PATH : NOTHING);
+                awaited = shadow.radiance;
+                if (walk_of != NOTHING) {
+                    walk = walk_begin(shadow_walks ? shadow.distance : t);
+                    origin = shadow_walks ? shadow.origin : path.origin;
+                    direction = shadow_walks ? shadow.direction : path.direction;
+                    leaving = shadow_walks ? shadow.leaving : path.leaving;
+                }
+            }
+        }
+        // The same in all lanes.
+        loops += 1u + LIGHT_LOOPS;
+        if (LOOP_BUDGET > 0u) doubtful_loops = subgroupMax(doubtful_loops);
+    } while (within_budget && any_lane(there || over));
+    counts.truncated = (there || over) && within_budget ? 1u : 0u;
+    film_pixel = film_kept();
+    if (SPLIT > 1u) counts.bad = split_add(film_pixel, samples);
+    if (real && split_part() == 0u) {
+        film_store(slot, film_pixel);
+        counts.samples = film_pixel.count - first;
+    }
+    if (PATH_STATS) counts.steps = walked_steps;
+    add_counts(counts);
+}
