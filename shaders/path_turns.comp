@@ -52,7 +52,7 @@ FilmPixel film_kept() {
 void main() {
     load_scene();
     uint slot = slot_of_invocation(split_number());
-    uvec2 at;
+    uvec2 at = uvec2(0u);
     bool real = slot < end_slot && pixel_of_slot(slot, at);
     if (SPLIT == 1u && !real) return;
     FilmPixel film_pixel = film_empty();

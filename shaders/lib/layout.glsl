@@ -93,7 +93,7 @@ layout(std430, binding = 12) writeonly buffer Film { uvec4 film_rows[]; };
 layout(std430, binding = 12) writeonly buffer FilmWords { uint film_words[]; };
 const uint FILM_ROWS = 3u;
 layout(std430, binding = 5) buffer Counters { uint counters[]; };
-// What path_queue.comp notes of its paths.
+// What path_queue.comp notes of its paths; and light of samples, see split.glsl.
 layout(std430, binding = 6) coherent buffer Paths { vec4 path_rows[]; };    // PATH_ROWS a path, see reuse_notes.glsl
 // The same, to write single numbers, and to read.
 layout(std430, binding = 6) coherent buffer PathNumbers { float path_numbers[]; };

@@ -1,4 +1,4 @@
-// One path, one hit at a time. The schedulers (path_trace.comp, path_queue.comp) decide when; this decides what.
+// One path, one hit at a time. The schedulers (path_trace.comp, path_turns.comp, path_queue.comp) decide when; this decides what.
 
 #ifndef PATH_GLSL
 #define PATH_GLSL

@@ -22,6 +22,8 @@ pub struct DeviceInfo {
     pub uuid: String,
     /// Lanes of a subgroup.
     pub subgroup_size: u32,
+    /// Whether all subgroups have that size. (Intel's GPUs may report one and run another.)
+    pub same_subgroups: bool,
     /// Whether lanes of a subgroup can read each other's values.
     pub shuffles: bool,
     /// Bytes of the largest storage buffer binding.
@@ -133,6 +135,7 @@ fn describe(instance: &Instance, device: vk::PhysicalDevice, index: usize) -> De
         ),
         uuid: format_uuid(&v11.device_uuid),
         subgroup_size: v11.subgroup_size,
+        same_subgroups: basic.device_type == vk::PhysicalDeviceType::CPU || has_same_subgroups(instance, device),
         shuffles: v11.subgroup_supported_operations.contains(vk::SubgroupFeatureFlags::SHUFFLE),
         max_storage_range: u64::from(basic.limits.max_storage_buffer_range),
         max_texel_elements: u64::from(basic.limits.max_texel_buffer_elements),
@@ -144,6 +147,21 @@ fn describe(instance: &Instance, device: vk::PhysicalDevice, index: usize) -> De
             .sum(),
         missing,
     }
+}
+
+/// Whether a device says that its subgroups have one size only (VK_EXT_subgroup_size_control).
+fn has_same_subgroups(instance: &Instance, device: vk::PhysicalDevice) -> bool {
+    // SAFETY: plain enumeration; `device` comes from this instance.
+    let extensions = unsafe { instance.raw.enumerate_device_extension_properties(device) }.unwrap_or_default();
+    let name = ash::ext::subgroup_size_control::NAME;
+    if !extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(name)) {
+        return false;
+    }
+    let mut sizes = vk::PhysicalDeviceSubgroupSizeControlProperties::default();
+    let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut sizes);
+    // SAFETY: the device knows the extension that the structure is of.
+    unsafe { instance.raw.get_physical_device_properties2(device, &mut properties) };
+    sizes.min_subgroup_size == sizes.max_subgroup_size
 }
 
 fn format_uuid(bytes: &[u8; 16]) -> String {
@@ -216,6 +234,7 @@ mod tests {
             api_version: "1.3.0".to_owned(),
             uuid: format_uuid(&[index as u8; 16]),
             subgroup_size: 8,
+            same_subgroups: true,
             shuffles: false,
             max_storage_range: 1 << 27,
             max_texel_elements: 1 << 27,

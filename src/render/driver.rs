@@ -3,15 +3,17 @@
 use crate::gpu::{DeviceInfo, DeviceKind};
 
 use super::settings::RenderSettings;
+use super::sobol::MEMBERS;
 
 /// What shares paths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Sharers {
     /// Lanes of a CPU's vectors: a sample takes 1.4 to 2.3 times the time.
     Lanes,
-    /// Threads of a GPU: a sample takes 2.4 to 6 times the time, and what the host does before and after as long as hundreds.
+    /// Threads of a GPU: a sample takes 2.4 to 4 times the time, and what the host does before and after as long as hundreds.
     Threads,
-    /// Threads that cannot read each other's registers, by which it takes 2 to 4 times as long again.
+    /// Nothing: threads that cannot read each other's registers, without which it takes up to 3.5 times as long again, or whose
+    /// subgroups may be cut up or have no room for a group.
     None,
 }
 
@@ -56,7 +58,12 @@ impl DriverFacts {
             queue: device.kind == DeviceKind::Cpu,
             reuse: match device.kind {
                 DeviceKind::Cpu => Sharers::Lanes,
-                _ if device.shuffles => Sharers::Threads,
+                _ if device.shuffles
+                    && device.same_subgroups
+                    && device.subgroup_size.is_multiple_of(MEMBERS as u32) =>
+                {
+                    Sharers::Threads
+                }
                 _ => Sharers::None,
             },
             threads: device.kind != DeviceKind::Cpu,

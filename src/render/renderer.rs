@@ -34,10 +34,10 @@ use super::error::RenderError;
 use super::features::Features;
 use super::film::{Film, slot_count, slots_of_row};
 use super::kernels::{self, Schedule};
-use super::layout::{Push, binding, constant, glance, queue};
+use super::layout::{FilmSlot, Push, binding, constant, glance, queue};
 use super::plan::{Pace, Rounds};
 use super::prepared::Prepared;
-use super::settings::{Adaptive, Gradients, RenderSettings};
+use super::settings::{Adaptive, Gradients, RenderSettings, Reuse};
 use super::shares::Shares;
 use super::sobol;
 use super::statistics::{Progress, RenderStatistics};
@@ -52,6 +52,8 @@ use split::Split;
 use survey::Places;
 use trial::ReuseTrial;
 
+/// What an invocation of path_turns.comp keeps where its workgroup shares memory: a slot of the film.
+const KEPT_BYTES: u32 = size_of::<FilmSlot>() as u32;
 /// Submissions in flight.
 const IN_FLIGHT: usize = 2;
 
@@ -72,6 +74,9 @@ pub struct Renderer {
     /// The pixels that may show the edges of lamps, where samples are to have glances.
     lamp_places: Vec<Rectangle>,
     reuse: ReuseTrial,
+    /// What is asked for, where the kernel can, and for how many samples at least.
+    reuses: Reuse,
+    fewest_reused: u32,
     /// Whether neighbours can be compared where paths are reused.
     gradients: bool,
     /// Whether the members of a group sample lights alike for that.
@@ -156,10 +161,26 @@ impl Renderer {
         let loop_budget = settings.loop_budget.unwrap_or(facts.loop_budget);
         let cpu_threads = (device.info.kind == DeviceKind::Cpu).then(threads);
         let handout = Handout::of(queued, loop_budget, cpu_threads, &facts);
+        let limits = &device.limits;
+        // Of invocations in a workgroup: what they keep there has to fit too.
+        let room = match schedule {
+            Schedule::Turns => limits.max_compute_shared_memory_size / KEPT_BYTES,
+            Schedule::Inline | Schedule::Queue => u32::MAX,
+        };
+        let most_invocations = limits.max_compute_work_group_invocations.min(room);
+        let bounds = split::Bounds {
+            invocations: most_invocations / subgroup,
+            noted: device.info.max_texel_elements.min(device.info.max_storage_range / 16),
+        };
         let split = match schedule {
+            // Who wants workgroups of some size gets them.
+            Schedule::Inline | Schedule::Turns
+                if !reuse && (settings.workgroup_size, settings.split) != (None, None) =>
+            {
+                Split::of(Some(settings.split.unwrap_or(1)), 0, slots, settings.samples, &bounds)
+            }
             Schedule::Inline | Schedule::Turns if !reuse => {
-                let most = device.limits.max_compute_work_group_invocations / subgroup;
-                Split::of(settings.split, facts.invocations, slots, settings.samples, most)
+                Split::of(None, facts.invocations, slots, settings.samples, &bounds)
             }
             _ => Split::NONE,
         };
@@ -173,10 +194,9 @@ impl Renderer {
                 if reuse { size.next_multiple_of(subgroup) } else { size }
             }
         };
-        if workgroup == 0 || workgroup > device.limits.max_compute_work_group_invocations {
+        if workgroup == 0 || workgroup > most_invocations {
             return Err(RenderError::Settings(format!(
-                "a workgroup of {workgroup} invocations is not possible, expected 1 to {}",
-                device.limits.max_compute_work_group_invocations
+                "a workgroup of {workgroup} invocations is not possible, expected 1 to {most_invocations}"
             )));
         }
         let slots_per_piece = if queued { queue::TILE } else { workgroup / split.invocations };
@@ -207,13 +227,15 @@ impl Renderer {
         let built_in = kernels::built_in(schedule);
         let stage = built_in.name;
         let spirv = kernels::spirv(&built_in, settings)?;
+        // A dispatch has few invocations of many beams each: many small workgroups.
+        let beam_workgroup = if facts.threads { subgroup.clamp(32, 128) } else { facts.workgroup_size };
         let layout = bindings::layout(device, &buffers::BINDINGS)?;
         let beam_layout = (beam_targets > 0).then(|| BeamTracer::layout(device)).transpose()?;
         let mut timeline = Timeline::new(device, IN_FLIGHT)?;
         let row_slots = slots_of_row(width);
         let most_groups = u64::from(device.limits.max_compute_work_group_count[0]);
         let covered = if handout.is_drawn() { slots } else { most_groups * u64::from(slots_per_piece) };
-        let split_samples = split.noted(slots.min(covered), workgroup);
+        let split_samples = split.noted(slots.min(covered));
         let shape = Shape { slots, row_slots, covered, regions, split_samples, reuse, notes: queued && reuse };
         // The driver works on the shader while buffers are made and filled. (On the main thread the former, which
         // allocates much more: the heaps of other threads grow in small steps.)
@@ -222,8 +244,7 @@ impl Renderer {
                 .spawn_scoped(scope, || Buffers::new(device, &layout, &mut timeline, &tables, &sobol, &shape))
                 .map_err(RenderError::Thread)?;
             let start = Instant::now();
-            let of_beams =
-                |layout| BeamTracer::pipeline(device, layout, &specialization, facts.workgroup_size, settings);
+            let of_beams = |layout| BeamTracer::pipeline(device, layout, &specialization, beam_workgroup, settings);
             let of_beams = match &beam_layout {
                 Some(layout) => Some(
                     std::thread::Builder::new()
@@ -241,7 +262,7 @@ impl Renderer {
         let beams = beams.map(|(layout, pipeline)| {
             let film = &buffers.bands[0].film;
             let own = [(binding::FILM, film), (binding::FILM_ROWS, film), (binding::COUNTERS, &buffers.counters)];
-            BeamTracer::new(device, layout, pipeline, facts.workgroup_size, &buffers.tables.and(&own))
+            BeamTracer::new(device, layout, pipeline, beam_workgroup, &buffers.tables.and(&own))
         });
 
         let beam_scale = if beams.is_some() { beams::scale(&View::of(scene)) } else { 0.0 };
@@ -274,7 +295,9 @@ impl Renderer {
             certainties: Certainties::default(),
             repeats,
             beginnings: Vec::new(),
-            reuse: if reuse { ReuseTrial::of(settings.reuse) } else { ReuseTrial::Never },
+            reuse: ReuseTrial::Never,
+            reuses: if reuse { settings.reuse } else { Reuse::Off },
+            fewest_reused: trial::fewest_samples(&needed, settings.reuse, &facts),
             reuse_is_worth: trial::worth(&needed, &facts),
             stage,
             timeline,
@@ -365,7 +388,8 @@ impl Renderer {
         let limit = self.settings.time_limit.map(|limit| limit.mul_f64(for_paths));
         let mut watch = Watch::new(limit, &mut on_progress);
         self.clear_film()?;
-        self.reuse = self.reuse.anew();
+        let long = self.settings.samples >= self.fewest_reused;
+        self.reuse = if long { ReuseTrial::of(self.reuses) } else { ReuseTrial::Never };
         self.shares = Shares::default();
         self.survey()?;
         self.find_beginnings()?;

@@ -218,6 +218,7 @@ fn what_is_no_spirv_is_left_to_the_driver() {
 fn the_kernels_are_of_a_kind_that_is_known() {
     for kernel in [
         &include_bytes!(concat!(env!("OUT_DIR"), "/path_trace.spv"))[..],
+        include_bytes!(concat!(env!("OUT_DIR"), "/path_turns.spv")),
         include_bytes!(concat!(env!("OUT_DIR"), "/path_queue.spv")),
         include_bytes!(concat!(env!("OUT_DIR"), "/closest.spv")),
         include_bytes!(concat!(env!("OUT_DIR"), "/functions.spv")),

@@ -88,7 +88,7 @@ pub(super) struct Buffers {
     pub readbacks: Vec<Buffer>,
     /// Which regions of what the queue's paths note are taken.
     pub queue_pool: Buffer,
-    /// What the queue's paths note.
+    /// What the queue's paths note, or several invocations of a pixel.
     _paths: Buffer,
     pub tables: TableBuffers,
 }

@@ -156,8 +156,8 @@ impl Renderer {
         log::debug!("certainty of differences: {:?}", self.certainties);
     }
 
-    /// What groups show of neighbours after the trial. They are compared in parallel, and added up in their order.
-    pub(super) fn compare_neighbours(&self, tried: &[TriedGroup]) -> PairSums {
+    /// Adds what groups show of neighbours after the trial. They are compared in parallel, and added up in their order.
+    pub(super) fn compare_neighbours(&self, tried: &[TriedGroup], sums: &mut PairSums) {
         let add = |mut a: PairSums, b: PairSums| {
             a.iter_mut().zip(b).for_each(|(a, b)| *a = [a[0] + b[0], a[1] + b[1]]);
             a
@@ -166,7 +166,7 @@ impl Renderer {
             groups.iter().fold(PairSums::default(), |sums, group| add(sums, self.neighbours_in(group)))
         };
         let parts: Vec<_> = tried.par_chunks(GROUPS_TOGETHER).map(compared).collect();
-        parts.into_iter().fold(PairSums::default(), add)
+        *sums = parts.into_iter().fold(*sums, add);
     }
 
     /// Of one group.

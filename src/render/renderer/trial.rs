@@ -18,8 +18,8 @@ use super::Renderer;
 use super::gradients::PairSums;
 use super::tried::{GroupNoise, Noise, TriedGroup};
 
-/// Whether paths may serve several pixels, in a scene that needs these features. It depends on neither scheduler nor on
-/// what else is compiled, so that the image does not.
+/// Whether paths may serve several pixels, in a scene that needs these features, on such a device. It depends on neither
+/// scheduler nor on what else is compiled, so that the image does not.
 ///
 /// With a tree and lamps together with glass or mirrors it hardly pays: the noise of caustics is left, and a trial that is lost
 /// makes the rest slower (by 1.3). (Where beams take most of that noise paths cannot be shared, see `beams::targets`.) Without
@@ -27,7 +27,7 @@ use super::tried::{GroupNoise, Noise, TriedGroup};
 /// no lane takes (twice the time of one that skips them). Brute force is for comparison, not for speed.
 ///
 /// On GPUs the host's part of it takes time: for each pixel what 100 to 600 samples take without a tree, and 30 to 100 with one.
-/// Threads that choose among lights and walk a tree hold too much: with lamps a sample takes 7 to 10 times the time (H100).
+/// Threads that choose among lights and walk a tree hold too much: with lamps a sample takes 7 to 20 times the time (H100).
 pub(super) fn may_reuse(needed: &Features, settings: &RenderSettings, facts: &DriverFacts) -> bool {
     needed.can_reuse()
         && !needed.brute_force
@@ -36,23 +36,30 @@ pub(super) fn may_reuse(needed: &Features, settings: &RenderSettings, facts: &Dr
             (Reuse::Always, _) => true,
             (Reuse::Auto, Sharers::Lanes) if needed.tree => !needed.has_caustics(),
             (Reuse::Auto, Sharers::Lanes) => facts.skips_branches,
+            // Who waits for a time or a noise gets samples at once.
             (Reuse::Auto, Sharers::Threads) => {
-                let fewest = if needed.tree { FEWEST_BY_THREADS_IN_TREE } else { FEWEST_BY_THREADS };
-                settings.adaptive.is_none() && settings.samples >= fewest && !(needed.tree && needed.emitter)
+                settings.samples >= fewest_samples(needed, settings.reuse, facts)
+                    && (settings.adaptive.is_none() && settings.time_limit.is_none())
+                    && !(needed.tree && needed.emitter)
             }
         }
 }
 
-/// Samples per pixel from which on it is tried on GPUs.
-const FEWEST_BY_THREADS: u32 = 512;
-const FEWEST_BY_THREADS_IN_TREE: u32 = 64;
+/// Samples per pixel that a rendering has at least for it to be tried.
+pub(super) fn fewest_samples(needed: &Features, reuse: Reuse, facts: &DriverFacts) -> u32 {
+    match (reuse, facts.reuse) {
+        (Reuse::Auto, Sharers::Threads) if needed.tree => 64,
+        (Reuse::Auto, Sharers::Threads) => 512,
+        _ => 0,
+    }
+}
 
 /// By how much variance must fall in the trial for reuse to pay. With a tree a sample takes 1.4 to 2.3 times the time
 /// (measured on lavapipe, scenes with meshes of 35 thousand to a million triangles); the least of these, since the noise that
 /// reuse does not lower, of edges and of lamps, falls faster with further samples. Without a tree it takes 1.9 to 2.1 times the
 /// time, but the kernel that could reuse paths and does not takes 1.2 times that of one that could not.
 ///
-/// On GPUs a sample takes 2.4 to 6 times the time; a room of balls, one of glass, gains 3, one of diffuse balls and a mirror 4.1 to 8.
+/// On GPUs a sample takes 2.4 to 4 times the time; a room of balls, one of glass, gains 3, one of diffuse balls and a mirror 4.1 to 8.
 pub(super) fn worth(needed: &Features, facts: &DriverFacts) -> f64 {
     match facts.reuse {
         Sharers::Threads => 4.0,
@@ -140,13 +147,14 @@ impl Tally {
 }
 
 impl ReuseTrial {
-    /// Of these groups. They are judged in parallel, and added up in their order.
-    fn over(groups: &[TriedGroup]) -> Self {
+    /// Takes over further groups. They are judged in parallel, and added up in their order.
+    fn judge(&mut self, groups: &[TriedGroup]) {
         let judged = |groups: &[TriedGroup]| {
             groups.iter().fold([Tally::default(); 2], |tallies, group| sum(tallies, judge(group)))
         };
         let parts: Vec<_> = groups.par_chunks(GROUPS_TOGETHER).map(judged).collect();
-        Self::Over(parts.into_iter().fold([Tally::default(); 2], sum))
+        let before = if let Self::Over(before) = *self { before } else { [Tally::default(); 2] };
+        *self = Self::Over(parts.into_iter().fold(before, sum));
     }
 
     /// Before a rendering.
@@ -155,14 +163,6 @@ impl ReuseTrial {
             Reuse::Auto => Self::Pending,
             Reuse::Always => Self::Always,
             Reuse::Off => Self::Never,
-        }
-    }
-
-    /// The same for another rendering.
-    pub fn anew(self) -> Self {
-        match self {
-            Self::Pending | Self::Over(_) => Self::Pending,
-            same => same,
         }
     }
 
@@ -322,16 +322,15 @@ impl Renderer {
                 tried.repeated |= self.statistics.samples < end;
             }
         }
-        let mut groups = Vec::new();
         for span in spans {
-            groups.append(&mut self.groups_of_span(span, turns)?);
+            let groups = self.groups_of_span(span, turns)?;
+            tried.reuse.judge(&groups);
+            if !self.places.all.is_empty() {
+                self.compare_neighbours(&groups, &mut tried.pairs);
+            }
+            let inside = |slot| pixel_of_slot(slot, self.width, self.height).is_some();
+            tried.groups.par_extend(groups.par_iter().map(|group| group.noise_of_pixels(inside)));
         }
-        tried.reuse = ReuseTrial::over(&groups);
-        if !self.places.all.is_empty() {
-            tried.pairs = self.compare_neighbours(&groups);
-        }
-        let inside = |slot| pixel_of_slot(slot, self.width, self.height).is_some();
-        tried.groups = groups.par_iter().map(|group| group.noise_of_pixels(inside)).collect();
         Ok(tried)
     }
 
@@ -392,7 +391,11 @@ mod tests {
 
     #[test]
     fn what_lowers_variance_enough_is_reused() {
-        let judge = ReuseTrial::over;
+        let judge = |groups: &[TriedGroup]| {
+            let mut trial = ReuseTrial::Pending;
+            trial.judge(groups);
+            trial
+        };
         assert_eq!(judge(&groups(0.0, 1.0, 0.0)).halves(1.4), 0b11);
         assert_eq!(judge(&groups(0.0, -1.0, 0.0)).gain(), Some(8.0));
         // 0.25 of their own, 1 to gather, of which an eighth is common, and 0.25 in the differences.
@@ -413,14 +416,5 @@ mod tests {
         let second = mixed.iter_mut().filter(|group| half_of(group.first_slot as usize) == 1);
         second.for_each(|group| group.gradients.iter_mut().for_each(|slot| slot.trial_light = 3.0));
         assert_eq!(judge(&mixed).halves(1.4), 0b10);
-    }
-
-    #[test]
-    fn a_trial_begins_anew_with_each_rendering() {
-        for (reuse, halves) in [(Reuse::Off, 0), (Reuse::Always, 0b11), (Reuse::Auto, 0b11)] {
-            let before = ReuseTrial::of(reuse);
-            assert_eq!((before.anew(), before.halves(1.4), before.gain()), (before, halves, None));
-        }
-        assert_eq!(ReuseTrial::Over([Tally::default(); 2]).anew(), ReuseTrial::Pending);
     }
 }
