@@ -211,6 +211,18 @@ fn noisy_parts_get_more_samples() {
     same_bits_with_shares(&context, &shipped("cat", (132, 124), 8));
 }
 
+/// Four times as many need a larger table of random numbers.
+#[test]
+fn noisy_parts_get_more_of_hundreds_of_samples() {
+    let context = context();
+    let scene = shipped("cat", (64, 48), 260);
+    let base = RenderSettings::of(&scene);
+    let expected = render(&context, &scene, &base);
+    assert!(expected.counts().contains(&130) && expected.counts().iter().any(|&n| n > 260), "all alike");
+    let general = RenderSettings { general: true, samples_per_dispatch: Some(50), ..base };
+    assert_same_bits(&render(&context, &scene, &general), &expected, "general, in parts");
+}
+
 fn same_bits_with_shares(context: &Context, scene: &Scene) {
     let base = RenderSettings::of(scene);
     let (expected, statistics) = render_counted(context, scene, &base);

@@ -179,8 +179,7 @@ pub enum GradientsArg {
 /// Shares of the samples.
 #[derive(Clone, Copy, ValueEnum)]
 pub enum SharesArg {
-    /// Where it pays, of 4 to 256 or of more than 1024 samples: half, twice or four times --samples, in the time of as many
-    /// everywhere
+    /// Where it pays, from 4 samples on: half, twice or four times --samples, in the time of as many everywhere
     Auto,
     /// Never
     Off,

@@ -93,6 +93,8 @@ pub struct Renderer {
     repeats: bool,
     /// The states in which the samples of each pixel begin, row by row; none if all do as one path.
     beginnings: Vec<u32>,
+    /// Levels of the sampler's table.
+    sobol_levels: u32,
     /// By how much variance must fall in the trial.
     reuse_is_worth: f64,
     stage: &'static str,
@@ -143,7 +145,8 @@ impl Renderer {
         };
         let schedule = job.schedule(settings.scheduler);
         let queued = schedule == Schedule::Queue;
-        let sobol = sobol::table(features.sobol_levels, if reuse { sobol::MEMBERS } else { 1 });
+        let sobol_levels = shares::levels_of_table(&features, settings, reuse);
+        let sobol = sobol::table(sobol_levels, if reuse { sobol::MEMBERS } else { 1 });
 
         let (width, height) = (scene.film.width, scene.film.height);
         let slots = slot_count(width, height);
@@ -201,7 +204,7 @@ impl Renderer {
         }
         let slots_per_piece = if queued { queue::TILE } else { workgroup / split.invocations };
         let mut specialization = tables.specialization(&features, settings, facts);
-        specialization.uint(constant::SPLIT, split.invocations);
+        specialization.uint(constant::SOBOL_LEVELS, sobol_levels).uint(constant::SPLIT, split.invocations);
         specialization.uint(constant::WORKGROUP, workgroup).uint(constant::LOOP_BUDGET, loop_budget);
         // Lanes that must be at work for a subgroup to go on as it does. (Seven of eight instead of five, and paths counted every
         // second step instead of every fourth: .95 to 1.0 of the time, lavapipe 25.0.7 and 22.3.6.)
@@ -296,6 +299,7 @@ impl Renderer {
             repeats,
             beginnings: Vec::new(),
             reuse: ReuseTrial::Never,
+            sobol_levels,
             reuses: if reuse { settings.reuse } else { Reuse::Off },
             fewest_reused: trial::fewest_samples(&needed, settings.reuse, &facts),
             reuse_is_worth: trial::worth(&needed, &facts),

@@ -92,7 +92,7 @@ pub enum Gradients {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Shares {
     /// Where it is tried whether paths should be reused, from 4 samples per pixel on, unless sampling is adaptive, little is to
-    /// be gained, or four times as many samples need a larger table of random numbers (257 to 1024, more than 2¹⁸).
+    /// be gained, or there are more than 2²⁷ samples.
     #[default]
     Auto,
     /// Nowhere.
