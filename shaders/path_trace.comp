@@ -113,7 +113,9 @@ void main() {
                 } else if (!REUSE && SPLIT > 1u) {
                     split_note(share.x, radiance);
                     share.x += 1u;
-                } else counts.bad += film_add(film_pixel, REUSE ? radiance + glanced : radiance) ? 0u : 1u;
+                } else {
+                    counts.bad += film_add(film_pixel, REUSE ? radiance + glanced : radiance) ? 0u : 1u;
+                }
                 radiance = vec3(0.0);
                 glanced = vec3(0.0);
             }

@@ -34,6 +34,8 @@ pub(crate) struct DriverFacts {
     pub threads: bool,
     /// Lanes can read each other's registers, which a GPU's do in one instruction.
     pub shuffles: bool,
+    /// The lanes of a group of pixels fit into a subgroup.
+    pub groups_fit: bool,
     /// Invocations that keep the device busy; 0: any number. (An H100 holds 2¹⁸ of them, with few registers.)
     pub invocations: u64,
     /// A branch that no lane of a subgroup takes costs next to nothing. lavapipe before Mesa 23.1 executes it all the same.
@@ -46,6 +48,7 @@ impl DriverFacts {
     pub fn of(device: &DeviceInfo) -> Self {
         let old_lavapipe =
             device.kind == DeviceKind::Cpu && mesa_version(&device.driver).is_some_and(|version| version < (23, 1));
+        let groups_fit = device.subgroup_size.is_multiple_of(MEMBERS as u32);
         Self {
             // lavapipe before Mesa 23.1 silently ends all loops of a subgroup after 65,535 iterations in total.
             // Elsewhere the budget bounds a dispatch, so that no watchdog ends it.
@@ -58,16 +61,12 @@ impl DriverFacts {
             queue: device.kind == DeviceKind::Cpu,
             reuse: match device.kind {
                 DeviceKind::Cpu => Sharers::Lanes,
-                _ if device.shuffles
-                    && device.same_subgroups
-                    && device.subgroup_size.is_multiple_of(MEMBERS as u32) =>
-                {
-                    Sharers::Threads
-                }
+                _ if device.shuffles && device.same_subgroups && groups_fit => Sharers::Threads,
                 _ => Sharers::None,
             },
             threads: device.kind != DeviceKind::Cpu,
             shuffles: device.shuffles,
+            groups_fit,
             invocations: if device.kind == DeviceKind::Cpu { 0 } else { 1 << 18 },
             skips_branches: !old_lavapipe,
             queue_regions: if device.kind == DeviceKind::Cpu { 64 } else { 1024 },

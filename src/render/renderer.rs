@@ -132,7 +132,6 @@ impl Renderer {
         };
         let beam_targets = beams::targets(&needed, &tables, settings);
         let reuse = trial::may_reuse(&needed, settings, &facts) && beam_targets == 0;
-        let groups_fit = subgroup.is_multiple_of(sobol::MEMBERS as u32);
         let job = Job {
             features: &features,
             facts: &facts,
@@ -141,7 +140,6 @@ impl Renderer {
             seen: View::of(scene).part_of(tables.tree_boxes()),
             samples: f64::from(scene.film.width) * f64::from(scene.film.height) * f64::from(settings.samples),
             reuse,
-            groups_fit,
         };
         let schedule = job.schedule(settings.scheduler);
         let queued = schedule == Schedule::Queue;
@@ -176,14 +174,10 @@ impl Renderer {
             noted: device.info.max_texel_elements.min(device.info.max_storage_range / 16),
         };
         let split = match schedule {
-            // Who wants workgroups of some size gets them.
-            Schedule::Inline | Schedule::Turns
-                if !reuse && (settings.workgroup_size, settings.split) != (None, None) =>
-            {
-                Split::of(Some(settings.split.unwrap_or(1)), 0, slots, settings.samples, &bounds)
-            }
             Schedule::Inline | Schedule::Turns if !reuse => {
-                Split::of(None, facts.invocations, slots, settings.samples, &bounds)
+                // Who wants workgroups of some size gets them.
+                let wanted = settings.split.or(settings.workgroup_size.map(|_| 1));
+                Split::of(wanted, facts.invocations, slots, settings.samples, &bounds)
             }
             _ => Split::NONE,
         };
@@ -223,7 +217,7 @@ impl Renderer {
         specialization.uint(constant::LIGHT_SAMPLES, light_samples);
         // With further samples of lights, which lanes take side by side, lavapipe 22.3.6 takes .6 to .87 of the time by lanes too.
         let by_lanes = settings.share_by_lanes.unwrap_or(facts.skips_branches || light_samples > 1);
-        specialization.bool(constant::SHARED_BY_LANES, groups_fit && by_lanes);
+        specialization.bool(constant::SHARED_BY_LANES, facts.groups_fit && by_lanes);
         specialization.uint(constant::BEAM_TARGETS, beam_targets);
         let repeats = repeats::may_repeat(&needed, beam_targets, settings);
         specialization.bool(constant::REPEATS, repeats);

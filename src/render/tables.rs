@@ -428,6 +428,7 @@ mod tests {
             reuse: Sharers::Lanes,
             threads: false,
             shuffles: false,
+            groups_fit: true,
             invocations: 0,
             skips_branches: true,
             queue_regions: 64,

@@ -35,7 +35,7 @@ pub(super) fn upload(
 }
 
 /// A buffer to copy from, of so many bytes, filled by `fill`.
-pub(super) fn staging(device: &Arc<Device>, bytes: u64, fill: impl FnOnce(&mut [u8])) -> Result<Buffer, RenderError> {
+fn staging(device: &Arc<Device>, bytes: u64, fill: impl FnOnce(&mut [u8])) -> Result<Buffer, RenderError> {
     let mut staging = Buffer::new(device, "staging", bytes, Usage::Upload)?;
     let target = staging
         .mapped_mut()

@@ -40,14 +40,12 @@ pub(super) struct Job<'a> {
     pub samples: f64,
     /// Paths may serve several pixels.
     pub reuse: bool,
-    /// The lanes of a group of pixels are in one subgroup.
-    pub groups_fit: bool,
 }
 
 impl Job<'_> {
     /// How rays are scheduled.
     pub fn schedule(&self, scheduler: Scheduler) -> Schedule {
-        let groups_meet_in_memory = self.reuse && !self.groups_fit;
+        let groups_meet_in_memory = self.reuse && !self.facts.groups_fit;
         // Among lights, of which one is chosen, and where paths are reused, a kernel holds too much for more: with lamps it needs 163
         // registers instead of 92, and takes 1.1 to 2.4 times as long; with one point .70 (a bunny in a room) to .81 (a dragon of
         // glass) (H100, 1024×1024).
@@ -105,6 +103,7 @@ mod tests {
         reuse: Sharers::Threads,
         threads: true,
         shuffles: true,
+        groups_fit: true,
         invocations: 1 << 19,
         skips_branches: true,
         queue_regions: 1024,
@@ -113,9 +112,8 @@ mod tests {
     fn chosen(scene: &Scene, facts: &DriverFacts, reuse: bool, scheduler: Scheduler) -> Schedule {
         let features = Features::of(scene, &RenderSettings::of(scene));
         let sah_cost = features.tree.then_some(20.0);
-        let (keeps_kernels, groups_fit) = (true, true);
-        let job =
-            Job { features: &features, facts, sah_cost, seen: 1.0, keeps_kernels, samples: 1e9, reuse, groups_fit };
+        let keeps_kernels = true;
+        let job = Job { features: &features, facts, sah_cost, seen: 1.0, keeps_kernels, samples: 1e9, reuse };
         job.schedule(scheduler)
     }
 

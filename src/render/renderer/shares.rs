@@ -15,9 +15,13 @@ const FEWEST_SAMPLES: u32 = 4;
 /// Levels that the sampler's table has for a rendering: enough for those pixels that get most, if paths may serve several pixels. (A
 /// second one takes 1.0 to 1.05 times as long.)
 pub(super) fn levels_of_table(features: &Features, settings: &RenderSettings, reuse: bool) -> u32 {
-    let most = settings.samples.saturating_mul(Share::MOST);
-    let needed = if reuse && wants_shares(settings) { levels(most) } else { 0 };
+    let needed = if reuse && wants_shares(settings) { levels(most_of_pixel(settings)) } else { 0 };
     features.sobol_levels.max(needed)
+}
+
+/// Samples that the noisiest pixels get.
+fn most_of_pixel(settings: &RenderSettings) -> u32 {
+    settings.samples.saturating_mul(Share::MOST)
 }
 
 /// Whether pixels are to get different numbers of samples, where that pays.
@@ -25,7 +29,7 @@ fn wants_shares(settings: &RenderSettings) -> bool {
     settings.shares == settings::Shares::Auto
         && settings.samples >= FEWEST_SAMPLES
         && settings.adaptive.is_none()
-        && settings.samples.saturating_mul(Share::MOST) <= MAX_SAMPLES
+        && most_of_pixel(settings) <= MAX_SAMPLES
 }
 
 impl Renderer {
@@ -33,7 +37,7 @@ impl Renderer {
     pub(super) fn may_share(&self) -> bool {
         wants_shares(&self.settings)
             // Of more samples than the renderer was made for, some pixels might need a larger table.
-            && levels(self.settings.samples.saturating_mul(Share::MOST)) <= self.sobol_levels
+            && levels(most_of_pixel(&self.settings)) <= self.sobol_levels
             && self.buffers.has_whole_rows(slots_of_row(self.width))
     }
 
