@@ -148,8 +148,9 @@ vec3 shared_light(EndedPath ended, uint key, uint index, inout uint shadow_rays,
     vec3 sum = vec3(0.0);
     vec3 further = vec3(0.0);
     // Segments to the second hits of all members, and then further samples of lights.
-    uint rays = MEMBERS + (IN_ONE_LOOP ? LIGHT_SAMPLES - 1u : 0u);
-    [[dont_unroll]] for (uint number = 0u; number < rays; ++number) {
+    uint first = any_lane(gives) ? 0u : MEMBERS;
+    uint rays = MEMBERS + (IN_ONE_LOOP && any_lane(goes_on_from_first(m)) ? LIGHT_SAMPLES - 1u : 0u);
+    [[dont_unroll]] for (uint number = first; number < rays; ++number) {
         bool is_segment = !IN_ONE_LOOP || number < MEMBERS;
         uint from = number % MEMBERS;
         ShadowRay ray = ShadowRay(m.x, m.nx, 0.0, m.leaving, vec3(0.0), false);
