@@ -200,7 +200,8 @@ impl Features {
         if !self.tree {
             return true;
         }
-        let is_glass = |material: &u32| matches!(scene.materials[*material as usize].surface, Surface::Dielectric { .. });
+        let is_glass =
+            |material: &u32| matches!(scene.materials[*material as usize].surface, Surface::Dielectric { .. });
         let of_glass = scene.meshes.iter().flat_map(|mesh| &mesh.triangle_materials).filter(|m| is_glass(m)).count();
         scene.triangle_count() + scene.spheres.len() >= LARGE_TREE
             && wide_walks_pay(of_glass >= LARGE_TREE && !self.emitter)
