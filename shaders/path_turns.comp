@@ -90,7 +90,7 @@ void main() {
     int leaving = path.leaving;
     do {
         bool busy;
-        TreeRay ray = tree_ray(origin, direction);
+        TreeRay ray = tree_ray(origin, direction, walk_of == SHADOW);
         do {
             walk_on(walk, ray, leaving, walk_of == SHADOW, walked_steps);
             if (!walk.walks && walk_of == SHADOW) {
@@ -101,7 +101,7 @@ void main() {
                     origin = path.origin;
                     direction = path.direction;
                     leaving = path.leaving;
-                    ray = tree_ray(origin, direction);
+                    ray = tree_ray(origin, direction, false);
                 }
             }
             busy = walk.walks;

@@ -76,7 +76,7 @@ Pocket pocket_empty() {
 }
 
 PocketWalk pocket_walk_idle() {
-    return PocketWalk(0u, false, -1, tree_ray(vec3(0.0), vec3(0.0, 0.0, 1.0)), walk_idle());
+    return PocketWalk(0u, false, -1, tree_ray(vec3(0.0), vec3(0.0, 0.0, 1.0), false), walk_idle());
 }
 
 uint lowest_bit(uint set) { return set & (~set + 1u); }
@@ -224,7 +224,7 @@ void pocket_fetch(Pocket p, inout PocketWalk w) {
         w.entry = place;
         w.shadow = (p.shadows & place) != 0u;
         w.leaving = floatBitsToInt(leaving);
-        w.ray = tree_ray(origin.xyz, w.shadow ? toward.xyz : direction.xyz);
+        w.ray = tree_ray(origin.xyz, w.shadow ? toward.xyz : direction.xyz, w.shadow);
         w.walk = walk_begin(w.shadow ? toward.w : origin.w);
     }
 }

@@ -23,10 +23,11 @@ uint counted(uint steps) { return TREE_BOX_COUNT > 0u ? steps : 0u; }
 
 // Walks the tree to the end, or as far as the budget goes; then `loops` has reached LOOP_BUDGET. Returns the steps.
 uint walk_tree(inout Walk walk, vec3 o, vec3 d, int leaving, bool any_hit, uint loops) {
-    TreeRay r = tree_ray(o, d);
+    TreeRay r = tree_ray(o, d, any_hit);
     uint steps = 0u;
     while (walk.walks && (LOOP_BUDGET == 0u || loops + steps < LOOP_BUDGET)) {
-        walk_step(walk, r, leaving, any_hit);
+        if (any_hit) occlusion_step(walk, r, leaving);
+        else walk_step(walk, r, leaving, false);
         steps += 1u;
     }
     if (PATH_STATS) walked_steps += steps;

@@ -31,7 +31,7 @@ void main() {
     bool fetch = true;
     int leaving = -1;
     int id = -1;
-    TreeRay ray = tree_ray(vec3(0.0), vec3(0.0, 0.0, 1.0));
+    TreeRay ray = tree_ray(vec3(0.0), vec3(0.0, 0.0, 1.0), false);
     Walk walk = walk_idle();
     while (LOOP_BUDGET == 0u || loops + doubtful_loops < LOOP_BUDGET) {
         if (fetch && mine < total) {
@@ -41,7 +41,7 @@ void main() {
             float t = o.w;
             id = -1;
             closest_constant(o.xyz, d.xyz, leaving, t, id);
-            ray = tree_ray(o.xyz, d.xyz);
+            ray = tree_ray(o.xyz, d.xyz, any_hit);
             walk = walk_begin(t);
             if (!meets_tree(o.xyz, d.xyz, t) || (any_hit && id >= 0)) walk.walks = false;
             busy = true;

@@ -14,7 +14,8 @@
 //! (see [`Quantised`]). Its children are consecutive records. The last word has in bits 24..28 which of
 //! the four there are, and below, for each octant of directions, three bits: whether the second pair of children is
 //! to be visited before the first, and whether the second child of the first pair, and of the second pair, comes
-//! before the other. Octants are numbered by the signs of x, y and z.
+//! before the other. Octants are numbered by the signs of x, y and z. Bit 31 is 0, and so is what a walk in any order takes for the
+//! order (shaders/lib/intersect/node.glsl).
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -463,6 +464,9 @@ mod tests {
             assert_eq!(visiting_order(&square, octant as u32), order, "octant {octant}");
         }
         assert_eq!(visiting_order(&square[..1], 7), 0);
+        // Shifted by so much, all that a word has above that is no order.
+        assert!(include_str!("../../shaders/lib/intersect/node.glsl").contains("const uint NO_ORDER = 31u;"));
+        assert_eq!((NOT_SUBNORMAL | 0xf << 24 | 0xff_ffff) >> 31, 0);
         let close = in_pairs(vec![at(0.0, 0.0), at(8.0, 0.0), at(9.0, 0.0)]);
         assert_eq!(close[2].0, at(0.0, 0.0).0);
     }

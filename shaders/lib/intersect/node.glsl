@@ -20,16 +20,22 @@ struct TreeRay {
     vec3 inverse;
     vec3 near_offset;   // of the distances to planes on the near sides of boxes,
     vec3 far_offset;    // and to those on the far sides
-    uint octant;        // three times the number of the direction's octant
+    uint octant;        // where a node has the order of its children for the ray's direction
     Shear shear;
 };
 
-TreeRay tree_ray(vec3 o, vec3 d) {
+// Where a node has bits that are 0. Rays that ask only whether there is any hit visit children in the order of their records:
+// they meet as many on the way (within .3%; armadillos, a bunny, a dragon, a height field), and the next one is found sooner.
+const uint NO_ORDER = 31u;
+
+// With `any_hit`, for a walk that ends at the first hit.
+TreeRay tree_ray(vec3 o, vec3 d, bool any_hit) {
     vec3 inverse = safe_inverse(d);
+    // Three bits for each octant.
     uint octant = (inverse.x < 0.0 ? 3u : 0u) + (inverse.y < 0.0 ? 6u : 0u) + (inverse.z < 0.0 ? 12u : 0u);
     vec3 offset = -o * inverse;
     vec3 margin = box_margin(o) * abs(inverse);
-    return TreeRay(o, d, inverse, offset - margin, offset + margin, octant, shear_of(d));
+    return TreeRay(o, d, inverse, offset - margin, offset + margin, any_hit ? NO_ORDER : octant, shear_of(d));
 }
 
 // As fetched.
@@ -48,8 +54,8 @@ TreeRecord tree_record(int record) {
 const uint FIRST_INNER = 0xfe000000u;
 bool is_leaf(TreeRecord q) { return q.a.w < FIRST_INNER; }
 
-// The group of those children of an inner node whose boxes the ray meets before t_max.
-uint children_met(TreeRay r, TreeRecord q, float t_max) {
+// A bit for each child of an inner node whose box the ray meets before t_max.
+uint boxes_met(TreeRay r, TreeRecord q, float t_max) {
     // Planes lie at origin + scale·byte, and are met at (plane − r.origin)·inverse, give or take the margin: at b + a·byte.
     vec3 scale = uintBitsToFloat(uvec3(q.b.w << 23, q.b.w << 15, q.b.w << 7) & 0x7f800000u);
     vec3 a = scale * r.inverse;
@@ -74,8 +80,14 @@ uint children_met(TreeRay r, TreeRecord q, float t_max) {
     }
     CHILD(0u) CHILD(1u) CHILD(2u) CHILD(3u)
 #undef CHILD
-    return (q.a.w << 7) | (((q.c.w >> r.octant) & 7u) << 4) | (met & (q.c.w >> 24));
+    return met & (q.c.w >> 24);
 }
+
+// The group of those children, to be visited from the nearest on, or in any order.
+uint children_met(TreeRay r, TreeRecord q, float t_max) {
+    return (q.a.w << 7) | (((q.c.w >> r.octant) & 7u) << 4) | boxes_met(r, q, t_max);
+}
+uint any_children_met(TreeRay r, TreeRecord q, float t_max) { return (q.a.w << 7) | boxes_met(r, q, t_max); }
 
 // Whether a group has members.
 bool is_left(uint group) { return (group & 15u) != 0u; }
@@ -91,6 +103,14 @@ int take_member(inout uint group) {
     uint record = (group >> 7) + member;
     group &= ~(1u << member);
     return int(record);
+}
+
+// The same of a group that has no order.
+int take_any_member(inout uint group) {
+    uint others = group & (group - 1u);
+    uint first = group ^ others;    // 1, 2, 4 or 8
+    group = others;
+    return int((others >> 7) + (first >> 1) - (first >> 3));
 }
 
 #endif
