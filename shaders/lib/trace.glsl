@@ -26,8 +26,7 @@ uint walk_tree(inout Walk walk, vec3 o, vec3 d, int leaving, bool any_hit, uint 
     TreeRay r = tree_ray(o, d, any_hit);
     uint steps = 0u;
     while (walk.walks && (LOOP_BUDGET == 0u || loops + steps < LOOP_BUDGET)) {
-        if (any_hit) occlusion_step(walk, r, leaving);
-        else walk_step(walk, r, leaving, false);
+        walk_step(walk, r, leaving, any_hit, any_hit);
         steps += 1u;
     }
     if (PATH_STATS) walked_steps += steps;

@@ -197,14 +197,16 @@ impl Features {
     /// 2.7 times the time with a hierarchy: a mesh that fills the view, under a lamp, 1.6 if it is a mirror, 2.7 if paths are reused.)
     /// There the first start of all takes .6 s longer, which a small mesh would not gain.
     pub fn suits_wide_vectors(&self, scene: &Scene) -> bool {
-        if !self.tree {
-            return true;
-        }
+        let is_large = scene.triangle_count() + scene.spheres.len() >= LARGE_TREE;
+        !self.tree || (is_large && wide_walks_pay(self.has_large_glass(scene)))
+    }
+
+    /// Whether most rays may be within large meshes of glass. (Lamps light them by beams, which do not gain.)
+    fn has_large_glass(&self, scene: &Scene) -> bool {
         let is_glass =
             |material: &u32| matches!(scene.materials[*material as usize].surface, Surface::Dielectric { .. });
-        let of_glass = scene.meshes.iter().flat_map(|mesh| &mesh.triangle_materials).filter(|m| is_glass(m)).count();
-        scene.triangle_count() + scene.spheres.len() >= LARGE_TREE
-            && wide_walks_pay(of_glass >= LARGE_TREE && !self.emitter)
+        let of_glass = || scene.meshes.iter().flat_map(|mesh| &mesh.triangle_materials).filter(|m| is_glass(m)).count();
+        self.dielectric && !self.emitter && of_glass() >= LARGE_TREE
     }
 
     /// Each feature: its name, whether it is compiled in, and why.

@@ -54,8 +54,8 @@ TreeRecord tree_record(int record) {
 const uint FIRST_INNER = 0xfe000000u;
 bool is_leaf(TreeRecord q) { return q.a.w < FIRST_INNER; }
 
-// A bit for each child of an inner node whose box the ray meets before t_max.
-uint boxes_met(TreeRay r, TreeRecord q, float t_max) {
+// The group of those children of an inner node whose boxes the ray meets before t_max.
+uint children_met(TreeRay r, TreeRecord q, float t_max) {
     // Planes lie at origin + scale·byte, and are met at (plane − r.origin)·inverse, give or take the margin: at b + a·byte.
     vec3 scale = uintBitsToFloat(uvec3(q.b.w << 23, q.b.w << 15, q.b.w << 7) & 0x7f800000u);
     vec3 a = scale * r.inverse;
@@ -80,14 +80,8 @@ uint boxes_met(TreeRay r, TreeRecord q, float t_max) {
     }
     CHILD(0u) CHILD(1u) CHILD(2u) CHILD(3u)
 #undef CHILD
-    return met & (q.c.w >> 24);
+    return (q.a.w << 7) | (((q.c.w >> r.octant) & 7u) << 4) | (met & (q.c.w >> 24));
 }
-
-// The group of those children, to be visited from the nearest on, or in any order.
-uint children_met(TreeRay r, TreeRecord q, float t_max) {
-    return (q.a.w << 7) | (((q.c.w >> r.octant) & 7u) << 4) | boxes_met(r, q, t_max);
-}
-uint any_children_met(TreeRay r, TreeRecord q, float t_max) { return (q.a.w << 7) | boxes_met(r, q, t_max); }
 
 // Whether a group has members.
 bool is_left(uint group) { return (group & 15u) != 0u; }
