@@ -60,6 +60,8 @@ pub fn leaves(primitives: &[Primitive]) -> Vec<Leaf> {
 /// The leaves of some of the primitives: each triangle with the neighbour that goes best with it, of those that are left.
 fn pairs(chunk: &[u32], primitives: &[Primitive], boxes: &[Aabb]) -> Vec<Leaf> {
     let triangles: Vec<_> = chunk.iter().map(|&i| Triangle::of(&primitives[i as usize])).collect();
+    // Side by side: each is asked for several times, and in memory they are far apart.
+    let boxes: Vec<(Aabb, f32)> = chunk.iter().map(|&i| boxes[i as usize]).map(|b| (b, b.half_area())).collect();
     let edges = EdgeTable::of(&triangles);
     let mut taken = vec![false; chunk.len()];
     let mut leaves = Vec::with_capacity(chunk.len());
@@ -72,11 +74,10 @@ fn pairs(chunk: &[u32], primitives: &[Primitive], boxes: &[Aabb]) -> Vec<Leaf> {
         let mut least = f32::INFINITY;
         for side in 0..triangle.map_or(0, |_| 3) {
             for (b, other) in edges.opposite(&triangles, a, side).filter(|(b, _)| !taken[*b]) {
-                let [one, two] = [a, b].map(|i| boxes[chunk[i] as usize]);
-                let areas = [one, two].map(Aabb::half_area);
+                let [(one, area), (two, other_area)] = [boxes[a], boxes[b]];
                 let whole = one.union(two).half_area();
-                let more = whole / (areas[0] + areas[1]);
-                if more <= MOST_AREA && whole <= MOST_OF_SMALLER * areas[0].min(areas[1]) && more < least {
+                let more = whole / (area + other_area);
+                if more <= MOST_AREA && whole <= MOST_OF_SMALLER * area.min(other_area) && more < least {
                     (best, least) = (Some((b, [side, other])), more);
                 }
             }

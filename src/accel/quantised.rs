@@ -35,11 +35,15 @@ impl Quantised {
             let (exponent, step, origin) = grid(whole.lo[axis], whole.hi[axis]);
             q.exponent[axis] = exponent;
             q.origin[axis] = origin;
-            let position = |x: f32| (f64::from(x) - f64::from(origin)) / step;
+            // A power of two, by which it is as exact to multiply.
+            let inverse = 1.0 / step;
+            // In range even for the largest floats, whose grid has no room for the slack.
+            let position = |x: f32, slack: f64| ((f64::from(x) - f64::from(origin)) * inverse + slack).clamp(0.0, STEPS);
             for (child, b) in boxes.clone().enumerate() {
-                // In range even for the largest floats, whose grid has no room for the slack.
-                let lo = (position(b.lo[axis]) - SLACK).floor().clamp(0.0, STEPS) as u32;
-                let hi = (position(b.hi[axis]) + SLACK).ceil().clamp(0.0, STEPS) as u32;
+                let lo = position(b.lo[axis], -SLACK) as u32;
+                let hi = position(b.hi[axis], SLACK);
+                // Up, without a call of a function.
+                let hi = hi as u32 + u32::from(hi > f64::from(hi as u32));
                 q.lo[axis] |= lo << (8 * child);
                 q.hi[axis] |= hi << (8 * child);
             }
@@ -60,7 +64,8 @@ impl Quantised {
 }
 
 fn step(exponent: u8) -> f64 {
-    2f64.powi(i32::from(exponent) - 127)
+    // The bits of 2^(exponent − 127).
+    f64::from_bits((u64::from(exponent) + 1023 - 127) << 52)
 }
 
 /// The finest grid that covers an interval and the slack on both sides: biased exponent, step, origin.

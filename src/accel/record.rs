@@ -267,10 +267,13 @@ impl Packer<'_> {
         }
         let area: f64 = children.iter().map(|(b, _)| f64::from(b.half_area())).sum();
         let pack = |(node, record, place): (u32, _, Place)| self.node(node, record, place);
-        let sums: Vec<Sums> =
-            if parallel { below.into_par_iter().map(pack).collect() } else { below.into_iter().map(pack).collect() };
-        let below =
-            sums.iter().fold(Sums::default(), |a, b| Sums { depth: a.depth.max(b.depth), area: a.area + b.area });
+        let add = |a: Sums, b: Sums| Sums { depth: a.depth.max(b.depth), area: a.area + b.area };
+        let below = if parallel {
+            let sums: Vec<Sums> = below.into_par_iter().map(pack).collect();
+            sums.into_iter().fold(Sums::default(), add)
+        } else {
+            below.into_iter().map(pack).fold(Sums::default(), add)
+        };
         Sums { depth: 1 + below.depth, area: area + below.area }
     }
 }
@@ -297,7 +300,7 @@ fn inner_record(children: &[Boxed], first: usize) -> Record {
     let absent = u32::MAX.checked_shl(8 * children.len() as u32).unwrap_or(0) & 0x3f3f_3f3f;
     let lo = q.lo.map(|planes| (planes ^ LO_FLIP) | absent);
     let hi = q.hi.map(|planes| planes | absent);
-    let order = (0..8).fold(0, |order, octant| order | visiting_order(children, octant) << (3 * octant));
+    let order = visiting_orders(children);
     [
         [x, y, z, INNER | first as u32],
         [lo[0], lo[1], lo[2], exponents],
@@ -305,15 +308,20 @@ fn inner_record(children: &[Boxed], first: usize) -> Record {
     ]
 }
 
-/// Three bits, see the top of this file: along the diagonal of the octant, what is nearer comes first.
-fn visiting_order(children: &[Boxed], octant: u32) -> u32 {
-    let signs = Vec3::from([0, 1, 2].map(|axis| if octant >> axis & 1 == 0 { 1.0 } else { -1.0 }));
-    let bounds = |of: &[Boxed]| of.iter().fold(Aabb::EMPTY, |a, c| a.union(c.0));
-    let swapped =
-        |a: &[Boxed], b: &[Boxed]| !b.is_empty() && bounds(b).centroid().dot(signs) < bounds(a).centroid().dot(signs);
+/// Three bits for each octant, see the top of this file: along its diagonal, what is nearer comes first.
+fn visiting_orders(children: &[Boxed]) -> u32 {
+    let middle = |of: &[Boxed]| of.iter().fold(Aabb::EMPTY, |a, c| a.union(c.0)).centroid();
     let (left, right) = children.split_at(children.len().min(2));
-    let pair = |pair: &[Boxed]| pair.len() == 2 && swapped(&pair[..1], &pair[1..]);
-    u32::from(swapped(left, right)) | u32::from(pair(left)) << 1 | u32::from(pair(right)) << 2
+    let middles = |a: &[Boxed], b: &[Boxed]| (!b.is_empty()).then(|| [middle(a), middle(b)]);
+    let pair = |pair: &[Boxed]| pair.split_at_checked(1).and_then(|(a, b)| middles(a, b));
+    let choices = [middles(left, right), pair(left), pair(right)];
+    (0..8).fold(0, |orders, octant| {
+        let signs = Vec3::from([0, 1, 2].map(|axis| if octant >> axis & 1 == 0 { 1.0 } else { -1.0 }));
+        let swapped = |choice: Option<[Vec3; 2]>| choice.is_some_and(|[a, b]| b.dot(signs) < a.dot(signs));
+        choices.iter().enumerate().fold(orders, |orders, (bit, &choice)| {
+            orders | u32::from(swapped(choice)) << (3 * octant + bit)
+        })
+    })
 }
 
 #[cfg(test)]
@@ -461,9 +469,9 @@ mod tests {
         // Octants by the signs of x, y and z: which of the two pairs first, and which of each pair.
         let expected = [0b000, 0b001, 0b110, 0b111];
         for (octant, order) in expected.into_iter().enumerate() {
-            assert_eq!(visiting_order(&square, octant as u32), order, "octant {octant}");
+            assert_eq!(visiting_orders(&square) >> (3 * octant) & 7, order, "octant {octant}");
         }
-        assert_eq!(visiting_order(&square[..1], 7), 0);
+        assert_eq!(visiting_orders(&square[..1]), 0);
         // Shifted by so much, all that a word has above that is no order.
         assert!(include_str!("../../shaders/lib/intersect/node.glsl").contains("const uint NO_ORDER = 31u;"));
         assert_eq!((NOT_SUBNORMAL | 0xf << 24 | 0xff_ffff) >> 31, 0);
