@@ -1,6 +1,5 @@
 //! Exact copies of primitives: thousands of them would all have to be visited, and the first of them is what rays hit.
 
-use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
@@ -20,18 +19,25 @@ pub fn copies(primitives: &[Primitive]) -> Vec<u32> {
     hashes.par_iter().filter(|&&hash| once.set(hash)).for_each(|&hash| {
         twice.set(hash);
     });
-    let suspects: Vec<u32> =
-        (0..primitives.len() as u32).into_par_iter().filter(|&i| twice.get(hashes[i as usize])).collect();
-    let mut firsts: HashMap<u64, Vec<u32>> = HashMap::with_capacity(suspects.len());
+    let mut suspects: Vec<(u64, u32)> = (0..primitives.len() as u32)
+        .into_par_iter()
+        .map(|i| (hashes[i as usize], i))
+        .filter(|&(hash, _)| twice.get(hash))
+        .collect();
+    suspects.par_sort_unstable();
     let mut copies = Vec::new();
-    for i in suspects {
-        let alike = firsts.entry(hashes[i as usize]).or_default();
-        if alike.iter().any(|&first| has_same_shape(&primitives[first as usize], &primitives[i as usize])) {
-            copies.push(i);
-        } else {
-            alike.push(i);
+    let mut firsts: Vec<u32> = Vec::new();
+    for alike in suspects.chunk_by(|a, b| a.0 == b.0) {
+        firsts.clear();
+        for &(_, i) in alike {
+            if firsts.iter().any(|&first| has_same_shape(&primitives[first as usize], &primitives[i as usize])) {
+                copies.push(i);
+            } else {
+                firsts.push(i);
+            }
         }
     }
+    copies.sort_unstable();
     copies
 }
 

@@ -132,7 +132,8 @@ struct EdgeTable {
 
 impl EdgeTable {
     fn of(triangles: &[Option<Triangle>]) -> Self {
-        let mut table = Self { slots: vec![Leaf::NONE; (4 * triangles.len()).next_power_of_two()] };
+        // Nearly two thirds of the slots stay free, since all of a run of others is looked at.
+        let mut table = Self { slots: vec![Leaf::NONE; (8 * triangles.len()).next_power_of_two()] };
         for (i, triangle) in triangles.iter().enumerate() {
             let Some(triangle) = triangle else { continue };
             for side in 0..3 {

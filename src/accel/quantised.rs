@@ -38,7 +38,8 @@ impl Quantised {
             // A power of two, by which it is as exact to multiply.
             let inverse = 1.0 / step;
             // In range even for the largest floats, whose grid has no room for the slack.
-            let position = |x: f32, slack: f64| ((f64::from(x) - f64::from(origin)) * inverse + slack).clamp(0.0, STEPS);
+            let position =
+                |x: f32, slack: f64| ((f64::from(x) - f64::from(origin)) * inverse + slack).clamp(0.0, STEPS);
             for (child, b) in boxes.clone().enumerate() {
                 let lo = position(b.lo[axis], -SLACK) as u32;
                 let hi = position(b.hi[axis], SLACK);

@@ -318,9 +318,10 @@ fn visiting_orders(children: &[Boxed]) -> u32 {
     (0..8).fold(0, |orders, octant| {
         let signs = Vec3::from([0, 1, 2].map(|axis| if octant >> axis & 1 == 0 { 1.0 } else { -1.0 }));
         let swapped = |choice: Option<[Vec3; 2]>| choice.is_some_and(|[a, b]| b.dot(signs) < a.dot(signs));
-        choices.iter().enumerate().fold(orders, |orders, (bit, &choice)| {
-            orders | u32::from(swapped(choice)) << (3 * octant + bit)
-        })
+        choices
+            .iter()
+            .enumerate()
+            .fold(orders, |orders, (bit, &choice)| orders | u32::from(swapped(choice)) << (3 * octant + bit))
     })
 }
 

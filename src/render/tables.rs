@@ -134,12 +134,19 @@ impl Tables {
         let mut first_triangle = 0;
         for (mesh, &constant) in scene.meshes.iter().zip(&in_constants) {
             if !constant {
-                let mut add = |corners: [DVec3; 3], material: u32| match emitted(material) {
-                    Some(radiance) => lights.add_polygon(LightShape::Triangle(corners), &corners, radiance),
-                    None => -1,
-                };
-                let added = add_triangles(mesh, space, first_material, &mut add, &mut shapes, &mut primitives);
-                origins.extend(added.into_iter().map(|i| Origin::Triangle(first_triangle + i)));
+                let added = add_triangles(mesh, space, first_material, &mut shapes, &mut primitives);
+                let of_mesh = primitives.len() - added.len();
+                let emits = |i: usize| emitted(mesh.triangle_materials[i]);
+                if mesh.triangle_materials.iter().any(|&material| emitted(material).is_some()) {
+                    for (&i, primitive) in added.iter().zip(&mut primitives[of_mesh..]) {
+                        let (Some(radiance), Primitive::Triangle { light, .. }) = (emits(i), primitive) else {
+                            continue;
+                        };
+                        let corners = mesh.triangles[i].map(|v| space.point(mesh.positions[v as usize]));
+                        *light = lights.add_polygon(LightShape::Triangle(corners), &corners, radiance);
+                    }
+                }
+                origins.par_extend(added.into_par_iter().map(|i| Origin::Triangle(first_triangle + i)));
             }
             first_triangle += mesh.triangles.len();
         }
@@ -374,40 +381,34 @@ fn build_tree(primitives: &[Primitive], leaves: &[Leaf], settings: &RenderSettin
     accel::build(&leaves.par_iter().map(of_leaf).collect::<Vec<_>>())
 }
 
-/// Adds the triangles of a mesh that have an area in single precision; returns their indices in the mesh.
+/// Adds the triangles of a mesh that have an area in single precision, without light; returns their indices in the mesh.
 fn add_triangles(
     mesh: &crate::scene::Mesh,
     space: &RenderSpace,
     first_material: u32,
-    add_light: &mut impl FnMut([DVec3; 3], u32) -> i32,
     shapes: &mut Vec<[f32; 4]>,
     primitives: &mut Vec<Primitive>,
 ) -> Vec<usize> {
+    let corners = |i: usize| mesh.triangles[i].map(|vertex| mesh.positions[vertex as usize]);
+    let vertices: Vec<_> = (0..mesh.triangles.len()).into_par_iter().map(|i| space.triangle32(corners(i))).collect();
+    let added: Vec<usize> = (0..vertices.len()).filter(|&i| vertices[i].is_some()).collect();
     let smooth = !mesh.vertex_normals.is_empty();
-    let mut added = Vec::with_capacity(mesh.triangles.len());
-    for (index, (triangle, &material)) in mesh.triangles.iter().zip(&mesh.triangle_materials).enumerate() {
-        let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
-        let Some(vertices) = space.triangle32([a, b, c]) else { continue };
-        added.push(index);
-        let normal = (b - a).cross(c - a);
-        let normal = normal.try_normalize().unwrap_or(DVec3::Z);
-        let attributes = if smooth {
-            let row = shapes.len() as i32;
-            shapes.extend(triangle.map(|i| {
-                let n = mesh.vertex_normals[i as usize].as_vec3();
-                [n.x, n.y, n.z, 0.0]
-            }));
-            row
-        } else {
-            -1
-        };
-        primitives.push(Primitive::Triangle {
-            light: add_light([a, b, c].map(|p| space.point(p)), material),
-            vertices,
-            normal: normal.as_vec3(),
-            surface: first_material + material,
-            attributes,
-        });
+    let first_row = shapes.len();
+    primitives.par_extend(added.par_iter().enumerate().map(|(number, &i)| {
+        let [a, b, c] = corners(i);
+        Primitive::Triangle {
+            vertices: vertices[i].unwrap_or_default(),
+            normal: (b - a).cross(c - a).try_normalize().unwrap_or(DVec3::Z).as_vec3(),
+            surface: first_material + mesh.triangle_materials[i],
+            attributes: if smooth { (first_row + 3 * number) as i32 } else { -1 },
+            light: -1,
+        }
+    }));
+    if smooth {
+        shapes.extend(added.iter().flat_map(|&i| mesh.triangles[i]).map(|vertex| {
+            let n = mesh.vertex_normals[vertex as usize].as_vec3();
+            [n.x, n.y, n.z, 0.0]
+        }));
     }
     added
 }

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use crate::gpu::{Access, Buffer, Device, Timeline, Usage};
 
 use super::error::RenderError;
@@ -15,9 +17,9 @@ pub(super) fn upload(
     let mut staged = Vec::new();
     for (index, (buffer, bytes)) in uploads.iter_mut().enumerate() {
         if let Some(target) = buffer.mapped_mut() {
-            target[..bytes.len()].copy_from_slice(bytes);
+            copy(&mut target[..bytes.len()], bytes);
         } else if !bytes.is_empty() {
-            let staging = staging(device, bytes.len() as u64, |target| target.copy_from_slice(bytes))?;
+            let staging = staging(device, bytes.len() as u64, |target| copy(target, bytes))?;
             staged.push((index, staging));
         }
     }
@@ -32,6 +34,12 @@ pub(super) fn upload(
         timeline.wait(&ticket)?;
     }
     Ok(())
+}
+
+/// Copies by several threads: of memory that has not been used yet, the system takes longer to give a page than to copy it.
+fn copy(to: &mut [u8], from: &[u8]) {
+    const CHUNK: usize = 1 << 20;
+    to.par_chunks_mut(CHUNK).zip(from.par_chunks(CHUNK)).for_each(|(to, from)| to.copy_from_slice(from));
 }
 
 /// A buffer to copy from, of so many bytes, filled by `fill`.

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::description::*;
 use super::error::{Entity, Location, SceneError};
@@ -196,19 +197,16 @@ fn check_materials(materials: &[Material]) -> Check {
 
 fn check_mesh(entity: Entity, mesh: &Mesh, material_count: usize) -> Check {
     let count = mesh.positions.len();
-    for (index, &position) in mesh.positions.iter().enumerate() {
-        if !in_range(position) {
-            let expected = "three finite numbers of magnitude <= 1e30, after scale, rotate and translate";
-            return Err(Problem::new(entity, format!("vertex {}", index + 1), vector(position), expected));
-        }
+    if let Some(index) = mesh.positions.par_iter().position_first(|&position| !in_range(position)) {
+        let expected = "three finite numbers of magnitude <= 1e30, after scale, rotate and translate";
+        let field = format!("vertex {}", index + 1);
+        return Err(Problem::new(entity, field, vector(mesh.positions[index]), expected));
     }
     let expected_normals = if mesh.normals == Normals::Smooth { count } else { 0 };
     check_length(entity, "the number of vertex normals", mesh.vertex_normals.len(), expected_normals)?;
-    for (index, normal) in mesh.vertex_normals.iter().enumerate() {
-        if !normal.is_normalized() {
-            let field = format!("vertex normal {}", index + 1);
-            return Err(Problem::new(entity, field, vector(*normal), "a vector of length 1"));
-        }
+    if let Some(index) = mesh.vertex_normals.par_iter().position_first(|normal| !normal.is_normalized()) {
+        let field = format!("vertex normal {}", index + 1);
+        return Err(Problem::new(entity, field, vector(mesh.vertex_normals[index]), "a vector of length 1"));
     }
     if !mesh.texcoords.is_empty() {
         check_length(entity, "the number of texture coordinates", mesh.texcoords.len(), count)?;
@@ -217,16 +215,17 @@ fn check_mesh(entity: Entity, mesh: &Mesh, material_count: usize) -> Check {
     if mesh.triangles.is_empty() {
         return Err(Problem::new(entity, "the number of triangles", 0, "at least 1"));
     }
-    for (index, triangle) in mesh.triangles.iter().enumerate() {
-        let corners = triangle.map(|vertex| mesh.positions.get(vertex as usize).copied());
-        let [Some(a), Some(b), Some(c)] = corners else {
-            let expected = format!("indices below {count}");
-            return Err(Problem::new(entity, format!("triangle {}", index + 1), format!("{triangle:?}"), expected));
+    let wrong = |(index, triangle): (usize, &[u32; 3])| {
+        let expected = match triangle.map(|vertex| mesh.positions.get(vertex as usize).copied()) {
+            [Some(a), Some(b), Some(c)] if has_area(a, b, c) => return None,
+            [Some(_), Some(_), Some(_)] => "a triangle with an area".to_owned(),
+            _ => format!("indices below {count}"),
         };
-        if !has_area(a, b, c) {
-            let expected = "a triangle with an area";
-            return Err(Problem::new(entity, format!("triangle {}", index + 1), format!("{triangle:?}"), expected));
-        }
+        Some(Problem::new(entity, format!("triangle {}", index + 1), format!("{triangle:?}"), expected))
+    };
+    // The first of all that are wrong.
+    if let Some(problem) = mesh.triangles.par_iter().enumerate().find_map_first(wrong) {
+        return Err(problem);
     }
     mesh.triangle_materials.iter().try_for_each(|&material| check_material_index(entity, material, material_count))
 }

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 use super::library::resolve_materials;
 use super::parse::{Corner, NONE, Obj, parse_obj};
@@ -50,7 +51,7 @@ impl MeshRequest {
         let mut positions = std::mem::take(&mut obj.positions);
         if self.placement != Placement::default() {
             let scene_from_mesh = self.placement.scene_from_mesh();
-            positions.iter_mut().for_each(|position| *position = scene_from_mesh(*position));
+            positions.par_iter_mut().for_each(|position| *position = scene_from_mesh(*position));
         }
         let (triangles, degenerate) = with_area(&obj, &positions);
         let faces = obj.faces.len();
@@ -109,17 +110,18 @@ struct FileTriangle {
 
 /// The triangles that have an area, and the number of faces that have none.
 fn with_area(obj: &Obj, positions: &[DVec3]) -> (Vec<FileTriangle>, usize) {
+    let keeps = |corners: &[Corner; 3]| {
+        let [a, b, c] = corners.map(|corner| positions[corner.position as usize]);
+        has_area(a, b, c)
+    };
+    let keeps: Vec<bool> = obj.triangles.par_iter().map(keeps).collect();
     let mut kept = Vec::with_capacity(obj.triangles.len());
     let mut degenerate_faces = 0;
-    let mut triangles = obj.triangles.iter();
+    let mut triangles = obj.triangles.iter().zip(keeps);
     for face in &obj.faces {
         let count_before = kept.len();
-        for &corners in triangles.by_ref().take(face.triangles as usize) {
-            let [a, b, c] = corners.map(|corner| positions[corner.position as usize]);
-            if has_area(a, b, c) {
-                kept.push(FileTriangle { corners, material: face.material });
-            }
-        }
+        let of_face = triangles.by_ref().take(face.triangles as usize).filter(|(_, keeps)| *keeps);
+        kept.extend(of_face.map(|(&corners, _)| FileTriangle { corners, material: face.material }));
         degenerate_faces += usize::from(kept.len() == count_before);
     }
     (kept, degenerate_faces)

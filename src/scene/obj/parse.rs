@@ -8,8 +8,9 @@ use rayon::prelude::*;
 use super::statement::{Lines, Statement, quoted, split_lines};
 use crate::scene::error::SceneError;
 
-/// Least bytes for a thread of its own.
-const CHUNK: usize = 1 << 20;
+/// Least bytes for a task of its own, and tasks for each thread, at most: lines of one kind take longer than those of another.
+const CHUNK: usize = 1 << 18;
+const TASKS: usize = 16;
 
 /// Stands for an index that is not there.
 pub const NONE: u32 = u32::MAX;
@@ -59,7 +60,7 @@ pub struct Face {
 /// [`SceneError::Statement`] with the line of a number that is none, is not finite or exceeds 1e30, of a face with
 /// fewer than three corners, and of an index that is zero or out of range.
 pub fn parse_obj(bytes: &[u8], file: &str) -> Result<Obj, SceneError> {
-    parse_in(split_lines(bytes, (bytes.len() / CHUNK).min(4 * rayon::current_num_threads())), file)
+    parse_in(split_lines(bytes, (bytes.len() / CHUNK).min(TASKS * rayon::current_num_threads())), file)
 }
 
 fn parse_in(chunks: Vec<Lines<'_>>, file: &str) -> Result<Obj, SceneError> {
@@ -73,10 +74,9 @@ fn parse_in(chunks: Vec<Lines<'_>>, file: &str) -> Result<Obj, SceneError> {
     let work: Vec<_> = chunks.into_iter().zip(before).collect();
     let parts: Vec<_> = work.into_par_iter().map(|(lines, before)| Part::parse(lines, before, total, file)).collect();
     // The first part that is wrong holds the first line that is.
-    let mut joined = Joined::default();
-    for part in parts {
-        joined.append(part?);
-    }
+    let parts = parts.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let mut joined = Joined::of(&parts);
+    parts.into_iter().for_each(|part| joined.append(part));
     Ok(joined.obj)
 }
 
@@ -218,6 +218,21 @@ struct Joined {
 }
 
 impl Joined {
+    /// None yet, with room for all of these, unless there is only one.
+    fn of(parts: &[Part]) -> Self {
+        let mut joined = Self::default();
+        if parts.len() > 1 {
+            let sum = |length: fn(&Obj) -> usize| parts.iter().map(|part| length(&part.obj)).sum();
+            let obj = &mut joined.obj;
+            obj.positions.reserve_exact(sum(|obj| obj.positions.len()));
+            obj.texcoords.reserve_exact(sum(|obj| obj.texcoords.len()));
+            obj.normals.reserve_exact(sum(|obj| obj.normals.len()));
+            obj.triangles.reserve_exact(sum(|obj| obj.triangles.len()));
+            obj.faces.reserve_exact(sum(|obj| obj.faces.len()));
+        }
+        joined
+    }
+
     fn append(&mut self, part: Part) {
         let Part { obj: mut from, materials } = part;
         let names: Vec<u32> = from.material_names.into_iter().map(|(name, line)| self.name(name, line)).collect();
@@ -252,7 +267,7 @@ impl Joined {
 }
 
 fn append<T>(to: &mut Vec<T>, mut from: Vec<T>) {
-    if to.is_empty() {
+    if to.capacity() == 0 {
         *to = from;
     } else {
         to.append(&mut from);

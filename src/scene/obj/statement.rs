@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use rayon::prelude::*;
+
 use crate::scene::error::{Location, SceneError};
 
 /// A statement: a line, or several that end in a backslash but for the last.
@@ -28,7 +30,7 @@ pub(super) fn statements(bytes: &[u8]) -> Lines<'_> {
 pub(super) fn split_lines(bytes: &[u8], count: usize) -> Vec<Lines<'_>> {
     let Lines { mut rest, mut next_line } = statements(bytes);
     let size = rest.len().div_ceil(count.max(1)).max(1);
-    let mut runs = Vec::new();
+    let mut runs: Vec<&[u8]> = Vec::new();
     while !rest.is_empty() {
         let mut end = size.min(rest.len());
         // To the end of a statement: of a line that does not go on in the next one.
@@ -40,12 +42,16 @@ pub(super) fn split_lines(bytes: &[u8], count: usize) -> Vec<Lines<'_>> {
             }
         }
         let (run, others) = rest.split_at(end);
-        runs.push(Lines { rest: run, next_line });
-        let lines = run.iter().filter(|&&byte| byte == b'\n').count();
-        next_line = next_line.saturating_add(u32::try_from(lines).unwrap_or(u32::MAX));
+        runs.push(run);
         rest = others;
     }
-    runs
+    let lines: Vec<usize> = runs.par_iter().map(|run| run.iter().filter(|&&byte| byte == b'\n').count()).collect();
+    let run_of = |(run, lines): (_, usize)| {
+        let first_line = next_line;
+        next_line = next_line.saturating_add(u32::try_from(lines).unwrap_or(u32::MAX));
+        Lines { rest: run, next_line: first_line }
+    };
+    runs.into_iter().zip(lines).map(run_of).collect()
 }
 
 impl<'a> Iterator for Lines<'a> {
