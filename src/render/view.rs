@@ -9,7 +9,7 @@ use crate::scene::Scene;
 
 use super::lights::{Light, LightShape};
 
-/// Points of the picture, along either side, from which the part that shows something is estimated.
+/// Points of the picture, along either side, from which the part that shows something is estimated; or cells.
 const GRID: u32 = 32;
 
 /// Columns and rows of pixels.
@@ -53,6 +53,21 @@ impl View {
             boxes.iter().any(|b| b.meets_ray_from_origin(inverse))
         };
         directions.filter(|direction| meets(*direction)).count() as f64 / f64::from(GRID * GRID)
+    }
+
+    /// The part of the picture in whose cells some of these points are, as seen from the origin.
+    pub fn part_with(&self, points: impl Iterator<Item = DVec3>) -> f64 {
+        let mut has_point = vec![false; (GRID * GRID) as usize];
+        for p in points {
+            let depth = self.forward.dot(p);
+            let at = [self.right, self.up].map(|half| half.dot(p) / half.length_squared() / depth);
+            // NaN is not within the picture either.
+            if depth > 0.0 && at.iter().all(|x| x.abs() < 1.0) {
+                let [column, row] = at.map(|x| ((x + 1.0) / 2.0 * f64::from(GRID)) as usize);
+                has_point[row * GRID as usize + column] = true;
+            }
+        }
+        has_point.iter().filter(|&&has_point| has_point).count() as f64 / f64::from(GRID * GRID)
     }
 
     /// The pixels that may show a light's surface, or a little more; none if it is turned away or beyond one of the picture's sides.
@@ -127,6 +142,21 @@ mod tests {
         assert_eq!(view.part_of(&[of([-1.0; 3], [1.0; 3])]), 1.0);
         assert_eq!(view.part_of(&[of([-9.0, -9.0, 1.0], [9.0; 3])]), 0.0);
         assert_eq!(view.part_of(&[]), 0.0);
+    }
+
+    #[test]
+    fn points_are_in_their_cells_of_the_picture() {
+        let view = View { right: DVec3::X, up: 0.5 * DVec3::Y, forward: DVec3::NEG_Z, size: [100.0; 2] };
+        // At a distance of 4 the picture reaches 4 to the sides and 2 up and down.
+        let square = |side: i32| (0..side * side).map(move |i| v(f64::from(i % side), f64::from(i / side), 0.0));
+        let dense = |scale: f64| square(200).map(move |p| scale * p / 100.0 + v(-4.0, -2.0, -4.0));
+        assert_eq!(view.part_with(dense(4.0)), 1.0);
+        assert_eq!(view.part_with(dense(2.0)), 0.5);
+        assert_eq!(view.part_with(dense(2.0).map(|p| p * 1e-9)), 0.5);
+        // Behind the camera, in it, beside the picture, nothing; many in one cell.
+        let none = [v(0.1, 0.1, 4.0), DVec3::ZERO, v(4.1, 0.0, -4.0), v(0.0, -2.1, -4.0), DVec3::NAN];
+        assert_eq!(view.part_with(none.into_iter()), 0.0);
+        assert_eq!(view.part_with(std::iter::repeat_n(v(0.1, 0.1, -4.0), 9)), 1.0 / 1024.0);
     }
 
     #[test]
