@@ -234,12 +234,21 @@ impl Renderer {
         let covered = if handout.is_drawn() { slots } else { most_groups * u64::from(slots_per_piece) };
         let split_samples = split.noted(slots.min(covered));
         let shape = Shape { slots, row_slots, covered, regions, split_samples, reuse, notes: queued && reuse };
+        // Each time that lavapipe begins to make machine code, as it does for the buffers' formats, it sets the width of its vectors to 256
+        // bits, and then to what was asked for: a shader that another thread works on meanwhile may take a subgroup's lanes for eight
+        // (lp_build_init_native_width of Mesa 25.0; up to one start of 500 on a busy machine).
+        let one_by_one = device.info.kind == DeviceKind::Cpu && subgroup != 8;
         // The driver works on the shader while buffers are made and filled. (On the main thread the former, which
         // allocates much more: the heaps of other threads grow in small steps.)
         let (pipeline, beams, pipeline_seconds, buffers) = std::thread::scope(|scope| {
-            let filling = std::thread::Builder::new()
-                .spawn_scoped(scope, || Buffers::new(device, &layout, &mut timeline, &tables, &sobol, &shape))
-                .map_err(RenderError::Thread)?;
+            let mut fill = || Buffers::new(device, &layout, &mut timeline, &tables, &sobol, &shape);
+            let buffers: Box<dyn FnOnce() -> Result<Buffers, RenderError> + '_> = if one_by_one {
+                let buffers = fill();
+                Box::new(|| buffers)
+            } else {
+                let filling = std::thread::Builder::new().spawn_scoped(scope, fill).map_err(RenderError::Thread)?;
+                Box::new(|| filling.join().unwrap_or_else(|panic| resume_unwind(panic)))
+            };
             let start = Instant::now();
             let of_beams = |layout| BeamTracer::pipeline(device, layout, &specialization, beam_workgroup, settings);
             let of_beams = match &beam_layout {
@@ -253,7 +262,7 @@ impl Renderer {
             let pipeline = Pipeline::new(device, stage, &spirv, &specialization, &layout);
             let beams = of_beams.map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic)));
             let seconds = start.elapsed().as_secs_f64();
-            let buffers = filling.join().unwrap_or_else(|panic| resume_unwind(panic))?;
+            let buffers = buffers()?;
             Ok::<_, RenderError>((pipeline?, beams.transpose()?, seconds, buffers))
         })?;
         let beams = beams.map(|(layout, pipeline)| {
