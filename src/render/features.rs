@@ -140,6 +140,7 @@ impl Features {
         let (constant, rest) = spheres::partition(scene, &space);
         let (facets, in_constants) = facets::select(scene, &space, settings.triangle_test);
         let triangles = in_constants.iter().any(|constant| !constant);
+        let dielectric = any(Feature::Dielectric, |s| matches!(s, Surface::Dielectric { .. }));
         Self {
             gaussian: scene.film.filter == PixelFilter::Gaussian,
             sampler: settings.sampler,
@@ -148,7 +149,7 @@ impl Features {
             indirect: scene.integrator.indirect,
             diffuse: any(Feature::Diffuse, |s| matches!(s, Surface::Diffuse { .. })),
             mirror: any(Feature::Mirror, |s| matches!(s, Surface::Mirror { .. })),
-            dielectric: any(Feature::Dielectric, |s| matches!(s, Surface::Dielectric { .. })),
+            dielectric,
             emitter: any(Feature::Emitter, |s| matches!(s, Surface::Emitter { .. })),
             background: unneeded(Feature::Background) || scene.background != [0.0; 3],
             constant_spheres: constant.len() as u32,
@@ -165,7 +166,7 @@ impl Features {
             smooth_normals: unneeded(Feature::SmoothNormals)
                 || scene.meshes.iter().any(|m| !m.vertex_normals.is_empty()),
             lights: spheres::visible_lights(scene).count() as u32,
-            glass_fills_view: glass_fills_view(scene),
+            glass_fills_view: dielectric && glass_fills_view(scene),
             sobol_levels: if unneeded(Feature::SamplerLevels) {
                 sobol::MAX_LEVELS
             } else {

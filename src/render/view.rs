@@ -55,14 +55,21 @@ impl View {
         directions.filter(|direction| meets(*direction)).count() as f64 / f64::from(GRID * GRID)
     }
 
+    /// Where on the image plane, whose half sizes are 1, a point is seen: to the right, and down. None if it is not before the camera.
+    fn at(&self, point: DVec3) -> Option<[f64; 2]> {
+        let depth = self.forward.dot(point);
+        let at = [(self.right, 1.0), (self.up, -1.0)]
+            .map(|(half, sign)| sign * half.dot(point) / half.length_squared() / depth);
+        (depth > 1e-6 * point.length()).then_some(at)
+    }
+
     /// The part of the picture in whose cells some of these points are, as seen from the origin.
     pub fn part_with(&self, points: impl Iterator<Item = DVec3>) -> f64 {
         let mut has_point = vec![false; (GRID * GRID) as usize];
         for p in points {
-            let depth = self.forward.dot(p);
-            let at = [self.right, self.up].map(|half| half.dot(p) / half.length_squared() / depth);
-            // NaN is not within the picture either.
-            if depth > 0.0 && at.iter().all(|x| x.abs() < 1.0) {
+            if let Some(at) = self.at(p)
+                && at.iter().all(|x| x.abs() < 1.0)
+            {
                 let [column, row] = at.map(|x| ((x + 1.0) / 2.0 * f64::from(GRID)) as usize);
                 has_point[row * GRID as usize + column] = true;
             }
@@ -78,14 +85,8 @@ impl View {
         let (lo, hi) = light.bounds();
         let corners =
             (0..8).map(|i| DVec3::from([0, 1, 2].map(|axis| if i >> axis & 1 == 0 { lo[axis] } else { hi[axis] })));
-        // Where on the image plane, whose half sizes are 1; anywhere for what reaches behind the camera.
-        let seen = |corner: DVec3| {
-            let depth = self.forward.dot(corner);
-            let at = [(self.right, 1.0), (self.up, -1.0)]
-                .map(|(half, sign)| sign * half.dot(corner) / half.length_squared() / depth);
-            (depth > 1e-6 * corner.length()).then_some(at)
-        };
-        let seen: Option<Vec<[f64; 2]>> = corners.map(seen).collect();
+        // Anywhere for what reaches behind the camera.
+        let seen: Option<Vec<[f64; 2]>> = corners.map(|corner| self.at(corner)).collect();
         Some([0, 1].map(|axis| {
             let pixels = self.size[axis];
             let Some(seen) = &seen else { return 0..pixels as u32 };
