@@ -35,7 +35,7 @@ void main() {
     load_scene();
     uint number = split_number();
     // Groups of pixels are in a subgroup.
-    if (REUSE) number = place_of_piece(gl_WorkGroupID.x) * gl_WorkGroupSize.x + gl_SubgroupID * SUBGROUP_LANES + gl_SubgroupInvocationID;
+    if ((REUSE || DRAWS_WORK) && !number_of_invocation(number)) return;
     uint slot = slot_of_invocation(number);
     uvec2 at = uvec2(0u);
     bool real = slot < end_slot && pixel_of_slot(slot, at);
@@ -53,8 +53,8 @@ void main() {
     uint left = share.y;                    // samples that have not ended
     bool going = left > 0u;                 // with a path
     if (REUSE ? !any_lane(going) : SPLIT == 1u && !going) return;
-    // The host asks for whole groups in whole subgroups; a device that cuts them up must not go on.
-    if (REUSE && (gl_SubgroupSize != SUBGROUP_LANES || gl_NumSubgroups * SUBGROUP_LANES != gl_WorkGroupSize.x)) {
+    // The host asks for whole subgroups, of whole groups; a device that cuts them up must not go on.
+    if ((REUSE || DRAWS_WORK) && (gl_SubgroupSize != SUBGROUP_LANES || gl_NumSubgroups * SUBGROUP_LANES != gl_WorkGroupSize.x)) {
         if (subgroupElect()) atomicAdd(counters[COUNT_TRUNCATED], 1u);
         return;
     }

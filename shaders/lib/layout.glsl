@@ -45,7 +45,8 @@ layout(constant_id = 30) const uint LIGHT_LOOPS = 0u;      // loop iterations th
 layout(constant_id = 26) const bool PATH_STATS = false;    // count rays and traversal steps
 layout(constant_id = 35) const bool THREADS = false;       // lanes are threads of a GPU, see intersect/tree.glsl
 layout(constant_id = 36) const bool SHUFFLES = false;      // lanes may read each other's registers
-layout(constant_id = 33) const bool DRAWS_WORK = false;    // workgroups draw pieces of work, see work.glsl
+layout(constant_id = 33) const bool DRAWS_WORK = false;    // pieces of work are drawn, see work.glsl
+layout(constant_id = 58) const uint SUBGROUP_LANES = 8u;   // of each subgroup; where paths are reused, whole groups
 
 // Values of MUTATION (render/mutation.rs): errors in transport, then numerical protections taken away.
 const uint MUTATE_ALBEDO = 1u;

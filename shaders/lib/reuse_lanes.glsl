@@ -51,9 +51,6 @@ EndedPath path_ends(inout Meeting meeting, vec3 light, vec3 glanced) {
     return ended;
 }
 
-// Lanes of a subgroup: whole groups. A constant, so that what only several groups need is left out.
-layout(constant_id = 58) const uint SUBGROUP_LANES = 8u;
-
 // Whether the lane is in the group that begins at lane `first`.
 bool in_group(uint first) { return gl_SubgroupInvocationID / MEMBERS == first / MEMBERS; }
 

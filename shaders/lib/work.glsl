@@ -9,16 +9,29 @@
 // divisor in common with their number spreads each share over the whole image, so that none gets all of the costly pixels.
 uint place_of_piece(uint piece) { return piece * piece_stride % pieces; }
 
-// The next piece for a workgroup of one subgroup: its own, or where workgroups draw one that nobody has drawn, or one beyond the
-// last.
+// The number of the piece for a subgroup: its workgroup's, or where they are drawn, one that nobody has drawn, or one beyond the last.
 //
 // If each thread has its share, a dispatch takes as long as the last of them: its share costs more, or something else has its core. Where
-// there are a few workgroups for each thread, which draw until nothing is left, all end together.
+// pieces are drawn, all end together.
 uint next_piece() {
     if (!DRAWS_WORK) return gl_WorkGroupID.x;
     uint piece = 0u;
     if (subgroupElect()) piece = atomicAdd(counters[COUNT_DRAWN], 1u);
     return subgroupBroadcastFirst(piece);
+}
+
+// The invocation's number among those that a dispatch is for, each of which is at work once; false for those that are too many. Where
+// work is drawn, each subgroup draws a part of a piece, as much as it has lanes, and there are more workgroups than pieces: a thread
+// that is done sooner gets to more of them.
+bool number_of_invocation(out uint number) {
+    if (!DRAWS_WORK) {
+        number = place_of_piece(gl_WorkGroupID.x) * gl_WorkGroupSize.x + gl_SubgroupID * SUBGROUP_LANES + gl_SubgroupInvocationID;
+        return true;
+    }
+    uint parts = gl_WorkGroupSize.x / SUBGROUP_LANES;
+    uint part = next_piece();
+    number = (place_of_piece(part / parts) * parts + part % parts) * SUBGROUP_LANES + gl_SubgroupInvocationID;
+    return part < pieces * parts;
 }
 
 #endif

@@ -161,7 +161,6 @@ impl Renderer {
         let regions = if queued { facts.queue_regions } else { 0 };
         let loop_budget = settings.loop_budget.unwrap_or(facts.loop_budget);
         let cpu_threads = (device.info.kind == DeviceKind::Cpu).then(threads);
-        let handout = Handout::of(queued, loop_budget, cpu_threads, &facts);
         let limits = &device.limits;
         // Of invocations in a workgroup: what they keep there has to fit too.
         let room = match schedule {
@@ -196,6 +195,16 @@ impl Renderer {
                 "a workgroup of {workgroup} invocations is not possible, expected 1 to {most_invocations}"
             )));
         }
+        let most_groups = limits.max_compute_work_group_count[0];
+        // Where a branch that no lane takes is executed, to draw takes longer than what threads wait for each other (22.3.6: 1.05 to
+        // 1.1 times the time; 25.0.7 .88 to 1.0), and so it does for paths of one hit.
+        let may_draw =
+            schedule == Schedule::Inline && split == Split::NONE && facts.skips_branches && features.has_long_paths();
+        let handout = match cpu_threads {
+            Some(threads) if queued => Handout::of_queue(loop_budget, threads, &facts),
+            Some(2..) if may_draw && workgroup.is_multiple_of(subgroup) => Handout::DrawnOnce { most: most_groups },
+            _ => Handout::ToWorkgroups,
+        };
         let slots_per_piece = if queued { queue::TILE } else { workgroup / split.invocations };
         let mut specialization = tables.specialization(&features, settings, facts);
         specialization.uint(constant::SOBOL_LEVELS, sobol_levels).uint(constant::SPLIT, split.invocations);
@@ -230,8 +239,7 @@ impl Renderer {
         let beam_layout = (beam_targets > 0).then(|| BeamTracer::layout(device)).transpose()?;
         let mut timeline = Timeline::new(device, IN_FLIGHT)?;
         let row_slots = slots_of_row(width);
-        let most_groups = u64::from(device.limits.max_compute_work_group_count[0]);
-        let covered = if handout.is_drawn() { slots } else { most_groups * u64::from(slots_per_piece) };
+        let covered = u64::from(handout.most_pieces(most_groups)) * u64::from(slots_per_piece);
         let split_samples = split.noted(slots.min(covered));
         let shape = Shape { slots, row_slots, covered, regions, split_samples, reuse, notes: queued && reuse };
         // Each time that lavapipe begins to make machine code, as it does for the buffers' formats, it sets the width of its vectors to 256

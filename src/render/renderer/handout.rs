@@ -19,23 +19,30 @@ pub(super) enum Handout {
     InTiles { threads: u32 },
     /// To a few workgroups of the queue, which draw.
     Drawn { threads: u32 },
+    /// Without a queue: each subgroup draws once. There are half as many workgroups again as pieces, but at most so many: of two
+    /// threads, each of which has an equal share of them, one may do up to three times as much as the other.
+    DrawnOnce { most: u32 },
 }
 
 impl Handout {
-    /// Of a kernel whose loops have such a budget, for so many threads of a CPU, with a driver of which this is known.
-    pub fn of(queued: bool, loop_budget: u32, threads: Option<u32>, facts: &DriverFacts) -> Self {
-        match threads {
-            // What the driver bounds an invocation by would bound all that it draws. (Without waiting rays to draw makes a dispatch .95 to
-            // .99 times as long, but a kernel takes 1.2 times as long to compile; lavapipe 25.0.7.)
-            Some(threads) if queued && loop_budget == 0 && facts.loop_budget == 0 => Self::Drawn { threads },
-            Some(threads) if queued && loop_budget == 0 => Self::InTiles { threads },
+    /// Of the queue, whose loops have such a budget, for so many threads of a CPU, with a driver of which this is known.
+    pub fn of_queue(loop_budget: u32, threads: u32, facts: &DriverFacts) -> Self {
+        // What the driver bounds an invocation by would bound all that it draws.
+        match loop_budget {
+            0 if facts.loop_budget == 0 => Self::Drawn { threads },
+            0 => Self::InTiles { threads },
             _ => Self::ToWorkgroups,
         }
     }
 
-    /// Whether workgroups draw.
+    /// Whether workgroups or subgroups draw.
     pub fn is_drawn(self) -> bool {
-        matches!(self, Self::Drawn { .. })
+        matches!(self, Self::Drawn { .. } | Self::DrawnOnce { .. })
+    }
+
+    /// Pieces of a dispatch, at most, if there can be so many workgroups.
+    pub fn most_pieces(self, most_workgroups: u32) -> u32 {
+        if matches!(self, Self::Drawn { .. }) { u32::MAX } else { most_workgroups }
     }
 
     /// Workgroups of a dispatch of so many pieces.
@@ -43,6 +50,7 @@ impl Handout {
         match self {
             Self::ToWorkgroups | Self::InTiles { .. } => pieces,
             Self::Drawn { threads } => pieces.min(threads.saturating_mul(GROUPS_OF_THREAD)),
+            Self::DrawnOnce { most } => pieces.saturating_add(pieces.div_ceil(2)).min(most),
         }
     }
 
@@ -70,6 +78,14 @@ mod tests {
         assert_eq!([Handout::ToWorkgroups, Handout::InTiles { threads }].map(|to| to.workgroups(1000)), [1000; 2]);
         let drawn = Handout::Drawn { threads };
         assert_eq!([0, 1, 7, 1000].map(|pieces| drawn.workgroups(pieces)), [0, 1, 7, 8]);
+    }
+
+    #[test]
+    fn subgroups_that_draw_once_are_enough_and_not_too_many() {
+        let drawn = Handout::DrawnOnce { most: 1200 };
+        assert_eq!([0, 1, 7, 1000, 1200].map(|pieces| drawn.workgroups(pieces)), [0, 2, 11, 1200, 1200]);
+        assert_eq!(drawn.most_pieces(1200), 1200);
+        assert_eq!(Handout::Drawn { threads: 2 }.most_pieces(1200), u32::MAX);
     }
 
     #[test]
