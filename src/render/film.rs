@@ -137,6 +137,15 @@ pub(crate) fn tiles_within(reach: u32, tile: u32, width: u32, height: u32) -> im
     near(y, size[1]).flat_map(in_row)
 }
 
+/// The tiles that pixels of an image are in, in increasing order.
+pub(crate) fn tiles_of_pixels(pixels: &[usize], width: u32) -> Vec<usize> {
+    let tile = |&pixel: &usize| tile_of_pixel(pixel as u32 % width, pixel as u32 / width, width) as usize;
+    let mut tiles: Vec<_> = pixels.iter().map(tile).collect();
+    tiles.sort_unstable();
+    tiles.dedup();
+    tiles
+}
+
 /// Pixels of whole tiles from slot `first` to slot `end`, which is not one of them.
 pub(crate) fn pixels_in(first: u32, end: u32, width: u32, height: u32) -> u64 {
     let pixels = |tile: u32| {
@@ -161,6 +170,9 @@ fn slot_of_pixel(x: u32, y: u32, width: u32) -> u32 {
     tile_of_pixel(x, y, width) * 64 + y % 2 * 32 + x % 4 * 8 + group
 }
 
+/// So many slots are not worth to look for them in whole rows of blocks.
+const FEW_SLOTS: usize = (BLOCK[0] * BLOCK[1]) as usize;
+
 /// Hands slots, the first of which is slot `first`, to the pixels of an image that they stand for.
 pub(crate) fn to_pixels<S: Sync, P: Send>(
     first: u32,
@@ -170,6 +182,15 @@ pub(crate) fn to_pixels<S: Sync, P: Send>(
     put: impl Fn(&mut P, &S) + Sync,
 ) {
     let Some(last) = (slots.len() as u32).checked_sub(1).map(|more| first + more) else { return };
+    if slots.len() <= FEW_SLOTS {
+        let height = pixels.len() as u32 / width;
+        for (slot, number) in slots.iter().zip(first..) {
+            if let Some(pixel) = pixel_of_slot(number, width, height) {
+                put(&mut pixels[pixel], slot);
+            }
+        }
+        return;
+    }
     // The rows of the blocks that they are in.
     let [top, bottom] = [first, last].map(|slot| (tile_corner(slot / 64, width)[1] / BLOCK[1] * BLOCK[1]) as usize);
     let rows = pixels.par_chunks_mut(width as usize).enumerate().skip(top).take(bottom - top + BLOCK[1] as usize);

@@ -43,6 +43,7 @@ use super::sobol;
 use super::statistics::{Progress, RenderStatistics};
 use super::view::{Rectangle, View};
 use beams::BeamTracer;
+use beginnings::Beginnings;
 use buffers::{Buffers, Shape};
 use gradients::{Certainties, Groups};
 use handout::Handout;
@@ -92,7 +93,7 @@ pub struct Renderer {
     /// Whether samples may be several paths.
     repeats: bool,
     /// The states in which the samples of each pixel begin, row by row; none if all do as one path.
-    beginnings: Vec<u32>,
+    beginnings: Beginnings,
     /// Levels of the sampler's table.
     sobol_levels: u32,
     /// By how much variance must fall in the trial.
@@ -308,7 +309,7 @@ impl Renderer {
             places: Places::default(),
             certainties: Certainties::default(),
             repeats,
-            beginnings: Vec::new(),
+            beginnings: Beginnings::default(),
             reuse: ReuseTrial::Never,
             sobol_levels,
             reuses: if reuse { settings.reuse } else { Reuse::Off },

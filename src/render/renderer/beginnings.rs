@@ -5,8 +5,9 @@ use std::mem::take;
 use rayon::prelude::*;
 
 use super::super::error::RenderError;
-use super::super::film::pixel_of_slot;
-use super::super::layout::FilmSlot;
+use super::super::film::{pixel_of_slot, slot_count, tiles_of_pixels};
+use super::super::layout::{FilmSlot, glance};
+use super::super::tiles::TILE;
 use super::Renderer;
 use super::{glances, repeats};
 
@@ -17,37 +18,51 @@ impl FilmSlot {
     }
 }
 
+/// How the samples of pixels begin, where not as one path.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Beginnings {
+    /// The state of each pixel, row by row; empty if all are 0.
+    states: Vec<u32>,
+    /// The tiles where it may be another, in increasing order.
+    tiles: Vec<usize>,
+}
+
 impl Renderer {
     /// Before a rendering, the film being empty: finds how samples should begin. It depends on no random number of the image.
     pub(super) fn find_beginnings(&mut self) -> Result<(), RenderError> {
-        self.beginnings.clear();
+        self.beginnings = Beginnings::default();
         let near_lamps = self.look_for_lamps()?;
-        if !near_lamps.is_empty() {
-            self.clear_film()?;
-        }
         let paths = self.look_for_glass()?;
-        let count = |found: usize| found as u64;
-        self.statistics.glancing_pixels = count(near_lamps.iter().filter(|near| **near).count());
-        let pixels = near_lamps.len().max(paths.len());
-        let near = |pixel: usize| near_lamps.get(pixel).copied().unwrap_or(false);
-        let paths = |pixel: usize| paths.get(pixel).copied().unwrap_or(1);
-        let begins = |pixel| if near(pixel) { glances::SAMPLE } else { repeats::sample(paths(pixel)) };
-        self.beginnings = (0..pixels).into_par_iter().map(begins).collect();
-        self.statistics.repeating_pixels = count((0..pixels).filter(|&p| !near(p) && paths(p) > 1).count());
-        if pixels > 0 { self.empty_film() } else { Ok(()) }
+        self.statistics.glancing_pixels = near_lamps.len() as u64;
+        if near_lamps.is_empty() && paths.is_empty() {
+            return Ok(());
+        }
+        let mut states: Vec<_> = match paths.as_slice() {
+            [] => vec![0; self.width as usize * self.height as usize],
+            paths => paths.par_iter().map(|n| repeats::sample(*n)).collect(),
+        };
+        near_lamps.iter().for_each(|pixel| states[*pixel] = glances::SAMPLE);
+        let repeats = |state: &&u32| **state & glance::REPEATED != 0;
+        self.statistics.repeating_pixels = states.par_iter().filter(repeats).count() as u64;
+        let tiles = match paths.as_slice() {
+            [] => tiles_of_pixels(&near_lamps, self.width),
+            _ => (0..slot_count(self.width, self.height) as usize / TILE).collect(),
+        };
+        self.beginnings = Beginnings { states, tiles };
+        self.empty_film()
     }
 
     /// No samples in the film, whose pixels' samples are to begin as they should, and to be as many.
     pub(super) fn empty_film(&mut self) -> Result<(), RenderError> {
         self.clear_film()?;
-        if self.beginnings.is_empty() && self.shares.is_even() {
-            return Ok(());
-        }
         let (width, height) = (self.width, self.height);
-        let (states, shares) = (take(&mut self.beginnings), take(&mut self.shares));
-        let state = |pixel: usize| states.get(pixel).copied().unwrap_or(0) | shares.state(pixel);
-        let filled = self.fill_film(|slot| FilmSlot::beginning(pixel_of_slot(slot, width, height).map_or(0, state)));
-        (self.beginnings, self.shares) = (states, shares);
+        let (beginnings, shares) = (take(&mut self.beginnings), take(&mut self.shares));
+        let tiles = beginnings.tiles.iter().copied();
+        let spans = if shares.is_even() { self.spans_of(tiles) } else { self.whole_film() };
+        let state = |pixel: usize| beginnings.states.get(pixel).copied().unwrap_or(0) | shares.state(pixel);
+        let slot = |slot| FilmSlot::beginning(pixel_of_slot(slot, width, height).map_or(0, state));
+        let filled = self.fill_film(&spans, slot);
+        (self.beginnings, self.shares) = (beginnings, shares);
         filled
     }
 }

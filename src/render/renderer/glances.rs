@@ -4,11 +4,12 @@ use rayon::prelude::*;
 
 use super::super::error::RenderError;
 use super::super::features::Features;
-use super::super::film::{SIDE, tile_of_pixel};
+use super::super::film::{SIDE, pixel_of_slot, tile_of_pixel, tiles_around};
 use super::super::layout::{FilmSlot, glance};
 use super::super::plan::Work;
 use super::super::settings::{Glances, RenderSettings};
 use super::super::tables::Tables;
+use super::super::tiles::TILE;
 use super::super::view::Rectangle;
 use super::Renderer;
 use super::trial::ReuseTrial;
@@ -27,8 +28,9 @@ const SEED: u32 = 0x9216_d5d9;
 /// more than the sum of both where they are alike: with n glances, if the lamp is less than 2n/(n − 1) times as bright, 2.13
 /// with 16.
 const CONTRAST: f64 = 2.2;
-/// The rest is estimated from one sample of every so many tiles.
+/// The rest is estimated from one sample of each pixel of every so many tiles, or of fewer if these are more than enough.
 const REST_STEP: u32 = 15;
+const REST_TILES: u32 = 128;
 
 /// Tiles from one where lamps may be seen to the next that are looked at with them rather than left out: a dispatch each takes
 /// longer.
@@ -80,58 +82,92 @@ fn pays(tiles: usize, size: [u32; 2], samples: u32) -> bool {
 }
 
 impl Renderer {
-    /// The pixels, row by row, whose samples need glances; none if there are none to be made. Overwrites the film.
-    pub(super) fn look_for_lamps(&mut self) -> Result<Vec<bool>, RenderError> {
+    /// The pixels, in increasing order, whose samples need glances. The film is empty before and afterwards.
+    pub(super) fn look_for_lamps(&mut self) -> Result<Vec<usize>, RenderError> {
         let tiles = tiles_of(&self.lamp_places, [self.width, self.height]);
         if tiles.is_empty() || !pays(tiles.len(), [self.width, self.height], self.settings.samples) {
             return Ok(Vec::new());
         }
-        self.beforehand(|renderer| {
+        let found = self.beforehand(|renderer| {
             renderer.push.seed ^= SEED;
             renderer.reuse = ReuseTrial::Never;
-            renderer.edges_of_lamps(tiles)
-        })
+            renderer.edges_of_lamps(&tiles)
+        })?;
+        self.clear_film()?;
+        Ok(found)
     }
 
     /// Pixels near the edges of bright lamps, which these tiles may show.
-    fn edges_of_lamps(&mut self, tiles: Vec<usize>) -> Result<Vec<bool>, RenderError> {
-        self.fill_film(|_| FilmSlot::beginning(glance::GLANCING | (FIRST_GLANCES - 1)))?;
-        let mean = |sum: &[f64; 3]| sum.map(|x| x * f64::from(glance::GLANCES / FIRST_GLANCES));
-        let film = self.film_of_one_sample(&self.spans_of(tiles.into_iter()))?;
-        let seen: Vec<_> = film.sums().par_iter().map(mean).collect();
-        if seen.par_iter().all(|x| *x == seen[0]) {
-            return Ok(vec![false; seen.len()]);
+    fn edges_of_lamps(&mut self, tiles: &[usize]) -> Result<Vec<usize>, RenderError> {
+        let (width, height) = (self.width, self.height);
+        let spans = self.spans_of(tiles.iter().copied());
+        self.fill_film(&spans, |_| FilmSlot::beginning(glance::GLANCING | (FIRST_GLANCES - 1)))?;
+        self.sample_once(&spans)?;
+        let mut seen = vec![0.0; width as usize * height as usize];
+        let of_all = f64::from(glance::GLANCES / FIRST_GLANCES);
+        self.read_pixels(&spans, &mut seen, |seen, slot| *seen = brightness(slot) * of_all)?;
+        let pixels = pixels_around(tiles, width, height);
+        if pixels.par_iter().all(|p| seen[*p] == seen[pixels[0]]) {
+            return Ok(Vec::new());
         }
+        let rest = self.mean_of_rest(&seen)?;
+        Ok(near_edges(&seen, width as usize, &pixels, CONTRAST * rest))
+    }
+
+    /// The mean brightness of the image where no lamps are `seen`, of which this is the brightness of each pixel.
+    fn mean_of_rest(&mut self, seen: &[f64]) -> Result<f64, RenderError> {
         self.clear_film()?;
+        let (width, height) = (self.width, self.height);
+        let mut sampled = Vec::new();
         for span in self.whole_film() {
-            let work = Work { spans: vec![span], tile_step: REST_STEP, target_samples: 1, new_samples: 1 };
+            let tile_step = (span.slots() / TILE as u32 / REST_TILES).max(REST_STEP) | 1;
+            let work = Work { spans: vec![span], tile_step, target_samples: 1, new_samples: 1 };
             let (ticket, readback) = self.submit(&work)?;
             self.finish(&ticket, readback)?;
+            sampled.extend((span.first_slot..span.end_slot).step_by(tile_step as usize * TILE));
         }
-        let film = self.read_film()?;
-        let samples = film.sums().iter().zip(film.counts()).zip(&seen);
-        let unlit = samples.filter(|((_, count), seen)| **count > 0 && **seen == [0.0; 3]);
-        let (sum, count) = unlit.fold((0.0, 0), |(sum, n), ((x, _), _)| (sum + brightness(x), n + 1));
-        let rest = if count > 0 { sum / f64::from(count) } else { 0.0 };
-        Ok(near_edges(&seen, self.width as usize, CONTRAST * rest))
+        let spans = self.spans_of(sampled.into_iter().map(|slot| slot as usize / TILE));
+        let (mut sum, mut count) = (0.0, 0);
+        self.read_slots(&spans, |first, slots| {
+            for (slot, number) in slots.iter().zip(first..) {
+                let unlit = pixel_of_slot(number, width, height).is_some_and(|pixel| seen[pixel] == 0.0);
+                if unlit && slot.count > 0 {
+                    sum += brightness(slot);
+                    count += 1;
+                }
+            }
+        })?;
+        Ok(if count > 0 { sum / f64::from(count) } else { 0.0 })
     }
 }
 
-fn brightness(color: &[f64; 3]) -> f64 {
-    color.iter().sum()
+/// Of the sum of a slot's samples.
+fn brightness(slot: &FilmSlot) -> f64 {
+    (0..3).map(|channel| slot.total(channel)).sum()
 }
 
-/// Pixels that differ from one of their neighbours by more than that, those across a corner included.
-fn near_edges(seen: &[[f64; 3]], width: usize, by: f64) -> Vec<bool> {
+/// The pixels of some tiles, which come in increasing order, and of those around.
+fn pixels_around(tiles: &[usize], width: u32, height: u32) -> Vec<usize> {
+    let mut around: Vec<_> = tiles.par_iter().flat_map_iter(|tile| tiles_around(*tile as u32, width, height)).collect();
+    around.par_sort_unstable();
+    around.dedup();
+    let of_tile = |tile: usize| (tile * TILE..(tile + 1) * TILE).filter_map(|slot| pixel_of_slot(slot as u32, width, height));
+    around.into_par_iter().flat_map_iter(of_tile).collect()
+}
+
+/// Those `among` the pixels that differ from one of their neighbours by more than that, those across a corner included; in increasing
+/// order.
+fn near_edges(seen: &[f64], width: usize, among: &[usize], by: f64) -> Vec<usize> {
     let height = seen.len() / width;
     let around = |i: usize, end: usize| i.saturating_sub(1)..(i + 2).min(end);
-    let seen: Vec<_> = seen.par_iter().map(brightness).collect();
-    let differs = |p: usize| {
+    let differs = |p: &usize| {
         let (x, y) = (p % width, p / width);
         let neighbours = around(y, height).flat_map(|y| around(x, width).map(move |x| y * width + x));
-        neighbours.map(|q| seen[q] - seen[p]).any(|difference| difference.abs() > by)
+        neighbours.map(|q| seen[q] - seen[*p]).any(|difference| difference.abs() > by)
     };
-    (0..seen.len()).into_par_iter().map(differs).collect()
+    let mut found: Vec<_> = among.par_iter().copied().filter(differs).collect();
+    found.par_sort_unstable();
+    found
 }
 
 #[cfg(test)]
@@ -140,19 +176,27 @@ mod tests {
 
     #[test]
     fn pixels_beside_an_edge_are_found() {
-        let found = |seen: &[[f64; 3]], by| -> Vec<usize> {
-            near_edges(seen, 7, by).iter().enumerate().filter(|(_, near)| **near).map(|n| n.0).collect()
-        };
-        let mut seen = vec![[0.5; 3]; 35];
+        let pixels = pixels_around(&[0], 7, 5);
+        let found = |seen: &[f64], by| near_edges(seen, 7, &pixels, by);
+        let mut seen = vec![1.5; 35];
         assert!(found(&seen, 0.0).is_empty());
-        seen[2 * 7 + 3] = [2.5, 0.5, 0.5];
+        seen[2 * 7 + 3] = 3.5;
         assert_eq!(found(&seen, 1.9), [9, 10, 11, 16, 17, 18, 23, 24, 25]);
         assert!(found(&seen, 2.1).is_empty());
         // In a corner.
-        seen[17] = [0.5; 3];
-        seen[34] = [0.0; 3];
+        seen[17] = 1.5;
+        seen[34] = 0.0;
         assert_eq!(found(&seen, 1.0), [26, 27, 33, 34]);
-        assert_eq!(near_edges(&[[3.0; 3]], 1, 0.0), [false]);
+        assert!(near_edges(&[9.0], 1, &[0], 0.0).is_empty());
+    }
+
+    #[test]
+    fn pixels_beside_tiles_are_looked_at_too() {
+        // Two columns and rows of tiles and a part of a third.
+        let around = |tiles: &[usize]| pixels_around(tiles, 20, 17);
+        assert_eq!(around(&[0]).len(), 16 * 16);
+        assert_eq!(around(&[5]).len(), 20 * 17);
+        assert!(around(&[]).is_empty());
     }
 
     #[test]

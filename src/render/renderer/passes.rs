@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use super::super::error::RenderError;
-use super::super::film::{Film, pixels_in, rows_of_blocks};
+use super::super::film::{pixels_in, rows_of_blocks};
 use super::super::layout::{Counters, Push, mode};
 use super::super::plan::{Plan, Span, Work, tile_spans};
 use super::super::shares::Share;
@@ -166,10 +166,10 @@ impl Renderer {
         found
     }
 
-    /// The film with a sample of each pixel of some spans. Not to be stopped: what is stopped should have samples of the image.
-    pub(super) fn film_of_one_sample(&mut self, spans: &[Span]) -> Result<Film, RenderError> {
+    /// Takes a sample of each pixel of some spans. Not to be stopped: what is stopped should have samples of the image.
+    pub(super) fn sample_once(&mut self, spans: &[Span]) -> Result<(), RenderError> {
         self.steady_pass(spans, 0, 1, &mut Watch::new(None, &mut |_| ControlFlow::Continue(())))?;
-        self.read_film()
+        Ok(())
     }
 
     /// Compiles the pipeline for good: some drivers do so only when it first runs.

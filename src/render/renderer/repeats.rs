@@ -37,17 +37,21 @@ impl Renderer {
         if !self.repeats || self.settings.samples < FEWEST_SAMPLES {
             return Ok(Vec::new());
         }
-        let film = self.beforehand(|renderer| {
+        let whole = self.whole_film();
+        self.beforehand(|renderer| {
             renderer.push.modes |= mode::SURVEY;
             renderer.push.seed ^= SEED;
-            renderer.film_of_one_sample(&renderer.whole_film())
+            renderer.sample_once(&whole)
         })?;
-        // What the survey tells: 0 a diffuse surface, 1 a mirror, 2 glass.
-        let paths = |kind: &[f64; 3]| match kind[0] {
-            0.0 => 1,
-            1.0 => BY_MIRRORS,
-            _ => THROUGH_GLASS,
-        };
-        Ok(film.sums().iter().map(paths).collect())
+        let mut paths = vec![1; self.width as usize * self.height as usize];
+        self.read_pixels(&whole, &mut paths, |paths, slot| {
+            // What the survey tells: 0 a diffuse surface, 1 a mirror, 2 glass.
+            *paths = match slot.total(0) {
+                0.0 => 1,
+                1.0 => BY_MIRRORS,
+                _ => THROUGH_GLASS,
+            };
+        })?;
+        Ok(paths)
     }
 }

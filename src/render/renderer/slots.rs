@@ -1,10 +1,12 @@
 //! Slots of the film, and of what neighbours have in common, on their way between host and device.
 
+use std::mem::take;
+
 use bytemuck::Pod;
 use rayon::prelude::*;
 
 use super::super::error::RenderError;
-use super::super::film::Film;
+use super::super::film::{Film, to_pixels};
 use super::super::layout::{FilmSlot, GradientSlot};
 use super::super::plan::Span;
 use super::Renderer;
@@ -13,43 +15,63 @@ use super::passes::{mapped, unmapped};
 use crate::gpu::{Access, Buffer};
 
 impl Renderer {
-    /// Fills the film with what `slot` gives for each. The device must be idle.
-    pub(super) fn fill_film(&mut self, slot: impl Fn(u32) -> FilmSlot + Sync) -> Result<(), RenderError> {
-        self.fill(|band| &mut band.film, slot)
+    /// Fills spans of the film with what `slot` gives for each slot. The device must be idle.
+    pub(super) fn fill_film(
+        &mut self,
+        spans: &[Span],
+        slot: impl Fn(u32) -> FilmSlot + Sync,
+    ) -> Result<(), RenderError> {
+        self.fill(|band| &mut band.film, spans, slot)
     }
 
-    /// Fills what neighbours have in common, likewise.
-    pub(super) fn fill_gradients(&mut self, slot: impl Fn(u32) -> GradientSlot + Sync) -> Result<(), RenderError> {
-        self.fill(|band| &mut band.gradients, slot)
+    /// Fills spans of what neighbours have in common, likewise.
+    pub(super) fn fill_gradients(
+        &mut self,
+        spans: &[Span],
+        slot: impl Fn(u32) -> GradientSlot + Sync,
+    ) -> Result<(), RenderError> {
+        self.fill(|band| &mut band.gradients, spans, slot)
     }
 
-    /// Fills one of the buffers of each band.
+    /// Fills spans of one of the buffers of each band.
     fn fill<T: Pod + Send>(
         &mut self,
         of: impl Fn(&mut Band) -> &mut Buffer,
+        spans: &[Span],
         slot: impl Fn(u32) -> T + Sync,
     ) -> Result<(), RenderError> {
-        let fill = |first: u32, target: &mut [u8]| {
-            let slots: &mut [T] = bytemuck::cast_slice_mut(target);
-            slots.par_iter_mut().enumerate().for_each(|(i, s)| *s = slot(first + i as u32));
+        let fill = |span: &Span, slots: &mut [T]| {
+            slots.par_iter_mut().enumerate().for_each(|(i, s)| *s = slot(span.first_slot + i as u32));
         };
         let bytes = |slots: u32| u64::from(slots) * size_of::<T>() as u64;
-        for band in &mut self.buffers.bands {
-            let (first, slots) = (band.first, band.slots);
-            let buffer = of(band);
-            let Some(Passage { to_device, most_slots, .. }) = &mut self.buffers.passage else {
-                fill(first, &mut buffer.mapped_mut().ok_or_else(unmapped)?[..bytes(slots) as usize]);
-                continue;
-            };
-            for begin in (0..slots).step_by(*most_slots as usize) {
-                let size = bytes((slots - begin).min(*most_slots));
-                fill(first + begin, &mut to_device.mapped_mut().ok_or_else(unmapped)?[..size as usize]);
-                let ticket = self.timeline.submit(|r| {
-                    r.copy(to_device, 0, buffer, bytes(begin), size);
-                    r.barrier(Access::Transfer, Access::Compute);
-                })?;
-                self.timeline.wait(&ticket)?;
+        let bands = &mut self.buffers.bands;
+        let Some(Passage { to_device, most_slots, .. }) = &mut self.buffers.passage else {
+            for span in spans {
+                let band = &mut bands[span.band];
+                let begin = bytes(span.first_slot - band.first) as usize;
+                let target = of(band).mapped_mut().ok_or_else(unmapped)?;
+                fill(span, bytemuck::cast_slice_mut(&mut target[begin..][..bytes(span.slots()) as usize]));
             }
+            return Ok(());
+        };
+        for load in loads(spans, *most_slots) {
+            let mut rest: &mut [T] = bytemuck::cast_slice_mut(to_device.mapped_mut().ok_or_else(unmapped)?);
+            for span in &load {
+                let (slots, after) = take(&mut rest).split_at_mut(span.slots() as usize);
+                fill(span, slots);
+                rest = after;
+            }
+            let ticket = self.timeline.submit(|r| {
+                let mut begin = 0;
+                for span in &load {
+                    let (band, size) = (&mut bands[span.band], bytes(span.slots()));
+                    let first = bytes(span.first_slot - band.first);
+                    r.copy(to_device, begin, of(band), first, size);
+                    begin += size;
+                }
+                r.barrier(Access::Transfer, Access::Compute);
+            })?;
+            self.timeline.wait(&ticket)?;
         }
         Ok(())
     }
@@ -59,6 +81,17 @@ impl Renderer {
         let mut film = Film::new(self.width, self.height);
         self.read_slots(&self.whole_film(), |first, slots| film.read_slots(first, slots))?;
         Ok(film)
+    }
+
+    /// Reads spans of the film, and hands their slots to the pixels of an image, row by row, that they stand for.
+    pub(super) fn read_pixels<P: Send>(
+        &mut self,
+        spans: &[Span],
+        pixels: &mut [P],
+        put: impl Fn(&mut P, &FilmSlot) + Sync,
+    ) -> Result<(), RenderError> {
+        let width = self.width;
+        self.read_slots(spans, |first, slots| to_pixels(first, slots, pixels, width, &put))
     }
 
     /// Reads slots of the film; `visit` gets the slots of each span, in order, and the number of the first one: at once, or, of a long

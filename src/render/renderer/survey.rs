@@ -2,11 +2,9 @@
 //! (shaders/lib/gradient.glsl).
 
 use glam::{DVec3, Vec3};
-use rayon::prelude::*;
 
 use super::super::error::RenderError;
-use super::super::film::Film;
-use super::super::layout::mode;
+use super::super::layout::{FilmSlot, mode};
 use super::Renderer;
 use super::trial::ReuseTrial;
 
@@ -28,12 +26,6 @@ pub(super) struct Places {
 }
 
 impl Places {
-    /// Of a survey's film.
-    fn of(film: &Film, width: usize) -> Self {
-        let place = |place: &[f64; 3]| DVec3::from(*place).as_vec3();
-        Self { width, all: film.sums().par_iter().map(place).collect() }
-    }
-
     /// A pixel's neighbour on a side.
     pub fn neighbour(&self, pixel: usize, side: Side) -> Option<usize> {
         match side {
@@ -81,12 +73,16 @@ impl Renderer {
         if !self.makes_gradients() {
             return Ok(());
         }
-        let film = self.beforehand(|renderer| {
+        let whole = self.whole_film();
+        self.beforehand(|renderer| {
             renderer.push.modes |= mode::SURVEY;
             renderer.reuse = ReuseTrial::Never;
-            renderer.film_of_one_sample(&renderer.whole_film())
+            renderer.sample_once(&whole)
         })?;
-        self.places = Places::of(&film, self.width as usize);
+        let mut all = vec![Vec3::ZERO; self.width as usize * self.height as usize];
+        let place = |slot: &FilmSlot| DVec3::from_array(std::array::from_fn(|axis| slot.total(axis))).as_vec3();
+        self.read_pixels(&whole, &mut all, |at, slot| *at = place(slot))?;
+        self.places = Places { width: self.width as usize, all };
         self.clear_film()
     }
 }

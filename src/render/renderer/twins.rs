@@ -160,8 +160,9 @@ impl Renderer {
         self.push.seed ^= SEED;
         match twins.both[i].parked.take() {
             Some(Parked { film, gradients }) => {
-                self.fill_film(|slot| film[slot as usize])?;
-                self.fill_gradients(|slot| gradients[slot as usize])
+                let whole = self.whole_film();
+                self.fill_film(&whole, |slot| film[slot as usize])?;
+                self.fill_gradients(&whole, |slot| gradients[slot as usize])
             }
             None => self.empty_film(),
         }
