@@ -170,6 +170,7 @@ impl Renderer {
         };
         let most_invocations = limits.max_compute_work_group_invocations.min(room);
         let bounds = split::Bounds {
+            uneven: features.tree && !features.dielectric,
             invocations: most_invocations / subgroup,
             noted: device.info.max_texel_elements.min(device.info.max_storage_range / 16),
         };

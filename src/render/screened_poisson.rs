@@ -4,6 +4,7 @@
 
 use std::ops::Range;
 
+use bytemuck::{Zeroable, zeroed_vec};
 use glam::Vec4;
 use rayon::prelude::*;
 
@@ -38,7 +39,8 @@ struct Fixed {
 }
 
 /// What changes: the value, and the direction in which it went.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Zeroable)]
+#[repr(C)]
 struct State {
     value: Vec4,
     direction: Vec4,
@@ -86,8 +88,8 @@ pub(super) fn solve(known: &[Known], width: usize) -> Vec<Vec4> {
     let (fixed, own): (Vec<_>, Vec<_>) = (0..known.len()).into_par_iter().map(fixed).unzip();
     let least = own.into_par_iter().reduce(|| 1.0, f32::min);
 
-    // In parallel: what takes time is the system's, which hands out the memory.
-    let zeros = || rayon::iter::repeat_n(State::default(), known.len()).collect::<Vec<_>>();
+    // Memory that the system hands out when it is written, by many threads.
+    let zeros = || zeroed_vec::<State>(known.len());
     let (mut states, mut next) = (zeros(), zeros());
     for steps in chebyshev(least, 2.0).chunks(STEPS_AT_ONCE) {
         let rows = BLOCK[1];

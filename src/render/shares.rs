@@ -83,13 +83,13 @@ impl Shares {
         let pixels = width as usize * height as usize;
         let of_pixels: Vec<_> =
             (0..pixels).into_par_iter().map(|p| grid.tiles(p).map(|tile| shares[tile as usize])).collect();
-        let mut counts = [[0; 4]; 2];
-        for pixel in &of_pixels {
-            for (counts, share) in counts.iter_mut().zip(pixel) {
-                counts[share.bits() as usize] += 1;
-            }
-        }
-        Self { of_pixels, pixels: counts }
+        let count = |mut counts: [[u64; 4]; 2], pixel: &[Share; 2]| {
+            counts.iter_mut().zip(pixel).for_each(|(counts, share)| counts[share.bits() as usize] += 1);
+            counts
+        };
+        let add = |a: [[u64; 4]; 2], b: [[u64; 4]; 2]| [0, 1].map(|kind| [0, 1, 2, 3].map(|i| a[kind][i] + b[kind][i]));
+        let pixels = of_pixels.par_iter().fold(Default::default, count).reduce(Default::default, add);
+        Self { of_pixels, pixels }
     }
 
     /// Whether all pixels are alike.
@@ -188,20 +188,33 @@ fn smooth(tiles: &[Tile], width: u32, height: u32, own: f64) -> Vec<Tile> {
 fn divide(tiles: &[Tile]) -> Vec<Share> {
     // Where nothing is known, as beyond the edge of the image, all is as it was; so it is where no light was found all around, since
     // the trial may have missed a lamp of a few pixels.
-    let known = |tile: &Tile| tile.variance.filter(|variance| tile.pixels > 0.0 && *variance != 0.0);
+    let known = |tile: &Tile| tile.variance.filter(|variance| tile.pixels > 0.0 && *variance > 0.0);
     let wanted = |tile: &Tile| Some(0.5 * (known(tile)? / (tile.cost / tile.pixels).max(1e-9)).log2());
     let wanted: Vec<_> = tiles.iter().map(wanted).collect();
-    let share = |wanted: &Option<f64>, scale: f64| wanted.map_or(Share(0), |wanted| Share::near(wanted + scale));
-    let all: f64 = tiles.iter().map(|tile| tile.cost).sum();
-    let of_tile = |(tile, wanted): (&Tile, &Option<f64>), scale| tile.cost * share(wanted, scale).factor();
-    let cost = |scale: f64| tiles.iter().zip(&wanted).map(|tile| of_tile(tile, scale)).sum::<f64>();
+    // From those that want most on, what they and those before cost.
+    let mut wishes: Vec<_> =
+        tiles.iter().zip(&wanted).filter_map(|(tile, wanted)| Some(((*wanted)?, tile.cost))).collect();
+    wishes.sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
+    let mut costs = vec![0.0];
+    costs.extend(wishes.iter().scan(0.0, |sum, wish| {
+        *sum += wish.1;
+        Some(*sum)
+    }));
+    let all = costs[wishes.len()];
+    let of_those_above = |least: f64| costs[wishes.partition_point(|wish| wish.0 >= least)];
+    // Each has the least share, or steps up to greater ones.
+    let more = |step: &[Share], scale: f64| {
+        (step[1].factor() - step[0].factor()) * of_those_above(f64::from(step[0].0) + 0.5 - scale)
+    };
+    let cost =
+        |scale: f64| all * Share::ALL[0].factor() + Share::ALL.windows(2).map(|step| more(step, scale)).sum::<f64>();
     // The logarithms of numbers lie between these.
     let (mut low, mut high) = (-1100.0, 1100.0);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
         if cost(middle) <= all { low = middle } else { high = middle }
     }
-    wanted.iter().map(|wanted| share(wanted, low)).collect()
+    wanted.iter().map(|wanted| wanted.map_or(Share(0), |wanted| Share::near(wanted + low))).collect()
 }
 
 #[cfg(test)]

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use rayon::prelude::*;
+
 use crate::gpu::StageTime;
 
 use super::film::Film;
@@ -85,9 +87,10 @@ impl RenderStatistics {
     /// Fewest, mean and most samples of the film's pixels.
     pub(super) fn count_pixels(&mut self, film: &Film) {
         let counts = film.counts();
-        self.samples_per_pixel = counts.iter().copied().min().unwrap_or(0);
-        self.most_samples_per_pixel = counts.iter().copied().max().unwrap_or(0);
-        self.mean_samples_per_pixel = counts.iter().map(|&n| f64::from(n)).sum::<f64>() / counts.len() as f64;
+        self.samples_per_pixel = counts.par_iter().copied().min().unwrap_or(0);
+        self.most_samples_per_pixel = counts.par_iter().copied().max().unwrap_or(0);
+        self.mean_samples_per_pixel =
+            counts.par_iter().map(|&n| u64::from(n)).sum::<u64>() as f64 / counts.len() as f64;
     }
 
     /// Adds what one dispatch counted, and how long its stages took.

@@ -151,7 +151,8 @@ fn pixels_around(tiles: &[usize], width: u32, height: u32) -> Vec<usize> {
     let mut around: Vec<_> = tiles.par_iter().flat_map_iter(|tile| tiles_around(*tile as u32, width, height)).collect();
     around.par_sort_unstable();
     around.dedup();
-    let of_tile = |tile: usize| (tile * TILE..(tile + 1) * TILE).filter_map(|slot| pixel_of_slot(slot as u32, width, height));
+    let of_tile =
+        |tile: usize| (tile * TILE..(tile + 1) * TILE).filter_map(|slot| pixel_of_slot(slot as u32, width, height));
     around.into_par_iter().flat_map_iter(of_tile).collect()
 }
 

@@ -1,5 +1,6 @@
 //! Images from their gradients, where paths serve several pixels (shaders/lib/gradient.glsl).
 
+use bytemuck::zeroed_vec;
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
@@ -204,8 +205,8 @@ impl Renderer {
     fn use_gradients(&mut self, film: &mut Film) -> Result<(), RenderError> {
         let (width, height) = (self.width, self.height);
         let pixels = width as usize * height as usize;
-        // In parallel: what takes time is the system's, which hands out the memory.
-        let mut noted: Vec<_> = rayon::iter::repeat_n(GradientSlot::default(), pixels).collect();
+        // Memory that the system hands out when it is written, by many threads.
+        let mut noted = zeroed_vec::<GradientSlot>(pixels);
         self.read_gradients(&self.whole_film(), |first, slots| {
             to_pixels(first, slots, &mut noted, width, |pixel, slot| *pixel = *slot);
         })?;

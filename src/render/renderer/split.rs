@@ -1,11 +1,14 @@
 //! How many invocations take the samples of a pixel (shaders/lib/split.glsl).
 //!
 //! Four of them for 256×256 pixels of 64 samples take .51 to .67 of the time where there is a mesh (.76 if it is of glass), .56 to .95
-//! in rooms of balls and boxes (H200; eight .92 to 1.1 of that). For 512×512 pixels they take .77 to 1.23, for 1024×1024 two 1.05 to
-//! 1.6: more than the device holds at a time only wait.
+//! in rooms of balls and boxes (H200; eight .92 to 1.1 of that). For 512×512 pixels, as many as the device holds invocations, they take
+//! .78 to .90 where rays walk a tree (a height field 1.0, glass 1.04), 1.0 to 1.22 elsewhere; for 1024×1024 two take 1.15 to 1.5 (H100):
+//! more than the device holds at a time only wait.
 
 /// Of a pixel, at most.
 const MOST: u64 = 8;
+/// At least, where some pixels take much longer than others and the device holds an invocation for each.
+const FEW: u64 = 4;
 /// Samples that are noted, over all pixels, at most: 64 MiB.
 const NOTED: u64 = 1 << 22;
 
@@ -20,6 +23,8 @@ pub(super) struct Split {
 
 /// What bounds the choice.
 pub(super) struct Bounds {
+    /// Whether some pixels take much longer than others, because their rays walk a tree.
+    pub uneven: bool,
     /// Invocations for a pixel that a workgroup has room for.
     pub invocations: u32,
     /// Samples that a buffer has room for.
@@ -32,7 +37,8 @@ impl Split {
 
     /// As many as are `wanted`, or as make `busy` of an image of so many slots, each of which gets so many samples; within bounds.
     pub fn of(wanted: Option<u32>, busy: u64, slots: u64, samples: u32, bounds: &Bounds) -> Self {
-        let fit = (busy / slots.max(1)).min(u64::from(samples)).min(MOST) as u32;
+        let least = if bounds.uneven && slots <= busy { FEW } else { 0 };
+        let fit = (busy / slots.max(1)).max(least).min(u64::from(samples)).min(MOST) as u32;
         let invocations = 1 << wanted.unwrap_or(fit).min(bounds.invocations).max(1).ilog2();
         let most_samples = (NOTED.min(bounds.noted) / slots.max(1)).min(u64::from(samples)) as u32;
         // An image that is so large is not split.
@@ -49,7 +55,7 @@ impl Split {
 mod tests {
     use super::{Bounds, NOTED, Split};
 
-    const ALL: Bounds = Bounds { invocations: 32, noted: u64::MAX };
+    const ALL: Bounds = Bounds { uneven: false, invocations: 32, noted: u64::MAX };
 
     #[test]
     fn small_images_are_split() {
@@ -58,6 +64,9 @@ mod tests {
         assert_eq!([1, 2, 3, 7, 100].map(|samples| of(4096, samples)), [1, 2, 2, 4, 8]);
         assert_eq!(Split::of(None, 0, 64, 64, &ALL), Split::NONE);
         assert_eq!(Split::of(Some(1), 1 << 19, 64, 64, &ALL), Split::NONE);
+        let uneven = Bounds { uneven: true, ..ALL };
+        let of = |slots| Split::of(None, 1 << 19, slots, 64, &uneven).invocations;
+        assert_eq!([1 << 16, 1 << 17, 1 << 19, (1 << 19) + 1].map(of), [8, 4, 4, 1]);
         let four = Bounds { invocations: 4, ..ALL };
         assert_eq!([3, 4, 100].map(|n| Split::of(Some(n), 0, 64, 64, &four).invocations), [2, 4, 4]);
         assert_eq!(Split::of(Some(4), 0, 1 << 23, 64, &ALL), Split::NONE);

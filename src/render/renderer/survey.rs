@@ -1,6 +1,7 @@
 //! What is known of the surfaces in the picture before it is rendered: the place that each pixel's centre shows
 //! (shaders/lib/gradient.glsl).
 
+use bytemuck::zeroed_vec;
 use glam::{DVec3, Vec3};
 
 use super::super::error::RenderError;
@@ -79,7 +80,7 @@ impl Renderer {
             renderer.reuse = ReuseTrial::Never;
             renderer.sample_once(&whole)
         })?;
-        let mut all = vec![Vec3::ZERO; self.width as usize * self.height as usize];
+        let mut all: Vec<Vec3> = zeroed_vec(self.width as usize * self.height as usize);
         let place = |slot: &FilmSlot| DVec3::from_array(std::array::from_fn(|axis| slot.total(axis))).as_vec3();
         self.read_pixels(&whole, &mut all, |at, slot| *at = place(slot))?;
         self.places = Places { width: self.width as usize, all };
