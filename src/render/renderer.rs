@@ -7,6 +7,8 @@ mod buffers;
 mod glances;
 mod gradients;
 mod handout;
+mod launch;
+mod parts;
 mod passes;
 mod repeats;
 mod schedule;
@@ -19,23 +21,19 @@ mod tried;
 mod twins;
 
 use std::ops::ControlFlow;
-use std::panic::resume_unwind;
 use std::time::Instant;
 
 use bytemuck::Zeroable;
 
 use crate::accel::{MAX_RECORDS, TreeStatistics};
-use crate::gpu::{Context, DeviceKind, Pipeline, Timeline};
+use crate::gpu::{Context, Pipeline, Timeline};
 use crate::scene::Scene;
 
-use super::bindings;
-use super::driver::DriverFacts;
 use super::error::RenderError;
 use super::features::Features;
 use super::film::{Film, slot_count, slots_of_row};
-use super::kernels::{self, Schedule};
-use super::layout::{FilmSlot, Push, binding, constant, glance, queue};
-use super::plan::{Pace, Rounds};
+use super::layout::Push;
+use super::plan::Pace;
 use super::prepared::Prepared;
 use super::settings::{Adaptive, Gradients, RenderSettings, Reuse};
 use super::shares::Shares;
@@ -44,17 +42,15 @@ use super::statistics::{Progress, RenderStatistics};
 use super::view::{Rectangle, View};
 use beams::BeamTracer;
 use beginnings::Beginnings;
-use buffers::{Buffers, Shape};
+use buffers::Buffers;
 use gradients::{Certainties, Groups};
 use handout::Handout;
+use launch::Launch;
+use parts::Parts;
 use passes::Watch;
-use schedule::Job;
-use split::Split;
 use survey::Places;
 use trial::ReuseTrial;
 
-/// What an invocation of path_turns.comp keeps where its workgroup shares memory: a slot of the film.
-const KEPT_BYTES: u32 = size_of::<FilmSlot>() as u32;
 /// Submissions in flight.
 const IN_FLIGHT: usize = 2;
 
@@ -122,204 +118,45 @@ impl Renderer {
     /// As [`Self::new`].
     pub fn with(context: &Context, prepared: Prepared<'_>) -> Result<Self, RenderError> {
         let start = Instant::now();
+        check_size(&prepared)?;
+        let launch = Launch::of(&context.0, &prepared)?;
+        let Parts { timeline, pipeline, beams, buffers, stage, pipeline_seconds } =
+            Parts::of(&context.0, &launch, &prepared)?;
         let Prepared { scene, settings, features, tables, seconds: prepared_seconds } = prepared;
-        let device = &context.0;
-        let facts = DriverFacts::of(context.info()).with(settings);
-        let subgroup = device.info.subgroup_size;
-        let needed = if settings.general || settings.unneeded.is_some() {
-            Features::of(scene, &RenderSettings { general: false, unneeded: None, ..settings.clone() })
-        } else {
-            features.clone()
-        };
-        let beam_targets = beams::targets(&needed, &tables, settings);
-        let reuse = trial::may_reuse(&needed, settings, &facts) && beam_targets == 0;
-        let job = Job {
-            features: &features,
-            facts: &facts,
-            keeps_kernels: device.shader_objects.is_some(),
-            sah_cost: tables.tree.as_ref().map(|tree| tree.sah_cost),
-            seen: View::of(scene).part_of(tables.tree_boxes()),
-            samples: f64::from(scene.film.width) * f64::from(scene.film.height) * f64::from(settings.samples),
-            reuse,
-        };
-        let schedule = job.schedule(settings.scheduler);
-        let queued = schedule == Schedule::Queue;
-        let sobol_levels = shares::levels_of_table(&features, settings, reuse);
-        let sobol = sobol::table(sobol_levels, if reuse { sobol::MEMBERS } else { 1 });
-
+        let Launch { facts, needed, reuse, .. } = &launch;
         let (width, height) = (scene.film.width, scene.film.height);
-        let slots = slot_count(width, height);
-        if slots > u64::from(u32::MAX) / 2 {
-            return Err(RenderError::Settings(format!("an image of {width}×{height} pixels is too large")));
-        }
-
-        if tables.tree_records() > MAX_RECORDS {
-            let (records, triangles) = (tables.tree_records(), scene.triangle_count());
-            return Err(RenderError::Settings(format!(
-                "a tree of {records} records for {triangles} triangles is too large: there may be {MAX_RECORDS}"
-            )));
-        }
-        let regions = if queued { facts.queue_regions } else { 0 };
-        let loop_budget = settings.loop_budget.unwrap_or(facts.loop_budget);
-        let cpu_threads = (device.info.kind == DeviceKind::Cpu).then(threads);
-        let limits = &device.limits;
-        // Of invocations in a workgroup: what they keep there has to fit too.
-        let room = match schedule {
-            Schedule::Turns => limits.max_compute_shared_memory_size / KEPT_BYTES,
-            Schedule::Inline | Schedule::Queue => u32::MAX,
-        };
-        let most_invocations = limits.max_compute_work_group_invocations.min(room);
-        let bounds = split::Bounds {
-            uneven: features.tree && !features.dielectric,
-            invocations: most_invocations / subgroup,
-            noted: device.info.max_texel_elements.min(device.info.max_storage_range / 16),
-        };
-        let split = match schedule {
-            Schedule::Inline | Schedule::Turns if !reuse => {
-                // Who wants workgroups of some size gets them.
-                let wanted = settings.split.or(settings.workgroup_size.map(|_| 1));
-                Split::of(wanted, facts.invocations, slots, settings.samples, &bounds)
-            }
-            _ => Split::NONE,
-        };
-        let workgroup = match settings.workgroup_size {
-            // The queue's workgroup is one subgroup.
-            _ if queued => subgroup,
-            // Lanes of a subgroup are neighbours in the image.
-            _ if split != Split::NONE => subgroup * split.invocations,
-            size => {
-                let size = size.unwrap_or(facts.workgroup_of(slots));
-                if reuse { size.next_multiple_of(subgroup) } else { size }
-            }
-        };
-        if workgroup == 0 || workgroup > most_invocations {
-            return Err(RenderError::Settings(format!(
-                "a workgroup of {workgroup} invocations is not possible, expected 1 to {most_invocations}"
-            )));
-        }
-        let most_groups = limits.max_compute_work_group_count[0];
-        // Where a branch that no lane takes is executed, to draw takes longer than what threads wait for each other (22.3.6: 1.05 to
-        // 1.1 times the time; 25.0.7 .88 to 1.0), and so it does for paths of one hit.
-        let may_draw =
-            schedule == Schedule::Inline && split == Split::NONE && facts.skips_branches && features.has_long_paths();
-        let handout = match cpu_threads {
-            Some(threads) if queued => Handout::of_queue(loop_budget, threads, &facts),
-            Some(2..) if may_draw && workgroup.is_multiple_of(subgroup) => Handout::DrawnOnce { most: most_groups },
-            _ => Handout::ToWorkgroups,
-        };
-        let slots_per_piece = if queued { queue::TILE } else { workgroup / split.invocations };
-        let mut specialization = tables.specialization(&features, settings, facts);
-        specialization.uint(constant::SOBOL_LEVELS, sobol_levels).uint(constant::SPLIT, split.invocations);
-        specialization.uint(constant::WORKGROUP, workgroup).uint(constant::LOOP_BUDGET, loop_budget);
-        // Lanes that must be at work for a subgroup to go on as it does. (Seven of eight instead of five, and paths counted every
-        // second step instead of every fourth: .95 to 1.0 of the time, lavapipe 25.0.7 and 22.3.6.)
-        let enough = match schedule {
-            // That wait to be shaded. (A quarter and three quarters of them: 1.05 and 1.03 of the time, H100.)
-            Schedule::Turns => (subgroup / 2).max(1),
-            Schedule::Inline | Schedule::Queue => (workgroup * 7 / 8).max(1),
-        };
-        specialization.uint(constant::REGIONS, regions).uint(constant::ENOUGH_LANES, enough);
-        let lamp_places = glances::places(&needed, &tables, settings, [width, height]);
-        specialization.uint(constant::GLANCES, if lamp_places.is_empty() { 0 } else { glance::GLANCES });
-        let light_samples = if reuse { tables.light_samples(settings.light_samples) } else { 1 };
-        specialization.bool(constant::DRAWS_WORK, handout.is_drawn());
-        specialization.bool(constant::SKIPS_BRANCHES, facts.skips_branches);
-        specialization.bool(constant::REUSE, reuse).uint(constant::SUBGROUP_LANES, subgroup);
-        specialization.uint(constant::LIGHT_SAMPLES, light_samples);
-        // With further samples of lights, which lanes take side by side, lavapipe 22.3.6 takes .6 to .87 of the time by lanes too.
-        let by_lanes = settings.share_by_lanes.unwrap_or(facts.skips_branches || light_samples > 1);
-        specialization.bool(constant::SHARED_BY_LANES, facts.groups_fit && by_lanes);
-        specialization.uint(constant::BEAM_TARGETS, beam_targets);
-        let repeats = repeats::may_repeat(&needed, beam_targets, settings);
-        specialization.bool(constant::REPEATS, repeats);
-        let built_in = kernels::built_in(schedule);
-        let stage = built_in.name;
-        let spirv = kernels::spirv(&built_in, settings)?;
-        // A dispatch has few invocations of many beams each: many small workgroups.
-        let beam_workgroup = if facts.threads { subgroup.clamp(32, 128) } else { facts.workgroup_size };
-        let layout = bindings::layout(device, &buffers::BINDINGS)?;
-        let beam_layout = (beam_targets > 0).then(|| BeamTracer::layout(device)).transpose()?;
-        let mut timeline = Timeline::new(device, IN_FLIGHT)?;
-        let row_slots = slots_of_row(width);
-        let covered = u64::from(handout.most_pieces(most_groups)) * u64::from(slots_per_piece);
-        let split_samples = split.noted(slots.min(covered));
-        let shape = Shape { slots, row_slots, covered, regions, split_samples, reuse, notes: queued && reuse };
-        // Each time that lavapipe begins to make machine code, as it does for the buffers' formats, it sets the width of its vectors to 256
-        // bits, and then to what was asked for: a shader that another thread works on meanwhile may take a subgroup's lanes for eight
-        // (lp_build_init_native_width of Mesa 25.0; up to one start of 500 on a busy machine).
-        let one_by_one = device.info.kind == DeviceKind::Cpu && subgroup != 8;
-        // The driver works on the shader while buffers are made and filled. (On the main thread the former, which
-        // allocates much more: the heaps of other threads grow in small steps.)
-        let (pipeline, beams, pipeline_seconds, buffers) = std::thread::scope(|scope| {
-            let mut fill = || Buffers::new(device, &layout, &mut timeline, &tables, &sobol, &shape);
-            let buffers: Box<dyn FnOnce() -> Result<Buffers, RenderError> + '_> = if one_by_one {
-                let buffers = fill();
-                Box::new(|| buffers)
-            } else {
-                let filling = std::thread::Builder::new().spawn_scoped(scope, fill).map_err(RenderError::Thread)?;
-                Box::new(|| filling.join().unwrap_or_else(|panic| resume_unwind(panic)))
-            };
-            let start = Instant::now();
-            let of_beams = |layout| BeamTracer::pipeline(device, layout, &specialization, beam_workgroup, settings);
-            let of_beams = match &beam_layout {
-                Some(layout) => Some(
-                    std::thread::Builder::new()
-                        .spawn_scoped(scope, move || of_beams(layout).map(|pipeline| (layout, pipeline)))
-                        .map_err(RenderError::Thread)?,
-                ),
-                None => None,
-            };
-            let pipeline = Pipeline::new(device, stage, &spirv, &specialization, &layout);
-            let beams = of_beams.map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic)));
-            let seconds = start.elapsed().as_secs_f64();
-            let buffers = buffers()?;
-            Ok::<_, RenderError>((pipeline?, beams.transpose()?, seconds, buffers))
-        })?;
-        let beams = beams.map(|(layout, pipeline)| {
-            let film = &buffers.bands[0].film;
-            let own = [(binding::FILM, film), (binding::FILM_ROWS, film), (binding::COUNTERS, &buffers.counters)];
-            BeamTracer::new(device, layout, pipeline, beam_workgroup, &buffers.tables.and(&own))
-        });
-
         let beam_scale = if beams.is_some() { beams::scale(&View::of(scene)) } else { 0.0 };
         let push = Push { beam_scale, ..push_constants(scene, settings) };
         let mut renderer = Self {
             settings: settings.clone(),
             features,
-            tree: tables.tree,
             hidden_lights: tables.hidden_lights(),
+            lights_alike: tables.samples_lights(),
+            tree: tables.tree,
             push,
             width,
             height,
-            loop_budget,
-            slots_per_piece,
-            handout,
-            pace: Pace::new(
-                settings.samples_per_dispatch,
-                if queued { queue::PATHS / queue::TILE } else { split.most_samples },
-                match device.info.kind {
-                    DeviceKind::Cpu => Rounds::on_cpu(threads(), settings.time_limit),
-                    _ => Rounds::on_gpu(),
-                },
-            ),
-            lamp_places,
-            gradients: reuse && settings.gradients == Gradients::Auto && buffers.has_whole_rows(row_slots),
-            lights_alike: tables.samples_lights(),
+            loop_budget: launch.loop_budget,
+            slots_per_piece: launch.slots_per_piece,
+            handout: launch.handout,
+            pace: launch.pace(settings),
+            gradients: *reuse && settings.gradients == Gradients::Auto && buffers.has_whole_rows(slots_of_row(width)),
             groups: Groups::default(),
             shares: Shares::default(),
             places: Places::default(),
             certainties: Certainties::default(),
-            repeats,
+            repeats: launch.repeats,
             beginnings: Beginnings::default(),
             reuse: ReuseTrial::Never,
-            sobol_levels,
-            reuses: if reuse { settings.reuse } else { Reuse::Off },
-            fewest_reused: trial::fewest_samples(&needed, settings.reuse, &facts),
-            reuse_is_worth: trial::worth(&needed, &facts),
+            sobol_levels: launch.sobol_levels,
+            reuses: if *reuse { settings.reuse } else { Reuse::Off },
+            fewest_reused: trial::fewest_samples(needed, settings.reuse, facts),
+            reuse_is_worth: trial::worth(needed, facts),
+            lamp_places: launch.lamp_places,
             stage,
             timeline,
             pipeline,
-            beams: beams.transpose()?,
+            beams,
             buffers,
             statistics: RenderStatistics::default(),
         };
@@ -441,9 +278,20 @@ impl Renderer {
     }
 }
 
-/// Threads that a driver on the CPU has.
-fn threads() -> u32 {
-    std::thread::available_parallelism().map_or(1, |n| u32::try_from(n.get()).unwrap_or(u32::MAX / 4))
+/// Whether numbers of slots and of records fit into the shaders' integers.
+fn check_size(prepared: &Prepared<'_>) -> Result<(), RenderError> {
+    let Prepared { scene, tables, .. } = prepared;
+    let (width, height) = (scene.film.width, scene.film.height);
+    if slot_count(width, height) > u64::from(u32::MAX) / 2 {
+        return Err(RenderError::Settings(format!("an image of {width}×{height} pixels is too large")));
+    }
+    if tables.tree_records() > MAX_RECORDS {
+        let (records, triangles) = (tables.tree_records(), scene.triangle_count());
+        return Err(RenderError::Settings(format!(
+            "a tree of {records} records for {triangles} triangles is too large: there may be {MAX_RECORDS}"
+        )));
+    }
+    Ok(())
 }
 
 pub(crate) fn push_constants(scene: &Scene, settings: &RenderSettings) -> Push {

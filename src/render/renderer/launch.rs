@@ -1,0 +1,233 @@
+//! How a rendering runs on a device: which kernel, specialised for what, and how its work is cut up.
+
+use crate::gpu::{Device, DeviceKind, Specialization};
+
+use super::super::driver::DriverFacts;
+use super::super::error::RenderError;
+use super::super::features::Features;
+use super::super::film::{slot_count, slots_of_row};
+use super::super::kernels::Schedule;
+use super::super::layout::{FilmSlot, constant, glance, queue};
+use super::super::plan::{Pace, Rounds};
+use super::super::prepared::Prepared;
+use super::super::settings::RenderSettings;
+use super::super::view::{Rectangle, View};
+use super::buffers::Shape;
+use super::handout::Handout;
+use super::schedule::Job;
+use super::split::{self, Split};
+use super::{beams, glances, repeats, shares, trial};
+
+/// What an invocation of path_turns.comp keeps where its workgroup shares memory: a slot of the film.
+const KEPT_BYTES: u32 = size_of::<FilmSlot>() as u32;
+
+/// What is decided before anything is made on the device.
+pub(super) struct Launch {
+    pub facts: DriverFacts,
+    /// What the scene needs, even if the kernel is to be a general one.
+    pub needed: Features,
+    pub schedule: Schedule,
+    /// Whether paths may serve several pixels.
+    pub reuse: bool,
+    pub split: Split,
+    /// Invocations of a workgroup, and those of them that are a subgroup.
+    pub workgroup: u32,
+    pub subgroup: u32,
+    /// Loop iterations that an invocation may spend; 0: no bound.
+    pub loop_budget: u32,
+    /// Who gets the pieces of work, and how many slots of the film one is.
+    pub handout: Handout,
+    pub slots_per_piece: u32,
+    /// Levels of the sampler's table.
+    pub sobol_levels: u32,
+    /// The pixels that may show the edges of lamps.
+    pub lamp_places: Vec<Rectangle>,
+    /// Spheres and meshes that beams go to; 0 without beams.
+    pub beam_targets: u32,
+    /// Whether samples may be several paths.
+    pub repeats: bool,
+    /// Workgroups of a dispatch, at most.
+    most_workgroups: u32,
+    /// Threads of a CPU device.
+    cpu_threads: Option<u32>,
+}
+
+impl Launch {
+    /// For such a device.
+    ///
+    /// # Errors
+    /// A workgroup of the size that is asked for is not possible.
+    pub fn of(device: &Device, prepared: &Prepared<'_>) -> Result<Self, RenderError> {
+        let Prepared { scene, settings, features, tables, .. } = prepared;
+        let facts = DriverFacts::of(&device.info).with(settings);
+        let needed = if settings.general || settings.unneeded.is_some() {
+            Features::of(scene, &RenderSettings { general: false, unneeded: None, ..(*settings).clone() })
+        } else {
+            features.clone()
+        };
+        let beam_targets = beams::targets(&needed, tables, settings);
+        let reuse = trial::may_reuse(&needed, settings, &facts) && beam_targets == 0;
+        let job = Job {
+            features,
+            facts: &facts,
+            keeps_kernels: device.shader_objects.is_some(),
+            sah_cost: tables.tree.as_ref().map(|tree| tree.sah_cost),
+            seen: View::of(scene).part_of(tables.tree_boxes()),
+            samples: f64::from(scene.film.width) * f64::from(scene.film.height) * f64::from(settings.samples),
+            reuse,
+        };
+        let schedule = job.schedule(settings.scheduler);
+        let (limits, subgroup) = (&device.limits, device.info.subgroup_size);
+        // Of invocations in a workgroup: what they keep there has to fit too.
+        let room = match schedule {
+            Schedule::Turns => limits.max_compute_shared_memory_size / KEPT_BYTES,
+            Schedule::Inline | Schedule::Queue => u32::MAX,
+        };
+        let most_invocations = limits.max_compute_work_group_invocations.min(room);
+        let slots = slot_count(scene.film.width, scene.film.height);
+        let split = match schedule {
+            Schedule::Inline | Schedule::Turns if !reuse => {
+                // Who wants workgroups of some size gets them.
+                let wanted = settings.split.or(settings.workgroup_size.map(|_| 1));
+                let bounds = split::Bounds {
+                    uneven: features.tree && !features.dielectric,
+                    invocations: most_invocations / subgroup,
+                    noted: device.info.max_texel_elements.min(device.info.max_storage_range / 16),
+                };
+                Split::of(wanted, facts.invocations, slots, settings.samples, &bounds)
+            }
+            _ => Split::NONE,
+        };
+        let workgroup = match settings.workgroup_size {
+            // The queue's workgroup is one subgroup.
+            _ if schedule == Schedule::Queue => subgroup,
+            // Lanes of a subgroup are neighbours in the image.
+            _ if split != Split::NONE => subgroup * split.invocations,
+            size => {
+                let size = size.unwrap_or(facts.workgroup_of(slots));
+                if reuse { size.next_multiple_of(subgroup) } else { size }
+            }
+        };
+        if workgroup == 0 || workgroup > most_invocations {
+            return Err(RenderError::Settings(format!(
+                "a workgroup of {workgroup} invocations is not possible, expected 1 to {most_invocations}"
+            )));
+        }
+        let size = [scene.film.width, scene.film.height];
+        let mut launch = Self {
+            facts,
+            schedule,
+            reuse,
+            split,
+            workgroup,
+            subgroup,
+            loop_budget: settings.loop_budget.unwrap_or(facts.loop_budget),
+            handout: Handout::ToWorkgroups,
+            slots_per_piece: if schedule == Schedule::Queue { queue::TILE } else { workgroup / split.invocations },
+            sobol_levels: shares::levels_of_table(features, settings, reuse),
+            lamp_places: glances::places(&needed, tables, settings, size),
+            beam_targets,
+            repeats: repeats::may_repeat(&needed, beam_targets, settings),
+            most_workgroups: limits.max_compute_work_group_count[0],
+            cpu_threads: (device.info.kind == DeviceKind::Cpu).then(threads),
+            needed,
+        };
+        launch.handout = launch.handout(features);
+        Ok(launch)
+    }
+
+    /// Who gets the pieces of work.
+    fn handout(&self, features: &Features) -> Handout {
+        // Where a branch that no lane takes is executed, to draw takes longer than what threads wait for each other (22.3.6: 1.05 to
+        // 1.1 times the time; 25.0.7 .88 to 1.0), and so it does for paths of one hit.
+        let may_draw = self.schedule == Schedule::Inline
+            && self.split == Split::NONE
+            && self.workgroup.is_multiple_of(self.subgroup)
+            && self.facts.skips_branches
+            && features.has_long_paths();
+        match self.cpu_threads {
+            Some(threads) if self.is_queued() => Handout::of_queue(self.loop_budget, threads, &self.facts),
+            Some(2..) if may_draw => Handout::DrawnOnce { most: self.most_workgroups },
+            _ => Handout::ToWorkgroups,
+        }
+    }
+
+    /// Whether rays wait for each other.
+    pub fn is_queued(&self) -> bool {
+        self.schedule == Schedule::Queue
+    }
+
+    /// Workgroups of the queue that may run at one time; 0 without the queue.
+    fn regions(&self) -> u32 {
+        if self.is_queued() { self.facts.queue_regions } else { 0 }
+    }
+
+    /// What decides about the sizes of buffers for an image of such a size.
+    pub fn shape(&self, [width, height]: [u32; 2]) -> Shape {
+        let slots = slot_count(width, height);
+        let covered = u64::from(self.handout.most_pieces(self.most_workgroups)) * u64::from(self.slots_per_piece);
+        Shape {
+            slots,
+            row_slots: slots_of_row(width),
+            covered,
+            regions: self.regions(),
+            split_samples: self.split.noted(slots.min(covered)),
+            reuse: self.reuse,
+            notes: self.is_queued() && self.reuse,
+        }
+    }
+
+    /// What the kernel is specialised for.
+    pub fn specialization(&self, prepared: &Prepared<'_>) -> Specialization {
+        let Prepared { settings, features, tables, .. } = prepared;
+        let facts = &self.facts;
+        // Lanes that must be at work for a subgroup to go on as it does. (Seven of eight instead of five, and paths counted every
+        // second step instead of every fourth: .95 to 1.0 of the time, lavapipe 25.0.7 and 22.3.6.)
+        let enough = match self.schedule {
+            // That wait to be shaded. (A quarter and three quarters of them: 1.05 and 1.03 of the time, H100.)
+            Schedule::Turns => (self.subgroup / 2).max(1),
+            Schedule::Inline | Schedule::Queue => (self.workgroup * 7 / 8).max(1),
+        };
+        let light_samples = if self.reuse { tables.light_samples(settings.light_samples) } else { 1 };
+        // With further samples of lights, which lanes take side by side, lavapipe 22.3.6 takes .6 to .87 of the time by lanes too.
+        let by_lanes = settings.share_by_lanes.unwrap_or(facts.skips_branches || light_samples > 1);
+        let mut specialization = tables.specialization(features, settings, *facts);
+        specialization
+            .uint(constant::SOBOL_LEVELS, self.sobol_levels)
+            .uint(constant::SPLIT, self.split.invocations)
+            .uint(constant::WORKGROUP, self.workgroup)
+            .uint(constant::SUBGROUP_LANES, self.subgroup)
+            .uint(constant::LOOP_BUDGET, self.loop_budget)
+            .uint(constant::REGIONS, self.regions())
+            .uint(constant::ENOUGH_LANES, enough)
+            .uint(constant::GLANCES, if self.lamp_places.is_empty() { 0 } else { glance::GLANCES })
+            .uint(constant::LIGHT_SAMPLES, light_samples)
+            .uint(constant::BEAM_TARGETS, self.beam_targets)
+            .bool(constant::DRAWS_WORK, self.handout.is_drawn())
+            .bool(constant::SKIPS_BRANCHES, facts.skips_branches)
+            .bool(constant::REUSE, self.reuse)
+            .bool(constant::SHARED_BY_LANES, facts.groups_fit && by_lanes)
+            .bool(constant::REPEATS, self.repeats);
+        specialization
+    }
+
+    /// How many samples a dispatch takes.
+    pub fn pace(&self, settings: &RenderSettings) -> Pace {
+        let most_samples = if self.is_queued() { queue::PATHS / queue::TILE } else { self.split.most_samples };
+        let rounds = match self.cpu_threads {
+            Some(threads) => Rounds::on_cpu(threads, settings.time_limit),
+            None => Rounds::on_gpu(),
+        };
+        Pace::new(settings.samples_per_dispatch, most_samples, rounds)
+    }
+
+    /// Invocations of a workgroup that traces beams: a dispatch has few, of many beams each, in many small workgroups.
+    pub fn beam_workgroup(&self) -> u32 {
+        if self.facts.threads { self.subgroup.clamp(32, 128) } else { self.facts.workgroup_size }
+    }
+}
+
+/// Threads that a driver on the CPU has.
+fn threads() -> u32 {
+    std::thread::available_parallelism().map_or(1, |n| u32::try_from(n.get()).unwrap_or(u32::MAX / 4))
+}

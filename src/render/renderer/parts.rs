@@ -1,0 +1,85 @@
+//! What a renderer has on the device, made side by side.
+
+use std::panic::resume_unwind;
+use std::sync::Arc;
+use std::thread::{Builder, scope};
+use std::time::Instant;
+
+use super::super::bindings;
+use super::super::error::RenderError;
+use super::super::kernels;
+use super::super::layout::binding;
+use super::super::prepared::Prepared;
+use super::super::sobol;
+use super::IN_FLIGHT;
+use super::beams::BeamTracer;
+use super::buffers::{self, Buffers};
+use super::launch::Launch;
+use crate::gpu::{Device, DeviceKind, Pipeline, Timeline};
+
+/// Buffers and pipelines.
+pub(super) struct Parts {
+    pub timeline: Timeline,
+    pub pipeline: Pipeline,
+    pub beams: Option<BeamTracer>,
+    pub buffers: Buffers,
+    /// The name of the kernel.
+    pub stage: &'static str,
+    /// What the pipelines took.
+    pub pipeline_seconds: f64,
+}
+
+impl Parts {
+    /// Makes them. The driver works on the shader while buffers are made and filled.
+    ///
+    /// # Errors
+    /// The device's limits or memory are exceeded; a shader of the user's cannot be read; a Vulkan call fails.
+    pub fn of(device: &Arc<Device>, launch: &Launch, prepared: &Prepared<'_>) -> Result<Self, RenderError> {
+        let Prepared { scene, settings, tables, .. } = prepared;
+        let built_in = kernels::built_in(launch.schedule);
+        let spirv = kernels::spirv(&built_in, settings)?;
+        let specialization = launch.specialization(prepared);
+        let layout = bindings::layout(device, &buffers::BINDINGS)?;
+        let beam_layout = (launch.beam_targets > 0).then(|| BeamTracer::layout(device)).transpose()?;
+        let beam_workgroup = launch.beam_workgroup();
+        let mut timeline = Timeline::new(device, IN_FLIGHT)?;
+        let sobol = sobol::table(launch.sobol_levels, if launch.reuse { sobol::MEMBERS } else { 1 });
+        let shape = launch.shape([scene.film.width, scene.film.height]);
+        // Each time that lavapipe begins to make machine code, as it does for the buffers' formats, it sets the width of its vectors to 256
+        // bits, and then to what was asked for: a shader that another thread works on meanwhile may take a subgroup's lanes for eight
+        // (lp_build_init_native_width of Mesa 25.0; up to one start of 500 on a busy machine).
+        let one_by_one = device.info.kind == DeviceKind::Cpu && launch.subgroup != 8;
+        // (On the main thread pipelines, which allocate much more: the heaps of other threads grow in small steps.)
+        let (pipeline, beam_pipeline, pipeline_seconds, buffers) = scope(|scope| {
+            let mut fill = || Buffers::new(device, &layout, &mut timeline, tables, &sobol, &shape);
+            let buffers: Box<dyn FnOnce() -> Result<Buffers, RenderError> + '_> = if one_by_one {
+                let buffers = fill();
+                Box::new(|| buffers)
+            } else {
+                let filling = Builder::new().spawn_scoped(scope, fill).map_err(RenderError::Thread)?;
+                Box::new(|| filling.join().unwrap_or_else(|panic| resume_unwind(panic)))
+            };
+            let start = Instant::now();
+            let of_beams = |layout| BeamTracer::pipeline(device, layout, &specialization, beam_workgroup, settings);
+            let of_beams = match &beam_layout {
+                Some(layout) => {
+                    let pipeline = move || of_beams(layout).map(|pipeline| (layout, pipeline));
+                    Some(Builder::new().spawn_scoped(scope, pipeline).map_err(RenderError::Thread)?)
+                }
+                None => None,
+            };
+            let pipeline = Pipeline::new(device, built_in.name, &spirv, &specialization, &layout);
+            let beams = of_beams.map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic)));
+            let seconds = start.elapsed().as_secs_f64();
+            let buffers = buffers()?;
+            Ok::<_, RenderError>((pipeline?, beams.transpose()?, seconds, buffers))
+        })?;
+        let beams = beam_pipeline.map(|(layout, pipeline)| {
+            let film = &buffers.bands[0].film;
+            let own = [(binding::FILM, film), (binding::FILM_ROWS, film), (binding::COUNTERS, &buffers.counters)];
+            BeamTracer::new(device, layout, pipeline, beam_workgroup, &buffers.tables.and(&own))
+        });
+        let beams = beams.transpose()?;
+        Ok(Self { timeline, pipeline, beams, buffers, stage: built_in.name, pipeline_seconds })
+    }
+}
