@@ -5,7 +5,7 @@ mod common;
 
 use common::{assert_same_bits, context, render, render_counted, shipped};
 use glam::DVec3;
-use photolith::render::{Beams, Feature, Glances, Gradients, Reuse, Scheduler, Shares};
+use photolith::render::{Adaptive, Beams, Feature, Glances, Gradients, Reuse, Scheduler, Shares};
 use photolith::scene::{Material, Mesh, Normals, Sphere, Surface};
 use photolith::{Context, Film, RenderSettings, Scene};
 
@@ -44,6 +44,7 @@ fn variants(name: &str, scene: &Scene, reuse: Reuse) -> Vec<(String, RenderSetti
     for n in [8, 64, 128] {
         all.push((format!("workgroups of {n}"), RenderSettings { workgroup_size: Some(n), ..base.clone() }));
     }
+    all.push(("the film through a passage".to_owned(), RenderSettings { passage: Some(1 << 16), ..base.clone() }));
     all.push(("general pipeline".to_owned(), RenderSettings { general: true, ..base.clone() }));
     for (feature, unneeded) in Feature::ALL {
         all.push((format!("+{feature}"), RenderSettings { unneeded: Some(unneeded), ..base.clone() }));
@@ -235,11 +236,24 @@ fn same_bits_with_shares(context: &Context, scene: &Scene) {
         RenderSettings { scheduler: Scheduler::Inline, ..base.clone() },
         RenderSettings { scheduler: Scheduler::Queue, share_by_lanes: Some(true), ..base.clone() },
         RenderSettings { scheduler: Scheduler::Queue, share_by_lanes: Some(false), ..base.clone() },
+        RenderSettings { passage: Some(1 << 16), ..base.clone() },
     ] {
         assert_same_bits(&render(context, scene, &settings), &expected, &format!("{settings:?}"));
     }
     let even = render(context, scene, &RenderSettings { shares: Shares::Off, ..base });
     assert!(even.counts().iter().all(|&n| n == 8));
+}
+
+/// Where the host does not see the film, two of them change places by way of the host.
+#[test]
+fn twin_films_through_a_passage() {
+    let context = context();
+    let scene = shipped("cat", (132, 124), 64);
+    let base = RenderSettings { adaptive: Some(Adaptive::to_noise(0.02)), ..RenderSettings::of(&scene) };
+    let (expected, statistics) = render_counted(&context, &scene, &base);
+    assert!(statistics.gradients, "{statistics:?}");
+    let passage = RenderSettings { passage: Some(1 << 16), ..base };
+    assert_same_bits(&render(&context, &scene, &passage), &expected, "through a passage");
 }
 
 #[test]

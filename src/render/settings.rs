@@ -227,6 +227,9 @@ pub struct RenderSettings {
     /// Invocations for the samples of a pixel, 1 or a power of two, where paths neither wait nor are reused; `None`: as many as keep the
     /// device busy. Changes no bit of the image.
     pub split: Option<u32>,
+    /// Bytes of the buffers through which the film passes between host and device; `None`: 16 MiB, and no such buffers where the
+    /// host sees the film. Changes no bit of the image.
+    pub passage: Option<u32>,
     /// Count steps through the tree as well; a little slower.
     pub count_steps: bool,
     /// A folder with `path_trace.spv`, `path_turns.spv`, `path_queue.spv` or `traverse.spv` to use instead of the built-in shaders: edit a

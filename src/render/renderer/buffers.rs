@@ -40,6 +40,8 @@ pub(super) struct Shape {
     pub reuse: bool,
     /// Whether paths note their hits in memory for that.
     pub notes: bool,
+    /// Bytes of the buffers through which the film is to pass, if the host is not to see it.
+    pub passage: Option<u32>,
 }
 
 /// A part of the film that fits into one texel buffer.
@@ -57,20 +59,21 @@ pub(super) struct Band {
 pub(super) struct Passage {
     pub to_device: Buffer,
     pub from_device: Buffer,
-    /// Slots that there is room for: whole rows of blocks, unless these are long.
+    /// Slots that there is room for, or in each half if a film has more: whole rows of blocks, unless these are long.
     pub most_slots: u32,
 }
 
 impl Passage {
-    /// Bytes of either buffer, for large films.
-    const BYTES: u64 = 16 << 20;
+    /// Bytes of either buffer, for large films, unless others are asked for.
+    const BYTES: u32 = 16 << 20;
 
-    /// For bands of up to so many slots, `row_slots` of them a row of blocks.
-    fn new(device: &Arc<Device>, band_slots: u64, row_slots: u64) -> Result<Self, RenderError> {
-        let fit = (Self::BYTES / size_of::<FilmSlot>() as u64).min(band_slots);
-        let unit = if fit < row_slots { u64::from(BLOCK) } else { row_slots };
+    /// For a film in bands of up to so many slots, by buffers of about so many bytes.
+    fn new(device: &Arc<Device>, film: &Shape, band_slots: u64, bytes: u32) -> Result<Self, RenderError> {
+        let fit = (u64::from(bytes) / 2 / size_of::<FilmSlot>() as u64).min(band_slots);
+        let unit = if fit < film.row_slots { u64::from(BLOCK) } else { film.row_slots };
         let most_slots = (fit / unit * unit).max(unit);
-        let bytes = most_slots * size_of::<FilmSlot>() as u64;
+        let halves = if most_slots < film.slots { 2 } else { 1 };
+        let bytes = halves * most_slots * size_of::<FilmSlot>() as u64;
         Ok(Self {
             to_device: Buffer::new(device, "to the film", bytes, Usage::Upload)?,
             from_device: Buffer::new(device, "from the film", bytes, Usage::Readback)?,
@@ -163,7 +166,10 @@ impl Buffers {
         }
         let largest = bands.iter().map(|band| u64::from(band.slots)).max().unwrap_or(0);
         let is_mapped = bands.iter().all(|band| band.film.mapped().is_some());
-        let passage = if is_mapped { None } else { Some(Passage::new(device, largest, shape.row_slots)?) };
+        let passage = match shape.passage {
+            None if is_mapped => None,
+            bytes => Some(Passage::new(device, shape, largest, bytes.unwrap_or(Passage::BYTES))?),
+        };
         Ok(Self { bands, passage, counters, readbacks, queue_pool, _paths: paths, tables })
     }
 }

@@ -163,7 +163,7 @@ impl Launch {
     }
 
     /// What decides about the sizes of buffers for an image of such a size.
-    pub fn shape(&self, [width, height]: [u32; 2]) -> Shape {
+    pub fn shape(&self, [width, height]: [u32; 2], settings: &RenderSettings) -> Shape {
         let slots = slot_count(width, height);
         let covered = u64::from(self.handout.most_pieces(self.most_workgroups)) * u64::from(self.slots_per_piece);
         Shape {
@@ -174,6 +174,7 @@ impl Launch {
             split_samples: self.split.noted(slots.min(covered)),
             reuse: self.reuse,
             notes: self.is_queued() && self.reuse,
+            passage: settings.passage,
         }
     }
 

@@ -44,7 +44,7 @@ impl Parts {
         let beam_workgroup = launch.beam_workgroup();
         let mut timeline = Timeline::new(device, IN_FLIGHT)?;
         let sobol = sobol::table(launch.sobol_levels, if launch.reuse { sobol::MEMBERS } else { 1 });
-        let shape = launch.shape([scene.film.width, scene.film.height]);
+        let shape = launch.shape([scene.film.width, scene.film.height], settings);
         // Each time that lavapipe begins to make machine code, as it does for the buffers' formats, it sets the width of its vectors to 256
         // bits, and then to what was asked for: a shader that another thread works on meanwhile may take a subgroup's lanes for eight
         // (lp_build_init_native_width of Mesa 25.0; up to one start of 500 on a busy machine).

@@ -1,6 +1,6 @@
 //! Slots of the film, and of what neighbours have in common, on their way between host and device.
 
-use std::mem::take;
+use std::mem::{replace, take};
 
 use bytemuck::Pod;
 use rayon::prelude::*;
@@ -54,24 +54,32 @@ impl Renderer {
             }
             return Ok(());
         };
-        for load in loads(spans, *most_slots) {
-            let mut rest: &mut [T] = bytemuck::cast_slice_mut(to_device.mapped_mut().ok_or_else(unmapped)?);
-            for span in &load {
+        // While one half is copied the other is filled.
+        let mut tickets = [const { None }; 2];
+        for (nth, load) in loads(spans, *most_slots).iter().enumerate() {
+            if let Some(ticket) = tickets[nth % 2].take() {
+                self.timeline.wait(&ticket)?;
+            }
+            let mut begin = half::<T>(*most_slots, nth);
+            let half = to_device.mapped_mut().ok_or_else(unmapped)?;
+            let mut rest: &mut [T] = bytemuck::cast_slice_mut(&mut half[begin as usize..]);
+            for span in load {
                 let (slots, after) = take(&mut rest).split_at_mut(span.slots() as usize);
                 fill(span, slots);
                 rest = after;
             }
-            let ticket = self.timeline.submit(|r| {
-                let mut begin = 0;
-                for span in &load {
+            tickets[nth % 2] = Some(self.timeline.submit(|r| {
+                for span in load {
                     let (band, size) = (&mut bands[span.band], bytes(span.slots()));
                     let first = bytes(span.first_slot - band.first);
                     r.copy(to_device, begin, of(band), first, size);
                     begin += size;
                 }
                 r.barrier(Access::Transfer, Access::Compute);
-            })?;
-            self.timeline.wait(&ticket)?;
+            })?);
+        }
+        for ticket in tickets.iter().flatten() {
+            self.timeline.wait(ticket)?;
         }
         Ok(())
     }
@@ -133,28 +141,41 @@ impl Renderer {
             }
             return Ok(());
         };
-        for load in loads(spans, *most_slots) {
-            let ticket = self.timeline.submit(|r| {
-                r.barrier(Access::Compute, Access::Transfer);
-                let mut end = 0;
-                for span in &load {
-                    let ((source, begin), size) = (source(span), bytes(span.slots()));
-                    r.copy(source, begin, from_device, end, size);
-                    end += size;
+        let loads = loads(spans, *most_slots);
+        // While one half is visited the next load is copied to the other.
+        let mut before = None;
+        for nth in 0..=loads.len() {
+            let copy = |load: &Vec<Span>| {
+                self.timeline.submit(|r| {
+                    r.barrier(Access::Compute, Access::Transfer);
+                    let mut end = half::<T>(*most_slots, nth);
+                    for span in load {
+                        let ((source, begin), size) = (source(span), bytes(span.slots()));
+                        r.copy(source, begin, from_device, end, size);
+                        end += size;
+                    }
+                    r.barrier(Access::Transfer, Access::Host);
+                })
+            };
+            let ticket = loads.get(nth).map(copy).transpose()?;
+            if let Some(copied) = replace(&mut before, ticket) {
+                self.timeline.wait(&copied)?;
+                let half = half::<T>(*most_slots, nth - 1) as usize;
+                let mut rest: &[T] = bytemuck::cast_slice(&mapped(from_device)?[half..]);
+                for span in &loads[nth - 1] {
+                    let (slots, after) = rest.split_at(span.slots() as usize);
+                    visit(span.first_slot, slots);
+                    rest = after;
                 }
-                r.barrier(Access::Transfer, Access::Host);
-            })?;
-            self.timeline.wait(&ticket)?;
-            let total: u32 = load.iter().map(Span::slots).sum();
-            let mut rest: &[T] = bytemuck::cast_slice(&mapped(from_device)?[..bytes(total) as usize]);
-            for span in &load {
-                let (slots, after) = rest.split_at(span.slots() as usize);
-                visit(span.first_slot, slots);
-                rest = after;
             }
         }
         Ok(())
     }
+}
+
+/// Where in a passage, whose halves hold so many slots each, the n-th load goes: in bytes.
+fn half<T>(slots: u32, nth: usize) -> u64 {
+    (nth as u64 % 2) * u64::from(slots) * size_of::<T>() as u64
 }
 
 /// Spans in their order, those of more than `most` slots in parts, put together to loads of up to so many slots.
