@@ -88,16 +88,17 @@ pub(super) fn solve(known: &[Known], width: usize) -> Vec<Vec4> {
     let (fixed, own): (Vec<_>, Vec<_>) = (0..known.len()).into_par_iter().map(fixed).unzip();
     let least = own.into_par_iter().reduce(|| 1.0, f32::min);
 
-    // Memory that the system hands out when it is written, by many threads.
+    // Memory that the system hands out when it is written, by many threads; if it were read first, twice.
     let zeros = || zeroed_vec::<State>(known.len());
     let (mut states, mut next) = (zeros(), zeros());
-    for steps in chebyshev(least, 2.0).chunks(STEPS_AT_ONCE) {
+    for (nth, steps) in chebyshev(least, 2.0).chunks(STEPS_AT_ONCE).enumerate() {
+        let from = (nth > 0).then_some(&states[..]);
         let rows = BLOCK[1];
         next.par_chunks_mut(rows * width).enumerate().for_each(|(band, next)| {
             let mut scratch = Scratch::default();
             for first in (0..width).step_by(BLOCK[0]) {
                 let block = [first..(first + BLOCK[0]).min(width), rows * band..rows * band + next.len() / width];
-                scratch.advance(&fixed, &states, width, block, steps, next);
+                scratch.advance(&fixed, from, width, block, steps, next);
             }
         });
         std::mem::swap(&mut states, &mut next);
@@ -114,17 +115,18 @@ struct Scratch {
 }
 
 impl Scratch {
-    /// Puts the states of a block's pixels after some steps into `next`, the rows that the block is in.
+    /// Puts the states of a block's pixels after some steps into `next`, the rows that the block is in. All begin at 0 if `states` are
+    /// not given.
     fn advance(
         &mut self,
         fixed: &[Fixed],
-        states: &[State],
+        states: Option<&[State]>,
         width: usize,
         [columns, rows]: [Range<usize>; 2],
         steps: &[Step],
         next: &mut [State],
     ) {
-        let height = states.len() / width;
+        let height = fixed.len() / width;
         // Pixels that are `more` away from the block, in the image.
         let around = |more: usize| {
             let [x, y] = [(&columns, width), (&rows, height)]
@@ -139,7 +141,7 @@ impl Scratch {
             part.clear();
             part.resize(stride * (all_y.len() + 2), Vec4::ZERO);
         }
-        for y in all_y.clone() {
+        for (states, y) in states.into_iter().flat_map(|states| all_y.clone().map(move |y| (states, y))) {
             let first = place(all_x.start, y);
             for (i, state) in states[y * width..][all_x.clone()].iter().enumerate() {
                 self.values[first + i] = state.value;
