@@ -143,13 +143,9 @@ impl Buffers {
         let mut first = 0u64;
         while first < shape.slots {
             let count = (shape.slots - first).min(band_slots);
-            let mut film =
-                Buffer::new(device, "film", count * size_of::<FilmSlot>() as u64, Usage::StorageTexelAndArray)?;
-            // Here, beside the driver's work.
-            film.touch();
+            let film = Buffer::new(device, "film", count * size_of::<FilmSlot>() as u64, Usage::StorageTexelAndArray)?;
             let gradients = if shape.reuse { count * size_of::<GradientSlot>() as u64 } else { 0 };
-            let mut gradients = Buffer::new(device, "gradients", gradients, Usage::StorageTexelAndArray)?;
-            gradients.touch();
+            let gradients = Buffer::new(device, "gradients", gradients, Usage::StorageTexelAndArray)?;
             let bound = tables.and(&[
                 (binding::FILM, &film),
                 (binding::FILM_ROWS, &film),
@@ -171,5 +167,13 @@ impl Buffers {
             bytes => Some(Passage::new(device, shape, largest, bytes.unwrap_or(Passage::BYTES))?),
         };
         Ok(Self { bands, passage, counters, readbacks, queue_pool, _paths: paths, tables })
+    }
+
+    /// Makes the system hand out the film's memory, where the host reads it in its place. The driver has no part in it.
+    pub fn touch(&mut self) {
+        for band in &mut self.bands {
+            band.film.touch();
+            band.gradients.touch();
+        }
     }
 }

@@ -52,13 +52,13 @@ impl Parts {
         // (On the main thread pipelines, which allocate much more: the heaps of other threads grow in small steps.)
         let (pipeline, beam_pipeline, pipeline_seconds, buffers) = scope(|scope| {
             let mut fill = || Buffers::new(device, &layout, &mut timeline, tables, &sobol, &shape);
-            let buffers: Box<dyn FnOnce() -> Result<Buffers, RenderError> + '_> = if one_by_one {
-                let buffers = fill();
-                Box::new(|| buffers)
-            } else {
-                let filling = Builder::new().spawn_scoped(scope, fill).map_err(RenderError::Thread)?;
-                Box::new(|| filling.join().unwrap_or_else(|panic| resume_unwind(panic)))
+            let filled = if one_by_one { Some(fill()?) } else { None };
+            let touched = move || {
+                let mut buffers = filled.map_or_else(fill, Ok)?;
+                buffers.touch();
+                Ok::<_, RenderError>(buffers)
             };
+            let buffers = Builder::new().spawn_scoped(scope, touched).map_err(RenderError::Thread)?;
             let start = Instant::now();
             let of_beams = |layout| BeamTracer::pipeline(device, layout, &specialization, beam_workgroup, settings);
             let of_beams = match &beam_layout {
@@ -71,7 +71,7 @@ impl Parts {
             let pipeline = Pipeline::new(device, built_in.name, &spirv, &specialization, &layout);
             let beams = of_beams.map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic)));
             let seconds = start.elapsed().as_secs_f64();
-            let buffers = buffers()?;
+            let buffers = buffers.join().unwrap_or_else(|panic| resume_unwind(panic))?;
             Ok::<_, RenderError>((pipeline?, beams.transpose()?, seconds, buffers))
         })?;
         let beams = beam_pipeline.map(|(layout, pipeline)| {
