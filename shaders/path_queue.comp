@@ -458,7 +458,7 @@ void main() {
     region = r * PATHS;
     bool works;
     do {
-        uint piece = next_piece();
+        uint piece = next_number();
         works = piece < pieces;
         if (works) trace_tiles(first_slot + place_of_piece(piece) * tile_step * work_pixels, camera, counts);
     } while (DRAWS_WORK && works);

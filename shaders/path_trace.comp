@@ -33,9 +33,10 @@ bool group_lacks_path(bool reusing, bool has_ended, bool none_reuses) {
 
 void main() {
     load_scene();
-    uint number = split_number();
-    // Groups of pixels are in a subgroup.
-    if ((REUSE || DRAWS_WORK) && !number_of_invocation(number)) return;
+    uint number = 0u;
+    if (!REUSE && !DRAWS_WORK) number = split_number();
+    // Groups of pixels are in a subgroup, which may draw its work.
+    else if (!number_of_invocation(number)) return;
     uint slot = slot_of_invocation(number);
     uvec2 at = uvec2(0u);
     bool real = slot < end_slot && pixel_of_slot(slot, at);

@@ -244,6 +244,20 @@ fn same_bits_with_shares(context: &Context, scene: &Scene) {
     assert!(even.counts().iter().all(|&n| n == 8));
 }
 
+/// A dispatch has so many workgroups at most: with small ones the film is cut into bands.
+#[test]
+fn a_film_in_bands() {
+    let context = context();
+    let scene = shipped("cornell", (1024, 540), 4);
+    let base = RenderSettings { reuse: Reuse::Off, scheduler: Scheduler::Inline, ..RenderSettings::of(&scene) };
+    let (expected, statistics) = render_counted(&context, &scene, &base);
+    assert!(statistics.glancing_pixels > 0, "{statistics:?}");
+    for passage in [None, Some(1 << 20)] {
+        let bands = RenderSettings { workgroup_size: Some(8), passage, ..base.clone() };
+        assert_same_bits(&render(&context, &scene, &bands), &expected, &format!("in bands, {passage:?}"));
+    }
+}
+
 /// Where the host does not see the film, two of them change places by way of the host.
 #[test]
 fn twin_films_through_a_passage() {

@@ -124,10 +124,10 @@ const uint COUNT_BAD = 1u;         // samples that were NaN or infinite
 const uint COUNT_RAYS = 2u;        // closest-hit rays
 const uint COUNT_SHADOW = 3u;      // shadow rays
 const uint COUNT_STEPS = 4u;       // steps through the tree (with PATH_STATS)
-const uint COUNT_TRUNCATED = 5u;   // loops that nothing in the shader ended, workgroups of several subgroups
+const uint COUNT_TRUNCATED = 5u;   // loops that nothing in the shader ended, workgroups cut into other subgroups than were asked for
 const uint COUNT_REUSED = 6u;      // samples made with paths that serve several pixels
 const uint COUNTERS = 7u;
-const uint COUNT_DRAWN = 7u;       // pieces of work that have been drawn, see work.glsl
+const uint COUNT_DRAWN = 7u;       // pieces of work, or parts of them, that have been drawn, see work.glsl
 
 layout(push_constant, std430) uniform Push {
     vec3 camera_right;      // half the image plane's width at distance 1

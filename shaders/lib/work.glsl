@@ -1,4 +1,5 @@
-// How the work of a dispatch is handed out: in pieces, each to a workgroup, or to workgroups that draw one after another.
+// How the work of a dispatch is handed out: in pieces, each to a workgroup, or to workgroups that draw one after another, or in parts
+// of pieces to subgroups that draw one each.
 
 #ifndef WORK_GLSL
 #define WORK_GLSL
@@ -9,15 +10,15 @@
 // divisor in common with their number spreads each share over the whole image, so that none gets all of the costly pixels.
 uint place_of_piece(uint piece) { return piece * piece_stride % pieces; }
 
-// The number of the piece for a subgroup: its workgroup's, or where they are drawn, one that nobody has drawn, or one beyond the last.
+// The number of what a subgroup is to do: its workgroup's, or where work is drawn, one that nobody has drawn, or one beyond the last.
 //
 // If each thread has its share, a dispatch takes as long as the last of them: its share costs more, or something else has its core. Where
-// pieces are drawn, all end together.
-uint next_piece() {
+// work is drawn, all end together.
+uint next_number() {
     if (!DRAWS_WORK) return gl_WorkGroupID.x;
-    uint piece = 0u;
-    if (subgroupElect()) piece = atomicAdd(counters[COUNT_DRAWN], 1u);
-    return subgroupBroadcastFirst(piece);
+    uint number = 0u;
+    if (subgroupElect()) number = atomicAdd(counters[COUNT_DRAWN], 1u);
+    return subgroupBroadcastFirst(number);
 }
 
 // The invocation's number among those that a dispatch is for, each of which is at work once; false for those that are too many. Where
@@ -29,7 +30,7 @@ bool number_of_invocation(out uint number) {
         return true;
     }
     uint parts = gl_WorkGroupSize.x / SUBGROUP_LANES;
-    uint part = next_piece();
+    uint part = next_number();
     number = (place_of_piece(part / parts) * parts + part % parts) * SUBGROUP_LANES + gl_SubgroupInvocationID;
     return part < pieces * parts;
 }

@@ -222,8 +222,15 @@ mod tests {
     }
 
     #[test]
+    fn pixels_are_in_few_tiles() {
+        assert!(tiles_of_pixels(&[], 50).is_empty());
+        // The first and the last pixel of an image of 50×70, and two beside the first.
+        assert_eq!(tiles_of_pixels(&[3499, 0, 50, 1], 50), [0, tile_of_pixel(49, 69, 50) as usize]);
+    }
+
+    #[test]
     fn slots_cover_every_pixel_once() {
-        for (w, h) in [(1, 1), (8, 8), (13, 21), (64, 3), (50, 70)] {
+        for (w, h) in [(1, 1), (8, 8), (13, 21), (64, 3), (50, 70), (100, 140)] {
             let mut seen = vec![0; (w * h) as usize];
             for slot in 0..slot_count(w, h) as u32 {
                 if let Some(p) = pixel_of_slot(slot, w, h) {
@@ -233,14 +240,16 @@ mod tests {
             assert!(seen.iter().all(|&n| n == 1), "{w}×{h}");
             let numbers: Vec<_> = (0..slot_count(w, h) as u32).collect();
             let mut slots_of_pixels = vec![u32::MAX; (w * h) as usize];
-            // In parts, as of bands.
-            for part in numbers.chunks(192) {
-                to_pixels(part[0], part, &mut slots_of_pixels, w, |pixel, slot| *pixel = *slot);
+            // In parts, as of bands: few slots, and more that begin and end in the midst of rows.
+            for slots in [192, FEW_SLOTS + 64] {
+                slots_of_pixels.fill(u32::MAX);
+                for part in numbers.chunks(slots) {
+                    to_pixels(part[0], part, &mut slots_of_pixels, w, |pixel, slot| *pixel = *slot);
+                }
+                let are_right =
+                    slots_of_pixels.iter().enumerate().all(|(p, slot)| pixel_of_slot(*slot, w, h) == Some(p));
+                assert!(are_right, "{w}×{h} in parts of {slots}");
             }
-            assert!(
-                slots_of_pixels.iter().enumerate().all(|(p, slot)| pixel_of_slot(*slot, w, h) == Some(p)),
-                "{w}×{h}"
-            );
             let slots = slot_count(w, h) as u32;
             assert_eq!(pixels_in(0, slots, w, h), u64::from(w * h));
             let inside = |slot: &u32| pixel_of_slot(*slot, w, h).is_some();

@@ -105,7 +105,7 @@ pub(crate) struct Counters {
     pub steps: u32,
     pub truncated: u32,
     pub reused: u32,
-    /// Pieces of work that have been drawn, and as many more as workgroups that drew in vain.
+    /// Pieces of work, or parts of them, that have been drawn, and as many more as workgroups or subgroups that drew in vain.
     pub drawn: u32,
 }
 

@@ -39,12 +39,11 @@ use super::settings::{Adaptive, Gradients, RenderSettings, Reuse};
 use super::shares::Shares;
 use super::sobol;
 use super::statistics::{Progress, RenderStatistics};
-use super::view::{Rectangle, View};
+use super::view::View;
 use beams::BeamTracer;
 use beginnings::Beginnings;
 use buffers::Buffers;
 use gradients::{Certainties, Groups};
-use handout::Handout;
 use launch::Launch;
 use parts::Parts;
 use passes::Watch;
@@ -63,13 +62,8 @@ pub struct Renderer {
     push: Push,
     width: u32,
     height: u32,
-    loop_budget: u32,
-    /// Slots of the film that a piece of work is, and who gets it.
-    slots_per_piece: u32,
-    handout: Handout,
+    launch: Launch,
     pace: Pace,
-    /// The pixels that may show the edges of lamps, where samples are to have glances.
-    lamp_places: Vec<Rectangle>,
     reuse: ReuseTrial,
     /// What is asked for, where the kernel can, and for how many samples at least.
     reuses: Reuse,
@@ -86,12 +80,8 @@ pub struct Renderer {
     places: Places,
     /// How certain differences between pixels are, by their class.
     certainties: Certainties,
-    /// Whether samples may be several paths.
-    repeats: bool,
-    /// The states in which the samples of each pixel begin, row by row; none if all do as one path.
+    /// How the samples of each pixel begin.
     beginnings: Beginnings,
-    /// Levels of the sampler's table.
-    sobol_levels: u32,
     /// By how much variance must fall in the trial.
     reuse_is_worth: f64,
     stage: &'static str,
@@ -136,23 +126,18 @@ impl Renderer {
             push,
             width,
             height,
-            loop_budget: launch.loop_budget,
-            slots_per_piece: launch.slots_per_piece,
-            handout: launch.handout,
             pace: launch.pace(settings),
             gradients: *reuse && settings.gradients == Gradients::Auto && buffers.has_whole_rows(slots_of_row(width)),
             groups: Groups::default(),
             shares: Shares::default(),
             places: Places::default(),
             certainties: Certainties::default(),
-            repeats: launch.repeats,
             beginnings: Beginnings::default(),
             reuse: ReuseTrial::Never,
-            sobol_levels: launch.sobol_levels,
             reuses: if *reuse { settings.reuse } else { Reuse::Off },
             fewest_reused: trial::fewest_samples(needed, settings.reuse, facts),
             reuse_is_worth: trial::worth(needed, facts),
-            lamp_places: launch.lamp_places,
+            launch,
             stage,
             timeline,
             pipeline,

@@ -180,7 +180,7 @@ impl Renderer {
             if self.is_unfinished(&span)? {
                 self.trace_beams(&span, 1)?;
                 if self.is_unfinished(&span)? {
-                    return Err(RenderError::Stuck { budget: self.loop_budget });
+                    return Err(RenderError::Stuck { budget: self.launch.loop_budget });
                 }
             }
             light.add(self.notes_of_beams(&span)?);

@@ -31,23 +31,25 @@ impl Renderer {
     /// Before a rendering, the film being empty: finds how samples should begin. It depends on no random number of the image.
     pub(super) fn find_beginnings(&mut self) -> Result<(), RenderError> {
         self.beginnings = Beginnings::default();
-        let near_lamps = self.look_for_lamps()?;
-        let paths = self.look_for_glass()?;
-        self.statistics.glancing_pixels = near_lamps.len() as u64;
-        if near_lamps.is_empty() && paths.is_empty() {
+        let (near_lamps, paths) = (self.look_for_lamps()?, self.look_for_glass()?);
+        if near_lamps.is_none() && paths.is_none() {
             return Ok(());
         }
-        let mut states: Vec<_> = match paths.as_slice() {
-            [] => vec![0; self.width as usize * self.height as usize],
-            paths => paths.par_iter().map(|n| repeats::sample(*n)).collect(),
+        let near_lamps = near_lamps.unwrap_or_default();
+        self.statistics.glancing_pixels = near_lamps.len() as u64;
+        let tiles = match &paths {
+            None => tiles_of_pixels(&near_lamps, self.width),
+            Some(_) => (0..slot_count(self.width, self.height) as usize / TILE).collect(),
+        };
+        let mut states: Vec<_> = match &paths {
+            None => vec![0; self.width as usize * self.height as usize],
+            Some(paths) => paths.par_iter().map(|n| repeats::sample(*n)).collect(),
         };
         near_lamps.iter().for_each(|pixel| states[*pixel] = glances::SAMPLE);
-        let repeats = |state: &&u32| **state & glance::REPEATED != 0;
-        self.statistics.repeating_pixels = states.par_iter().filter(repeats).count() as u64;
-        let tiles = match paths.as_slice() {
-            [] => tiles_of_pixels(&near_lamps, self.width),
-            _ => (0..slot_count(self.width, self.height) as usize / TILE).collect(),
-        };
+        if paths.is_some() {
+            let repeats = |state: &&u32| **state & glance::REPEATED != 0;
+            self.statistics.repeating_pixels = states.par_iter().filter(repeats).count() as u64;
+        }
         self.beginnings = Beginnings { states, tiles };
         self.empty_film()
     }

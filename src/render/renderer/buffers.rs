@@ -54,7 +54,7 @@ pub(super) struct Band {
     pub gradients: Buffer,
 }
 
-/// Where bands are not mapped: what slots of them go through on their way, a part of a band at a time. (Memory that the host
+/// What slots of bands go through on their way, a part of a band at a time, where these are not mapped or it is asked for. (Memory that the host
 /// sees is handed out slowly: .25 ms for a MiB, where a H100 copies as much in .05.)
 pub(super) struct Passage {
     pub to_device: Buffer,
@@ -63,14 +63,19 @@ pub(super) struct Passage {
     pub most_slots: u32,
 }
 
+/// Times as many slots as fit that a row of blocks may have for the buffers to have room for it.
+const LONG_ROW: u64 = 4;
+
 impl Passage {
-    /// Bytes of either buffer, for large films, unless others are asked for.
+    /// Bytes of either buffer, for films that are large and not wide, unless others are asked for.
     const BYTES: u32 = 16 << 20;
 
     /// For a film in bands of up to so many slots, by buffers of about so many bytes.
     fn new(device: &Arc<Device>, film: &Shape, band_slots: u64, bytes: u32) -> Result<Self, RenderError> {
         let fit = (u64::from(bytes) / 2 / size_of::<FilmSlot>() as u64).min(band_slots);
-        let unit = if fit < film.row_slots { u64::from(BLOCK) } else { film.row_slots };
+        // Whole rows of blocks are handed out to pixels faster: rather larger buffers than parts of a row.
+        let fits = film.row_slots <= LONG_ROW * fit && film.row_slots <= band_slots;
+        let unit = if fits { film.row_slots } else { u64::from(BLOCK) };
         let most_slots = (fit / unit * unit).max(unit);
         let halves = if most_slots < film.slots { 2 } else { 1 };
         let bytes = halves * most_slots * size_of::<FilmSlot>() as u64;

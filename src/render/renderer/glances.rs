@@ -4,9 +4,9 @@ use rayon::prelude::*;
 
 use super::super::error::RenderError;
 use super::super::features::Features;
-use super::super::film::{SIDE, pixel_of_slot, tile_of_pixel, tiles_around};
+use super::super::film::{SIDE, pixel_of_slot, slot_count, tile_of_pixel, tiles_around};
 use super::super::layout::{FilmSlot, glance};
-use super::super::plan::Work;
+use super::super::plan::{Span, Work};
 use super::super::settings::{Glances, RenderSettings};
 use super::super::tables::Tables;
 use super::super::tiles::TILE;
@@ -29,8 +29,8 @@ const SEED: u32 = 0x9216_d5d9;
 /// with 16.
 const CONTRAST: f64 = 2.2;
 /// The rest is estimated from one sample of each pixel of every so many tiles, or of fewer if these are more than enough.
-const REST_STEP: u32 = 15;
-const REST_TILES: u32 = 128;
+const REST_STEP: usize = 15;
+const REST_TILES: usize = 128;
 
 /// Tiles from one where lamps may be seen to the next that are looked at with them rather than left out: a dispatch each takes
 /// longer.
@@ -75,6 +75,11 @@ fn tiles_of(pixels: &[Rectangle], [width, height]: [u32; 2]) -> Vec<usize> {
     tiles.windows(2).flat_map(up_to_next).chain(tiles.last().copied()).collect()
 }
 
+/// Of so many tiles of an image every how many-th tells of the rest: an odd number, so that they are in all columns of a block.
+fn rest_step(tiles: usize) -> usize {
+    (tiles / REST_TILES).max(REST_STEP) | 1
+}
+
 /// Whether to look at so many tiles of an image before so many samples of each pixel.
 fn pays(tiles: usize, size: [u32; 2], samples: u32) -> bool {
     let all: usize = size.iter().map(|size| size.div_ceil(SIDE) as usize).product();
@@ -82,19 +87,19 @@ fn pays(tiles: usize, size: [u32; 2], samples: u32) -> bool {
 }
 
 impl Renderer {
-    /// The pixels, in increasing order, whose samples need glances. The film is empty before and afterwards.
-    pub(super) fn look_for_lamps(&mut self) -> Result<Vec<usize>, RenderError> {
-        let tiles = tiles_of(&self.lamp_places, [self.width, self.height]);
+    /// The pixels, in increasing order, whose samples need glances; `None` if that was not looked for. Takes an empty film, and leaves
+    /// it with samples if it was.
+    pub(super) fn look_for_lamps(&mut self) -> Result<Option<Vec<usize>>, RenderError> {
+        let tiles = tiles_of(&self.launch.lamp_places, [self.width, self.height]);
         if tiles.is_empty() || !pays(tiles.len(), [self.width, self.height], self.settings.samples) {
-            return Ok(Vec::new());
+            return Ok(None);
         }
         let found = self.beforehand(|renderer| {
             renderer.push.seed ^= SEED;
             renderer.reuse = ReuseTrial::Never;
             renderer.edges_of_lamps(&tiles)
         })?;
-        self.clear_film()?;
-        Ok(found)
+        Ok(Some(found))
     }
 
     /// Pixels near the edges of bright lamps, which these tiles may show.
@@ -118,15 +123,19 @@ impl Renderer {
     fn mean_of_rest(&mut self, seen: &[f64]) -> Result<f64, RenderError> {
         self.clear_film()?;
         let (width, height) = (self.width, self.height);
-        let mut sampled = Vec::new();
+        let tiles = slot_count(width, height) as usize / TILE;
+        let step = rest_step(tiles);
         for span in self.whole_film() {
-            let tile_step = (span.slots() / TILE as u32 / REST_TILES).max(REST_STEP) | 1;
-            let work = Work { spans: vec![span], tile_step, target_samples: 1, new_samples: 1 };
-            let (ticket, readback) = self.submit(&work)?;
-            self.finish(&ticket, readback)?;
-            sampled.extend((span.first_slot..span.end_slot).step_by(tile_step as usize * TILE));
+            // The same tiles in however many bands.
+            let first_slot = (span.first_slot as usize / TILE).next_multiple_of(step) * TILE;
+            let span = Span { first_slot: first_slot as u32, ..span };
+            if span.first_slot < span.end_slot {
+                let work = Work { spans: vec![span], tile_step: step as u32, target_samples: 1, new_samples: 1 };
+                let (ticket, readback) = self.submit(&work)?;
+                self.finish(&ticket, readback)?;
+            }
         }
-        let spans = self.spans_of(sampled.into_iter().map(|slot| slot as usize / TILE));
+        let spans = self.spans_of((0..tiles).step_by(step));
         let (mut sum, mut count) = (0.0, 0);
         self.read_slots(&spans, |first, slots| {
             for (slot, number) in slots.iter().zip(first..) {
@@ -198,6 +207,11 @@ mod tests {
         assert_eq!(around(&[0]).len(), 16 * 16);
         assert_eq!(around(&[5]).len(), 20 * 17);
         assert!(around(&[]).is_empty());
+    }
+
+    #[test]
+    fn few_tiles_tell_of_the_rest() {
+        assert_eq!([1, 1024, 16_384, 1 << 20].map(rest_step), [15, 15, 129, 8193]);
     }
 
     #[test]

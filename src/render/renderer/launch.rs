@@ -84,17 +84,18 @@ impl Launch {
             Schedule::Inline | Schedule::Queue => u32::MAX,
         };
         let most_invocations = limits.max_compute_work_group_invocations.min(room);
-        let slots = slot_count(scene.film.width, scene.film.height);
+        let size = [scene.film.width, scene.film.height];
+        let slots = slot_count(size[0], size[1]);
+        let bounds = split::Bounds {
+            uneven: needed.tree && !needed.dielectric,
+            invocations: most_invocations / subgroup,
+            noted: device.info.max_texel_elements.min(device.info.max_storage_range / 16),
+        };
+        // Who wants workgroups of some size gets them.
+        let invocations = settings.split.or(settings.workgroup_size.map(|_| 1));
         let split = match schedule {
             Schedule::Inline | Schedule::Turns if !reuse => {
-                // Who wants workgroups of some size gets them.
-                let wanted = settings.split.or(settings.workgroup_size.map(|_| 1));
-                let bounds = split::Bounds {
-                    uneven: features.tree && !features.dielectric,
-                    invocations: most_invocations / subgroup,
-                    noted: device.info.max_texel_elements.min(device.info.max_storage_range / 16),
-                };
-                Split::of(wanted, facts.invocations, slots, settings.samples, &bounds)
+                Split::of(invocations, facts.invocations, slots, settings.samples, &bounds)
             }
             _ => Split::NONE,
         };
@@ -113,43 +114,39 @@ impl Launch {
                 "a workgroup of {workgroup} invocations is not possible, expected 1 to {most_invocations}"
             )));
         }
-        let size = [scene.film.width, scene.film.height];
-        let mut launch = Self {
+        let cpu_threads = (device.info.kind == DeviceKind::Cpu).then(threads);
+        let most_workgroups = limits.max_compute_work_group_count[0];
+        let loop_budget = settings.loop_budget.unwrap_or(facts.loop_budget);
+        // Where a branch that no lane takes is executed, to draw takes longer than what threads wait for each other (22.3.6: 1.05 to
+        // 1.1 times the time; 25.0.7 .88 to 1.0), and so it does for paths of one hit.
+        let may_draw = schedule == Schedule::Inline
+            && split == Split::NONE
+            && workgroup.is_multiple_of(subgroup)
+            && facts.skips_branches
+            && needed.has_long_paths();
+        let handout = match cpu_threads {
+            Some(threads) if schedule == Schedule::Queue => Handout::of_queue(loop_budget, threads, &facts),
+            Some(2..) if may_draw => Handout::DrawnOnce { most: most_workgroups },
+            _ => Handout::ToWorkgroups,
+        };
+        Ok(Self {
             facts,
             schedule,
             reuse,
             split,
             workgroup,
             subgroup,
-            loop_budget: settings.loop_budget.unwrap_or(facts.loop_budget),
-            handout: Handout::ToWorkgroups,
+            loop_budget,
+            handout,
             slots_per_piece: if schedule == Schedule::Queue { queue::TILE } else { workgroup / split.invocations },
             sobol_levels: shares::levels_of_table(features, settings, reuse),
             lamp_places: glances::places(&needed, tables, settings, size),
             beam_targets,
             repeats: repeats::may_repeat(&needed, beam_targets, settings),
-            most_workgroups: limits.max_compute_work_group_count[0],
-            cpu_threads: (device.info.kind == DeviceKind::Cpu).then(threads),
+            most_workgroups,
+            cpu_threads,
             needed,
-        };
-        launch.handout = launch.handout(features);
-        Ok(launch)
-    }
-
-    /// Who gets the pieces of work.
-    fn handout(&self, features: &Features) -> Handout {
-        // Where a branch that no lane takes is executed, to draw takes longer than what threads wait for each other (22.3.6: 1.05 to
-        // 1.1 times the time; 25.0.7 .88 to 1.0), and so it does for paths of one hit.
-        let may_draw = self.schedule == Schedule::Inline
-            && self.split == Split::NONE
-            && self.workgroup.is_multiple_of(self.subgroup)
-            && self.facts.skips_branches
-            && features.has_long_paths();
-        match self.cpu_threads {
-            Some(threads) if self.is_queued() => Handout::of_queue(self.loop_budget, threads, &self.facts),
-            Some(2..) if may_draw => Handout::DrawnOnce { most: self.most_workgroups },
-            _ => Handout::ToWorkgroups,
-        }
+        })
     }
 
     /// Whether rays wait for each other.

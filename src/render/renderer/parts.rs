@@ -30,7 +30,7 @@ pub(super) struct Parts {
 }
 
 impl Parts {
-    /// Makes them. The driver works on the shader while buffers are made and filled.
+    /// Makes them: the driver works on the shader while buffers are made and filled, unless it must do one after the other.
     ///
     /// # Errors
     /// The device's limits or memory are exceeded; a shader of the user's cannot be read; a Vulkan call fails.
@@ -60,24 +60,27 @@ impl Parts {
             };
             let buffers = Builder::new().spawn_scoped(scope, touched).map_err(RenderError::Thread)?;
             let start = Instant::now();
-            let of_beams = |layout| BeamTracer::pipeline(device, layout, &specialization, beam_workgroup, settings);
-            let of_beams = match &beam_layout {
+            let of_beams = || match &beam_layout {
                 Some(layout) => {
-                    let pipeline = move || of_beams(layout).map(|pipeline| (layout, pipeline));
-                    Some(Builder::new().spawn_scoped(scope, pipeline).map_err(RenderError::Thread)?)
+                    BeamTracer::pipeline(device, layout, &specialization, beam_workgroup, settings).map(Some)
                 }
-                None => None,
+                None => Ok(None),
             };
-            let pipeline = Pipeline::new(device, built_in.name, &spirv, &specialization, &layout);
-            let beams = of_beams.map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic)));
+            let of_paths = || Pipeline::new(device, built_in.name, &spirv, &specialization, &layout);
+            let (pipeline, beams) = if one_by_one || beam_layout.is_none() {
+                (of_paths(), of_beams())
+            } else {
+                let beams = Builder::new().spawn_scoped(scope, of_beams).map_err(RenderError::Thread)?;
+                (of_paths(), beams.join().unwrap_or_else(|panic| resume_unwind(panic)))
+            };
             let seconds = start.elapsed().as_secs_f64();
             let buffers = buffers.join().unwrap_or_else(|panic| resume_unwind(panic))?;
-            Ok::<_, RenderError>((pipeline?, beams.transpose()?, seconds, buffers))
+            Ok::<_, RenderError>((pipeline?, beams?, seconds, buffers))
         })?;
-        let beams = beam_pipeline.map(|(layout, pipeline)| {
+        let beams = beam_layout.zip(beam_pipeline).map(|(layout, pipeline)| {
             let film = &buffers.bands[0].film;
             let own = [(binding::FILM, film), (binding::FILM_ROWS, film), (binding::COUNTERS, &buffers.counters)];
-            BeamTracer::new(device, layout, pipeline, beam_workgroup, &buffers.tables.and(&own))
+            BeamTracer::new(device, &layout, pipeline, beam_workgroup, &buffers.tables.and(&own))
         });
         let beams = beams.transpose()?;
         Ok(Self { timeline, pipeline, beams, buffers, stage: built_in.name, pipeline_seconds })

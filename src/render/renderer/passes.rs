@@ -135,7 +135,7 @@ impl Renderer {
                 // Samples that ran out of loop budget are done again, as long as that gets any further.
                 let in_vain = done_before_repeat.replace(done) == Some(done);
                 if in_vain && plan.is_finest() {
-                    return Err(RenderError::Stuck { budget: self.loop_budget });
+                    return Err(RenderError::Stuck { budget: self.launch.loop_budget });
                 }
                 plan.repeat(&self.pace, in_vain);
             }
@@ -201,7 +201,7 @@ impl Renderer {
     pub(super) fn submit(&mut self, work: &Work) -> Result<(Ticket, usize), RenderError> {
         let number = (self.statistics.dispatches % IN_FLIGHT as u64) as usize;
         self.statistics.dispatches += 1;
-        let (bands, slots_per_piece, stage) = (&self.buffers.bands, self.slots_per_piece, self.stage);
+        let (bands, slots_per_piece, stage) = (&self.buffers.bands, self.launch.slots_per_piece, self.stage);
         let (pipeline, counters, readback) = (&self.pipeline, &self.buffers.counters, &self.buffers.readbacks[number]);
         let shifted = if self.groups.shifted { mode::SHIFTED } else { 0 };
         let modes = if self.makes_gradients() { shifted | mode::ALIKE } else { shifted };
@@ -209,7 +209,7 @@ impl Renderer {
             target_samples: work.target_samples,
             // As many as for the largest share, if that is possible at once; if not, the pass is repeated. Where loops have a
             // budget it is: what runs out of it is done for nothing.
-            max_new_samples: if self.shares.is_even() || self.loop_budget > 0 {
+            max_new_samples: if self.shares.is_even() || self.launch.loop_budget > 0 {
                 work.new_samples
             } else {
                 work.new_samples.saturating_mul(Share::MOST).min(self.pace.most_samples())
@@ -226,7 +226,7 @@ impl Renderer {
                     if i > 0 {
                         // Spans share counters and queue regions.
                         r.barrier(Access::Compute, Access::Compute);
-                        if self.handout.is_drawn() {
+                        if self.launch.handout.is_drawn() {
                             r.barrier(Access::Compute, Access::Transfer);
                             r.clear_word(counters, offset_of!(Counters, drawn) as u64);
                             r.barrier(Access::Transfer, Access::Compute);
@@ -235,7 +235,8 @@ impl Renderer {
                     let band = &bands[span.band];
                     let tiles = (span.slots() / TILE as u32).div_ceil(work.tile_step);
                     let first_tile = span.first_slot / TILE as u32;
-                    let tile_bits = self.handout.tile_bits(first_tile, tiles, work.tile_step, common.max_new_samples);
+                    let tile_bits =
+                        self.launch.handout.tile_bits(first_tile, tiles, work.tile_step, common.max_new_samples);
                     let pieces = (tiles * TILE as u32).div_ceil(slots_per_piece << tile_bits);
                     let push = Push {
                         first_slot: span.first_slot,
@@ -247,7 +248,12 @@ impl Renderer {
                         tile_bits,
                         ..common
                     };
-                    r.dispatch(pipeline, &band.set, bytemuck::bytes_of(&push), [self.handout.workgroups(pieces), 1, 1]);
+                    r.dispatch(
+                        pipeline,
+                        &band.set,
+                        bytemuck::bytes_of(&push),
+                        [self.launch.handout.workgroups(pieces), 1, 1],
+                    );
                 }
             });
             // Counters: read what this dispatch counted, then start the next one from zero. The film needs the

@@ -31,12 +31,13 @@ pub(super) fn sample(paths: u32) -> u32 {
 }
 
 impl Renderer {
-    /// Of how many paths the samples of each pixel are, row by row; none if there is nothing to be looked for. Overwrites the
-    /// film.
-    pub(super) fn look_for_glass(&mut self) -> Result<Vec<u32>, RenderError> {
-        if !self.repeats || self.settings.samples < FEWEST_SAMPLES {
-            return Ok(Vec::new());
+    /// Of how many paths the samples of each pixel are, row by row; `None` if that was not looked for. Leaves samples in the film if it
+    /// was.
+    pub(super) fn look_for_glass(&mut self) -> Result<Option<Vec<u32>>, RenderError> {
+        if !self.launch.repeats || self.settings.samples < FEWEST_SAMPLES {
+            return Ok(None);
         }
+        self.clear_film()?;
         let whole = self.whole_film();
         self.beforehand(|renderer| {
             renderer.push.modes |= mode::SURVEY;
@@ -52,6 +53,6 @@ impl Renderer {
                 _ => THROUGH_GLASS,
             };
         })?;
-        Ok(paths)
+        Ok(Some(paths))
     }
 }

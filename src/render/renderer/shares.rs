@@ -37,7 +37,7 @@ impl Renderer {
     pub(super) fn may_share(&self) -> bool {
         wants_shares(&self.settings)
             // Of more samples than the renderer was made for, some pixels might need a larger table.
-            && levels(most_of_pixel(&self.settings)) <= self.sobol_levels
+            && levels(most_of_pixel(&self.settings)) <= self.launch.sobol_levels
             && self.buffers.has_whole_rows(slots_of_row(self.width))
     }
 

@@ -9,10 +9,15 @@ use super::super::error::RenderError;
 use super::super::film::{Film, to_pixels};
 use super::super::layout::{FilmSlot, GradientSlot};
 use super::super::plan::Span;
-use super::Renderer;
 use super::buffers::{Band, Passage};
 use super::passes::{mapped, unmapped};
+use super::{IN_FLIGHT, Renderer};
 use crate::gpu::{Access, Buffer};
+
+/// Parts of a passage: one is copied while the other is filled or read.
+const HALVES: usize = 2;
+// Each is in a submission of its own.
+const _: () = assert!(HALVES <= IN_FLIGHT);
 
 impl Renderer {
     /// Fills spans of the film with what `slot` gives for each slot. The device must be idle.
@@ -55,20 +60,21 @@ impl Renderer {
             return Ok(());
         };
         // While one half is copied the other is filled.
-        let mut tickets = [const { None }; 2];
+        let mut tickets = [const { None }; HALVES];
         for (nth, load) in loads(spans, *most_slots).iter().enumerate() {
-            if let Some(ticket) = tickets[nth % 2].take() {
+            if let Some(ticket) = tickets[nth % HALVES].take() {
                 self.timeline.wait(&ticket)?;
             }
-            let mut begin = half::<T>(*most_slots, nth);
-            let half = to_device.mapped_mut().ok_or_else(unmapped)?;
-            let mut rest: &mut [T] = bytemuck::cast_slice_mut(&mut half[begin as usize..]);
+            let mut begin = half_begins::<T>(*most_slots, nth);
+            let all = to_device.mapped_mut().ok_or_else(unmapped)?;
+            let bytes_of_load = bytes(load.iter().map(Span::slots).sum()) as usize;
+            let mut rest: &mut [T] = bytemuck::cast_slice_mut(&mut all[begin as usize..][..bytes_of_load]);
             for span in load {
                 let (slots, after) = take(&mut rest).split_at_mut(span.slots() as usize);
                 fill(span, slots);
                 rest = after;
             }
-            tickets[nth % 2] = Some(self.timeline.submit(|r| {
+            tickets[nth % HALVES] = Some(self.timeline.submit(|r| {
                 for span in load {
                     let (band, size) = (&mut bands[span.band], bytes(span.slots()));
                     let first = bytes(span.first_slot - band.first);
@@ -148,7 +154,7 @@ impl Renderer {
             let copy = |load: &Vec<Span>| {
                 self.timeline.submit(|r| {
                     r.barrier(Access::Compute, Access::Transfer);
-                    let mut end = half::<T>(*most_slots, nth);
+                    let mut end = half_begins::<T>(*most_slots, nth);
                     for span in load {
                         let ((source, begin), size) = (source(span), bytes(span.slots()));
                         r.copy(source, begin, from_device, end, size);
@@ -160,8 +166,9 @@ impl Renderer {
             let ticket = loads.get(nth).map(copy).transpose()?;
             if let Some(copied) = replace(&mut before, ticket) {
                 self.timeline.wait(&copied)?;
-                let half = half::<T>(*most_slots, nth - 1) as usize;
-                let mut rest: &[T] = bytemuck::cast_slice(&mapped(from_device)?[half..]);
+                let begin = half_begins::<T>(*most_slots, nth - 1) as usize;
+                let bytes_of_load = bytes(loads[nth - 1].iter().map(Span::slots).sum()) as usize;
+                let mut rest: &[T] = bytemuck::cast_slice(&mapped(from_device)?[begin..][..bytes_of_load]);
                 for span in &loads[nth - 1] {
                     let (slots, after) = rest.split_at(span.slots() as usize);
                     visit(span.first_slot, slots);
@@ -173,9 +180,9 @@ impl Renderer {
     }
 }
 
-/// Where in a passage, whose halves hold so many slots each, the n-th load goes: in bytes.
-fn half<T>(slots: u32, nth: usize) -> u64 {
-    (nth as u64 % 2) * u64::from(slots) * size_of::<T>() as u64
+/// Where the half of a passage begins, in bytes, that the n-th load goes through, if each holds so many slots.
+fn half_begins<T>(slots: u32, nth: usize) -> u64 {
+    (nth % HALVES) as u64 * u64::from(slots) * size_of::<T>() as u64
 }
 
 /// Spans in their order, those of more than `most` slots in parts, put together to loads of up to so many slots.

@@ -32,10 +32,11 @@ pub(super) struct Bounds {
 }
 
 impl Split {
-    /// One of each.
+    /// One for each pixel.
     pub const NONE: Self = Self { invocations: 1, most_samples: u32::MAX };
 
-    /// As many as are `wanted`, or as make `busy` of an image of so many slots, each of which gets so many samples; within bounds.
+    /// As many as are `wanted`, or as make `busy` of an image of so many slots, each of which gets so many samples, and at least [`FEW`]
+    /// where pixels are uneven; within bounds.
     pub fn of(wanted: Option<u32>, busy: u64, slots: u64, samples: u32, bounds: &Bounds) -> Self {
         let least = if bounds.uneven && slots <= busy { FEW } else { 0 };
         let fit = (busy / slots.max(1)).max(least).min(u64::from(samples)).min(MOST) as u32;

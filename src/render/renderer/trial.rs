@@ -316,7 +316,7 @@ impl Renderer {
                 let (ticket, readback) = self.submit(&work)?;
                 self.finish(&ticket, readback)?;
                 if self.statistics.samples == so_far && work.new_samples == 1 {
-                    return Err(RenderError::Stuck { budget: self.loop_budget });
+                    return Err(RenderError::Stuck { budget: self.launch.loop_budget });
                 }
                 work.new_samples = 1;
                 tried.repeated |= self.statistics.samples < end;
