@@ -283,7 +283,7 @@ impl Noted<'_> {
         let pair = |p: usize, side: Side, difference: [f32; 3]| {
             let samples = self.shared(p, side);
             let q = self.neighbour(p, side).filter(|_| samples > 0)?;
-            let certainty = self.certainties[self.places.class(p, side)?];
+            let certainty = self.certainties[self.places.class_of_pair(p, q, side)?];
             let lacking = Vec3::from(difference) - samples as f32 * (mean(p) - mean(q));
             let pair = (certainty * samples as f32, (certainty * lacking).extend(0.0));
             Some(pair).filter(|(_, lacking)| lacking.is_finite())
@@ -359,8 +359,8 @@ mod tests {
             let too_much = if p % 8 < 4 && p / 8 < 2 { 1.0 } else { 0.0 };
             slot.light = [samples as f32 * 2.0 + too_much; 3];
         }
-        let all = (0..64).map(|p| Vec3::new((p % 8) as f32, (p / 8) as f32, 1.0)).collect();
-        let places = Places { width, all };
+        let all: Vec<_> = (0..64).map(|p| Vec3::new((p % 8) as f32, (p / 8) as f32, 1.0)).collect();
+        let places = Places::new(width, all.clone());
         let phases = vec![Phases::of(samples, false).samples(samples); 64];
         let corrections = |places: &Places, band_rows: usize| {
             let (noted, certainties, phases) = (&noted[..], [30.0; CLASSES], phases.clone());
@@ -372,9 +372,8 @@ mod tests {
         assert!(total.abs() < 0.02, "{total}");
         assert!(found[0].x < -0.1 && found[63].x > 0.0, "{} and {}", found[0].x, found[63].x);
         // Nothing is spread to where there is no surface.
-        let mut apart = places.clone();
-        apart.all.iter_mut().filter(|place| place.x >= 4.0).for_each(|place| *place = Vec3::ZERO);
-        let found = corrections(&apart, 64);
+        let apart = all.into_iter().map(|place| if place.x >= 4.0 { Vec3::ZERO } else { place }).collect();
+        let found = corrections(&Places::new(width, apart), 64);
         assert!(found.iter().enumerate().all(|(p, c)| p % 8 < 4 || *c == Vec4::ZERO));
         // Nor from one band to the next, where shifted groups are others.
         let found = corrections(&places, 2);

@@ -3,6 +3,7 @@
 
 use bytemuck::zeroed_vec;
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 use super::super::error::RenderError;
 use super::super::layout::{FilmSlot, mode};
@@ -19,38 +20,67 @@ pub(super) enum Side {
     Down,
 }
 
+impl Side {
+    /// Pixels from one to its neighbour, in rows of such a width.
+    fn step(self, width: usize) -> usize {
+        match self {
+            Self::Right => 1,
+            Self::Down => width,
+        }
+    }
+}
+
 /// The places of diffuse surfaces that pixels show, in render space, row by row; 0 where there is none.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Places {
     pub width: usize,
-    pub all: Vec<Vec3>,
+    all: Vec<Vec3>,
+    /// How much the ways from a pixel's place to those of its neighbours differ, along a row and along a column: see [`bend`]. NaN where
+    /// one of the three is not there.
+    bends: Vec<[f32; 2]>,
 }
 
 impl Places {
+    /// Of pixels in rows of such a width.
+    pub fn new(width: usize, all: Vec<Vec3>) -> Self {
+        let bend_at = |p: usize, side: Side| {
+            let step = side.step(width);
+            let after = neighbour(p, side, width, all.len())?;
+            let before = p.checked_sub(step).filter(|q| neighbour(*q, side, width, all.len()) == Some(p))?;
+            let [before, here, after] = [before, p, after].map(|p| all[p]);
+            let there = [before, here, after].iter().all(|place| *place != Vec3::ZERO);
+            there.then(|| bend(after - here, here - before))
+        };
+        let of_pixel = |p: usize| [Side::Right, Side::Down].map(|side| bend_at(p, side).unwrap_or(f32::NAN));
+        let bends = (0..all.len()).into_par_iter().map(of_pixel).collect();
+        Self { width, all, bends }
+    }
+
+    /// Whether none is known.
+    pub fn is_empty(&self) -> bool {
+        self.all.is_empty()
+    }
+
     /// A pixel's neighbour on a side.
     pub fn neighbour(&self, pixel: usize, side: Side) -> Option<usize> {
-        match side {
-            Side::Right => Some(pixel + 1).filter(|q| !q.is_multiple_of(self.width)),
-            Side::Down => Some(pixel + self.width).filter(|q| *q < self.all.len()),
-        }
+        neighbour(pixel, side, self.width, self.all.len())
     }
 
     /// How differently a pixel and its neighbour on a side see the light of other surfaces, by what may be told from places:
     /// the classes of pairs, from alike to different; `None` if one of them shows no diffuse surface.
     pub fn class(&self, pixel: usize, side: Side) -> Option<usize> {
-        let neighbour = self.neighbour(pixel, side)?;
-        let before = match side {
-            Side::Right => (!pixel.is_multiple_of(self.width)).then(|| pixel - 1),
-            Side::Down => pixel.checked_sub(self.width),
-        };
-        let after = self.neighbour(neighbour, side);
-        let place = |p: usize| Some(self.all[p]).filter(|place| *place != Vec3::ZERO);
-        let (here, there) = (place(pixel)?, place(neighbour)?);
+        self.class_of_pair(pixel, self.neighbour(pixel, side)?, side)
+    }
+
+    /// The same, the neighbour being known.
+    pub fn class_of_pair(&self, pixel: usize, neighbour: usize, side: Side) -> Option<usize> {
+        if self.all[pixel] == Vec3::ZERO || self.all[neighbour] == Vec3::ZERO {
+            return None;
+        }
         // On a plane, what pixels in a row show lies on a line.
-        let way = there - here;
-        let from = before.and_then(place).map(|p| bend(way, here - p));
-        let onward = after.and_then(place).map(|p| bend(way, p - there));
-        let bend = match [from, onward] {
+        let [here, there] =
+            [pixel, neighbour].map(|p| Some(self.bends[p][side as usize]).filter(|bend| !bend.is_nan()));
+        let bend = match [here, there] {
             [Some(one), Some(other)] => one + other,
             [Some(one), None] | [None, Some(one)] => 2.0 * one,
             [None, None] => f32::MAX,
@@ -58,6 +88,15 @@ impl Places {
         // A class is a factor of 8: three steps of the exponent of a number from 1 on.
         let exponent = ((bend.max(1e-6) * 1e6).max(1.0).to_bits() >> 23) - 127;
         Some((exponent as usize / 3).min(CLASSES - 1))
+    }
+}
+
+/// The neighbour of a pixel on a side, in an image of so many pixels in rows of such a width.
+fn neighbour(pixel: usize, side: Side, width: usize, pixels: usize) -> Option<usize> {
+    let next = pixel + side.step(width);
+    match side {
+        Side::Right => Some(next).filter(|q| !q.is_multiple_of(width)),
+        Side::Down => Some(next).filter(|q| *q < pixels),
     }
 }
 
@@ -83,7 +122,7 @@ impl Renderer {
         let mut all: Vec<Vec3> = zeroed_vec(self.width as usize * self.height as usize);
         let place = |slot: &FilmSlot| DVec3::from_array(std::array::from_fn(|axis| slot.total(axis))).as_vec3();
         self.read_pixels(&whole, &mut all, |at, slot| *at = place(slot))?;
-        self.places = Places { width: self.width as usize, all };
+        self.places = Places::new(self.width as usize, all);
         self.clear_film()
     }
 }
@@ -96,8 +135,8 @@ mod tests {
     fn classes_go_from_alike_to_different() {
         let class = |heights: [f32; 4]| {
             let place = |(x, y): (usize, &f32)| Vec3::new(x as f32 + 1.0, *y, -5.0);
-            let row = Places { width: 4, all: heights.iter().enumerate().map(place).collect() };
-            let column = Places { width: 1, ..row.clone() };
+            let all: Vec<_> = heights.iter().enumerate().map(place).collect();
+            let (row, column) = (Places::new(4, all.clone()), Places::new(1, all));
             assert_eq!(row.class(1, Side::Right), column.class(1, Side::Down));
             row.class(1, Side::Right)
         };
@@ -110,7 +149,7 @@ mod tests {
     #[test]
     fn pairs_need_two_places() {
         let all = vec![Vec3::X, Vec3::new(1.0, 0.0, 1.0), Vec3::ZERO, Vec3::Z];
-        let places = Places { width: 2, all };
+        let places = Places::new(2, all);
         // Nothing tells of a plane.
         assert_eq!(places.class(0, Side::Right), Some(CLASSES - 1));
         assert_eq!((places.class(0, Side::Down), places.class(2, Side::Right)), (None, None));

@@ -325,7 +325,7 @@ impl Renderer {
         for span in spans {
             let groups = self.groups_of_span(span, turns)?;
             tried.reuse.judge(&groups);
-            if !self.places.all.is_empty() {
+            if !self.places.is_empty() {
                 self.compare_neighbours(&groups, &mut tried.pairs);
             }
             let inside = |slot| pixel_of_slot(slot, self.width, self.height).is_some();
