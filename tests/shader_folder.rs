@@ -5,11 +5,10 @@ mod common;
 use std::fs;
 
 use common::{assert_same_bits, render, shipped, watched};
-use photolith::gpu::DeviceKind;
 use photolith::{Context, ContextOptions, RenderSettings, Validation};
 
-/// Under a validation layer that does not know of shader objects (before 1.3.246), and on devices that have none, the folder
-/// stays empty; elsewhere it holds one file for each kernel, which is made again if it is damaged.
+/// The folder holds one file for each kernel, which is made again if it is damaged: what the driver has made of it, or, under a
+/// validation layer that does not know of shader objects (before 1.3.246) and on devices that have none, what it is given.
 #[test]
 fn kept_shaders_render_the_same_image() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -24,7 +23,6 @@ fn kept_shaders_render_the_same_image() {
         shader_folder: Some(folder.path().to_owned()),
         ..ContextOptions::default()
     };
-    let mut kept = None;
     for run in ["first", "again", "of a damaged file", "after that"] {
         let context = Context::new(&options).expect("a device");
         assert_same_bits(&render(&context, &scene, &settings), &expected, run);
@@ -33,10 +31,8 @@ fn kept_shaders_render_the_same_image() {
         assert_same_bits(&render(&again, &scene, &settings), &expected, run);
         for context in [context, again] {
             assert!(context.messages().all().is_empty(), "{run}: {:#?}", context.messages().all());
-            assert!(context.info().kind == DeviceKind::Cpu || files().is_empty(), "{run}");
         }
-        assert!(files().len() <= 1, "{run}: {:?}", files());
-        assert_eq!(*kept.get_or_insert(files().len()), files().len(), "{run}");
+        assert_eq!(files().len(), 1, "{run}: {:?}", files());
         if run == "again" {
             for file in files() {
                 let whole = fs::read(&file).expect("a file");

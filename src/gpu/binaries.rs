@@ -1,4 +1,4 @@
-//! What a driver has made of shaders, kept on disk from one start of the program to the next.
+//! What a driver has made of shaders, or is given, kept on disk from one start of the program to the next.
 
 use std::fs::{self, File};
 use std::io::Write;

@@ -22,8 +22,8 @@ pub struct ContextOptions {
     pub device: Option<String>,
     /// Validation layers.
     pub validation: Validation,
-    /// A folder, made if it is not there, in which to keep shaders as the driver has compiled them, if it is one that
-    /// compiles them slowly each time that a program starts and can hand them over (lavapipe from Mesa 23.1 on).
+    /// A folder, made if it is not there, in which to keep shaders: as the driver has compiled them, if it is one that compiles them
+    /// slowly each time that a program starts and can hand them over (lavapipe from Mesa 23.1 on), else as the driver gets them.
     pub shader_folder: Option<PathBuf>,
 }
 
@@ -49,7 +49,7 @@ impl Context {
         Self::new(&ContextOptions {
             device: Some(self.info().index.to_string()),
             validation: self.validation(),
-            shader_folder: self.0.shader_objects.as_ref().map(|objects| objects.folder().to_owned()),
+            shader_folder: self.0.shader_folder.clone(),
         })
     }
 
@@ -112,7 +112,9 @@ pub(crate) struct Device {
     pub timestamp_period: f32,
     pub limits: vk::PhysicalDeviceLimits,
     names: Option<ext::debug_utils::Device>,
-    /// Shaders without pipelines, kept on disk.
+    /// Where shaders are kept on disk.
+    pub shader_folder: Option<PathBuf>,
+    /// Shaders without pipelines, kept there as the driver hands them over.
     pub shader_objects: Option<Arc<ShaderObjects>>,
     memory: Mutex<Memory>,
     pub instance: Instance,
@@ -187,6 +189,7 @@ impl Device {
             timestamp_period: if ticks { properties.limits.timestamp_period } else { 0.0 },
             limits: properties.limits,
             names,
+            shader_folder: options.shader_folder.clone(),
             shader_objects,
             memory: Mutex::new(Memory { allocator: ManuallyDrop::new(allocator), bytes: 0, peak: 0 }),
             instance,

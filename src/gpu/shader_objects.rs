@@ -74,11 +74,6 @@ impl ShaderObjects {
         Some(Store { folder: folder.to_owned(), identity })
     }
 
-    /// The folder where binaries are kept.
-    pub fn folder(&self) -> &Path {
-        &self.store.folder
-    }
-
     /// Makes a shader: of its binary if there is one that the driver still takes, else of the SPIR-V, and keeps its binary.
     pub fn make(
         &self,
