@@ -8,9 +8,8 @@ use super::binaries::BinaryStore;
 use super::bindings::BindingLayout;
 use super::device::Device;
 use super::error::{GpuError, check};
-use super::prune::{SOURCES, prune};
+use super::prune::{self, prune};
 use super::shader_objects::ShaderObjects;
-use crate::hash::fnv;
 
 /// Values of specialization constants, by id.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -148,13 +147,10 @@ fn pruned_once(device: &Device, name: &str, spirv: &[u8], specialization: &Speci
     let Some(folder) = &device.shader_folder else { return pruned(name, spirv, specialization) };
     let store = BinaryStore::new(folder);
     let mut identity = b"SPIR-V".to_vec();
-    identity.extend((spirv.len() as u64).to_le_bytes());
-    identity.extend(fnv(spirv).to_le_bytes());
-    SOURCES.iter().for_each(|source| identity.extend(fnv(source.as_bytes()).to_le_bytes()));
-    specialization
-        .entries
-        .iter()
-        .for_each(|(id, value)| identity.extend([id.to_le_bytes(), value.to_le_bytes()].concat()));
+    identity.extend(prune::identity(spirv));
+    for (id, value) in &specialization.entries {
+        identity.extend([id.to_le_bytes(), value.to_le_bytes()].concat());
+    }
     if let Some(kept) = store.load(&identity) {
         return words_of(&kept);
     }

@@ -15,10 +15,19 @@ use rspirv::dr::{Function, Instruction, Module, Operand, load_words};
 use rspirv::spirv::{Capability, Op, Word};
 
 use super::pipeline::Specialization;
+use crate::hash::fnv;
 
 /// This file and its modules: what they make of a shader may be kept.
-pub(super) const SOURCES: [&str; 3] =
+const SOURCES: [&str; 3] =
     [include_str!("prune.rs"), include_str!("prune/constants.rs"), include_str!("prune/flow.rs")];
+
+/// What is made of a shader depends on this, and on the constants: its length and its hash, and those of this code.
+pub(super) fn identity(spirv: &[u8]) -> Vec<u8> {
+    let mut identity = (spirv.len() as u64).to_le_bytes().to_vec();
+    identity.extend(fnv(spirv).to_le_bytes());
+    SOURCES.iter().for_each(|source| identity.extend(fnv(source.as_bytes()).to_le_bytes()));
+    identity
+}
 
 /// The same shader without what these values switch off; `None` if it is not of a kind that this knows, which is then for
 /// the driver to judge.

@@ -15,7 +15,6 @@ use super::instance::Instance;
 use super::pipeline::{Specialization, pruned};
 use super::prune;
 use super::select::{DeviceInfo, DeviceKind};
-use crate::hash::fnv;
 
 /// The first validation layer that knows of shader objects; earlier ones get in their way.
 const LAYER_VERSION: u32 = vk::make_api_version(0, 1, 3, 246);
@@ -141,7 +140,7 @@ impl ShaderObjects {
         unsafe { self.calls.destroy_shader(shader, None) };
     }
 
-    /// All that a binary depends on; of the SPIR-V its length and its hash, and what is made of it first.
+    /// All that a binary depends on.
     fn identity(
         &self,
         spirv: &[u8],
@@ -149,10 +148,8 @@ impl ShaderObjects {
         layout: &BindingLayout,
     ) -> Vec<u8> {
         let mut identity = self.store.identity.clone();
-        identity.extend((spirv.len() as u64).to_le_bytes());
-        identity.extend(fnv(spirv).to_le_bytes());
         // The binary is that of what is left of it.
-        prune::SOURCES.iter().for_each(|source| identity.extend(fnv(source.as_bytes()).to_le_bytes()));
+        identity.extend(prune::identity(spirv));
         identity.extend(layout.push_bytes.to_le_bytes());
         identity.extend((layout.bindings.len() as u64).to_le_bytes());
         for &(number, kind) in &layout.bindings {

@@ -141,11 +141,13 @@ impl Scratch {
             part.clear();
             part.resize(stride * (all_y.len() + 2), Vec4::ZERO);
         }
-        for (states, y) in states.into_iter().flat_map(|states| all_y.clone().map(move |y| (states, y))) {
-            let first = place(all_x.start, y);
-            for (i, state) in states[y * width..][all_x.clone()].iter().enumerate() {
-                self.values[first + i] = state.value;
-                self.directions[first + i] = state.direction;
+        if let Some(states) = states {
+            for y in all_y.clone() {
+                let first = place(all_x.start, y);
+                for (i, state) in states[y * width..][all_x.clone()].iter().enumerate() {
+                    self.values[first + i] = state.value;
+                    self.directions[first + i] = state.direction;
+                }
             }
         }
         for (done, step) in steps.iter().enumerate() {

@@ -37,13 +37,15 @@ impl Renderer {
         }
         let near_lamps = near_lamps.unwrap_or_default();
         self.statistics.glancing_pixels = near_lamps.len() as u64;
-        let tiles = match &paths {
-            None => tiles_of_pixels(&near_lamps, self.width),
-            Some(_) => (0..slot_count(self.width, self.height) as usize / TILE).collect(),
-        };
-        let mut states: Vec<_> = match &paths {
-            None => vec![0; self.width as usize * self.height as usize],
-            Some(paths) => paths.par_iter().map(|n| repeats::sample(*n)).collect(),
+        let (tiles, mut states): (Vec<_>, Vec<_>) = match &paths {
+            None => {
+                let pixels = self.width as usize * self.height as usize;
+                (tiles_of_pixels(&near_lamps, self.width), vec![0; pixels])
+            }
+            Some(paths) => {
+                let tiles = slot_count(self.width, self.height) as usize / TILE;
+                ((0..tiles).collect(), paths.par_iter().map(|n| repeats::sample(*n)).collect())
+            }
         };
         near_lamps.iter().for_each(|pixel| states[*pixel] = glances::SAMPLE);
         if paths.is_some() {

@@ -67,7 +67,7 @@ impl Renderer {
             }
             let mut begin = half_begins::<T>(*most_slots, nth);
             let all = to_device.mapped_mut().ok_or_else(unmapped)?;
-            let bytes_of_load = bytes(load.iter().map(Span::slots).sum()) as usize;
+            let bytes_of_load = bytes(slots_of(load)) as usize;
             let mut rest: &mut [T] = bytemuck::cast_slice_mut(&mut all[begin as usize..][..bytes_of_load]);
             for span in load {
                 let (slots, after) = take(&mut rest).split_at_mut(span.slots() as usize);
@@ -167,7 +167,7 @@ impl Renderer {
             if let Some(copied) = replace(&mut before, ticket) {
                 self.timeline.wait(&copied)?;
                 let begin = half_begins::<T>(*most_slots, nth - 1) as usize;
-                let bytes_of_load = bytes(loads[nth - 1].iter().map(Span::slots).sum()) as usize;
+                let bytes_of_load = bytes(slots_of(&loads[nth - 1])) as usize;
                 let mut rest: &[T] = bytemuck::cast_slice(&mapped(from_device)?[begin..][..bytes_of_load]);
                 for span in &loads[nth - 1] {
                     let (slots, after) = rest.split_at(span.slots() as usize);
@@ -178,6 +178,11 @@ impl Renderer {
         }
         Ok(())
     }
+}
+
+/// Slots of all spans of a load.
+fn slots_of(load: &[Span]) -> u32 {
+    load.iter().map(Span::slots).sum()
 }
 
 /// Where the half of a passage begins, in bytes, that the n-th load goes through, if each holds so many slots.
