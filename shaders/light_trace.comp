@@ -117,6 +117,12 @@ struct Beam {
     int leaving;
 };
 
+// Of a lane that has had none yet.
+Beam beam_none() {
+    const vec3 none = vec3(0.0);
+    return Beam(0, none, none, 0.0, none, 0u, 0u, 0u, 0u, none, vec3(0.0, 0.0, 1.0), -1);
+}
+
 // Beam `number`, and whether it carries anything.
 Beam beam_begin(uint number, out bool alive) {
     Beam b;
@@ -164,7 +170,7 @@ void main() {
     uint last = end_slot - first_slot;
     uint current = next;
     bool alive = false;
-    Beam beam;
+    Beam beam = beam_none();
     Camera camera = frame_camera();
     Counts counts = Counts(0u, 0u, 0u, 0u, 0u, 0u, 0u);
     uint loops = 0u;

@@ -296,10 +296,11 @@ void walk_pockets(inout Pocket pocket, inout PocketWalk w, Run run, Held h, bool
     } while (!out_of_budget());
 }
 
-// Makes what lanes have noted visible to the others.
+// Makes what lanes have noted visible to the others, which on a CPU have all come as far. For all lanes to call.
 void share_notes() {
     subgroupMemoryBarrierImage();
     subgroupMemoryBarrierBuffer();
+    if (THREADS) subgroupBarrier();
 }
 
 // Samples that a slot still lacks.
@@ -341,10 +342,9 @@ void add_noted(uint tile, uint complete, bool reusing, inout Added added) {
                     if (GLANCES > 0u && REUSE) light.xyz += path_load(path, ROW_GLANCED).xyz;
                 }
                 if (light.w == PATH_OPEN || film_pixel.count >= target) break;
-                if (!SHARED_BY_LANES && reusing) {
-                    film_pixel.trial += trial_sign(film_pixel.count) * brightness(light.xyz - gathered);
-                }
+                float apart = !SHARED_BY_LANES && reusing ? trial_sign(film_pixel.count) * brightness(light.xyz - gathered) : 0.0;
                 bool good = film_add(film_pixel, light.xyz);
+                film_pixel.trial += good ? apart : 0.0;
                 added.bad += good ? 0u : 1u;
                 if (!SHARED_BY_LANES && reusing) {
                     path_store(path, ROW_DIRECT, good ? vec4(gathered, brightness(unshared)) : vec4(0.0));
@@ -376,6 +376,8 @@ void trace_tiles(uint tile, Camera camera, inout Counts counts) {
     uint shadow_rays_before = shadow_rays;
     uint occlusion_steps_before = occlusion_steps;
     next_run = 0u;
+    // Nobody reads the notes of the last tiles any more.
+    if (THREADS) subgroupBarrier();
     if (NOTES_ARE_CLEARED) {
         uint most = 0u;
         [[dont_unroll]] for (uint p = gl_SubgroupInvocationID; p < work_pixels; p += gl_SubgroupSize) {
@@ -448,7 +450,7 @@ void main() {
     load_scene();
     // The host asks for workgroups of one subgroup; a device that cuts them up must not go on.
     if (gl_NumSubgroups != 1u || (SHARED_BY_LANES && gl_SubgroupSize != SUBGROUP_LANES)) {
-        if (subgroupElect()) atomicAdd(counters[COUNT_TRUNCATED], 1u);
+        if (subgroupElect()) count_up(COUNT_MISFITS, 1u);
         return;
     }
     if (max_new_samples == 0u) return;

@@ -56,7 +56,7 @@ void main() {
     if (REUSE ? !any_lane(going) : SPLIT == 1u && !going) return;
     // The host asks for whole subgroups, of whole groups; a device that cuts them up must not go on.
     if ((REUSE || DRAWS_WORK) && (gl_SubgroupSize != SUBGROUP_LANES || gl_NumSubgroups * SUBGROUP_LANES != gl_WorkGroupSize.x)) {
-        if (subgroupElect()) atomicAdd(counters[COUNT_TRUNCATED], 1u);
+        if (subgroupElect()) count_up(COUNT_MISFITS, 1u);
         return;
     }
 

@@ -16,19 +16,25 @@ struct Counts {
     uint truncated;     // 1 if something that nothing in the shader ended has ended
 };
 
-// Adds them to the dispatch's, once for a subgroup: atomics on one address wait for each other.
+// Adds to one of the dispatch's counters: the first of its words has the lower bits. In a quarter of a second a fast GPU traces more
+// rays than one word can count.
+void count_up(uint counter, uint n) {
+    uint before = atomicAdd(counters[2u * counter], n);
+    if (before + n < n) atomicAdd(counters[2u * counter + 1u], 1u);
+}
+
+// Adds an invocation's counts, once for a subgroup: atomics on one address wait for each other.
 void add_counts(Counts c) {
-    bool adds = subgroupElect();
     [[dont_unroll]] for (uint counter = 0u; counter < COUNTERS; ++counter) {
-        uint count = c.samples;
-        if (counter == COUNT_REUSED) count = c.reused;
-        if (counter == COUNT_BAD) count = c.bad;
-        if (counter == COUNT_RAYS) count = c.rays;
-        if (counter == COUNT_SHADOW) count = c.shadow_rays;
-        if (counter == COUNT_STEPS) count = c.steps;
-        if (counter == COUNT_TRUNCATED) count = c.truncated;
-        count = subgroupAdd(count);
-        if (count > 0u && adds) atomicAdd(counters[counter], count);
+        uint n = c.samples;
+        if (counter == COUNT_REUSED) n = c.reused;
+        if (counter == COUNT_BAD) n = c.bad;
+        if (counter == COUNT_RAYS) n = c.rays;
+        if (counter == COUNT_SHADOW) n = c.shadow_rays;
+        if (counter == COUNT_STEPS) n = c.steps;
+        if (counter == COUNT_TRUNCATED) n = c.truncated;
+        n = subgroupAdd(n);
+        if (subgroupElect() && n > 0u) count_up(counter, n);
     }
 }
 

@@ -7,7 +7,7 @@
 #ifndef LAYOUT_GLSL
 #define LAYOUT_GLSL
 
-// ---- specialization constants: features (ids 2 to 31, 57). Code depends on them, data layout never does.
+// ---- specialization constants: features. Code depends on them, data layout never does.
 layout(constant_id = 2) const uint FILTER = 0u;            // 0 box, 1 Gaussian
 layout(constant_id = 3) const uint SAMPLER = 0u;           // 0 Owen-scrambled Sobol, 1 independent, 2 PCG
 layout(constant_id = 4) const uint MAX_DEPTH = 8u;         // surface hits of a path
@@ -93,7 +93,7 @@ layout(rgba32ui, binding = 4) readonly uniform uimageBuffer film_texels;    // F
 layout(std430, binding = 12) writeonly buffer Film { uvec4 film_rows[]; };
 layout(std430, binding = 12) writeonly buffer FilmWords { uint film_words[]; };
 const uint FILM_ROWS = 3u;
-layout(std430, binding = 5) buffer Counters { uint counters[]; };
+layout(std430, binding = 5) buffer Counters { uint counters[]; };         // two words each, see counting.glsl
 // What path_queue.comp notes of its paths; and light of samples, see split.glsl.
 layout(std430, binding = 6) coherent buffer Paths { vec4 path_rows[]; };    // PATH_ROWS a path, see reuse_notes.glsl
 // The same, to write single numbers, and to read.
@@ -118,16 +118,17 @@ layout(std140, binding = 11) uniform SceneValues {
     uint record_count;          // of the tree
 };
 
-// Indices into `counters`.
+// What is counted (src/render/layout.rs).
 const uint COUNT_SAMPLES = 0u;     // samples committed by this dispatch
 const uint COUNT_BAD = 1u;         // samples that were NaN or infinite
 const uint COUNT_RAYS = 2u;        // closest-hit rays
 const uint COUNT_SHADOW = 3u;      // shadow rays
 const uint COUNT_STEPS = 4u;       // steps through the tree (with PATH_STATS)
-const uint COUNT_TRUNCATED = 5u;   // loops that nothing in the shader ended, workgroups cut into other subgroups than were asked for
+const uint COUNT_TRUNCATED = 5u;   // loops that nothing in the shader ended
 const uint COUNT_REUSED = 6u;      // samples made with paths that serve several pixels
-const uint COUNTERS = 7u;
-const uint COUNT_DRAWN = 7u;       // pieces of work, or parts of them, that have been drawn, see work.glsl
+const uint COUNTERS = 7u;          // so many of every invocation
+const uint COUNT_MISFITS = 7u;     // workgroups cut into other subgroups than were asked for
+const uint COUNT_DRAWN = 8u;       // pieces of work, or parts of them, that have been drawn, see work.glsl
 
 layout(push_constant, std430) uniform Push {
     vec3 camera_right;      // half the image plane's width at distance 1

@@ -201,15 +201,16 @@ bool share_sample(EndedPath ended, inout FilmPixel film_pixel, inout Gradients g
     uint index = index_of_member(index_after(film_pixel.state, film_pixel.count), gl_SubgroupInvocationID % MEMBERS);
     vec3 light = shared_light(ended, key, index, shadow_rays, loops, gathered, unshared);
     bool within_budget = LOOP_BUDGET == 0u || subgroupMax(loops + doubtful_loops) < LOOP_BUDGET;
-    // What is not finite counts as black.
-    if (!is_finite(brightness(light))) {
+    // What is not finite counts as black, and tells nothing of the noise.
+    bool good = is_finite(brightness(light));
+    if (!good) {
         gathered = vec3(0.0);
         unshared = vec3(0.0);
     }
     vec3 right, down;
     differences(gathered, ended.there, right, down);
     if (ended.there && within_budget) {
-        film_pixel.trial += trial_sign(film_pixel.count) * brightness(light - gathered);
+        film_pixel.trial += good ? trial_sign(film_pixel.count) * brightness(light - gathered) : 0.0;
         gradients_add(gradients, film_pixel.count, gathered, brightness(unshared), right, down);
         bad += film_add(film_pixel, light) ? 0u : 1u;
     }

@@ -7,9 +7,8 @@
 // sequence is linear over GF(2). Hits beyond SOBOL_HITS draw independent numbers.
 //
 // Pixels that share their paths (reuse.glsl) share a scramble too. Each of them then uses points of its own (but for lights at
-// first hits, if gradients are made), and as
-// those of one pixel are well spread, so are those of all together (src/render/sobol.rs). The three highest bits of
-// a sample's index tell which of them it is.
+// first hits, if gradients are made), and as those of one pixel are well spread, so are those of all together
+// (src/render/sobol.rs). The three highest bits of a sample's index tell which of them it is.
 
 #ifndef SAMPLER_GLSL
 #define SAMPLER_GLSL
@@ -84,8 +83,8 @@ vec2 sample_pair(uint key, uint index, uint pair, uint hit) {
     uint g = hash(h ^ 0x5bd1e995u);
     if (SAMPLER == 1u) return vec2(unit_float(hash(h + index * 0x85ebca6bu)), unit_float(hash(g + index * 0xc2b2ae35u)));
     if (SAMPLER == 2u) {
-        // The report's generator. A sequence for each pixel would have to be drawn in order; seeded by its own output
-        // (Jarzynski and Olano, JCGT 2020), it is a pure function of the dimension too.
+        // PCG (O'Neill 2014), a common generator, for comparison. A sequence for each pixel would have to be drawn in order; seeded
+        // by its own output (Jarzynski and Olano, JCGT 2020), it is a pure function of the dimension too.
         uint x = pcg(pcg(key + index) + pair);
         return vec2(unit_float(x), unit_float(pcg(x)));
     }

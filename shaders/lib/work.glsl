@@ -17,7 +17,7 @@ uint place_of_piece(uint piece) { return piece * piece_stride % pieces; }
 uint next_number() {
     if (!DRAWS_WORK) return gl_WorkGroupID.x;
     uint number = 0u;
-    if (subgroupElect()) number = atomicAdd(counters[COUNT_DRAWN], 1u);
+    if (subgroupElect()) number = atomicAdd(counters[2u * COUNT_DRAWN], 1u);
     return subgroupBroadcastFirst(number);
 }
 

@@ -54,7 +54,7 @@ pub fn code_of(error: &anyhow::Error) -> u8 {
 fn of_render(error: &RenderError) -> u8 {
     match error {
         RenderError::Gpu(error) => of_gpu(error),
-        RenderError::Truncated { .. } => VALIDATION,
+        RenderError::Truncated { .. } | RenderError::Driver(_) => VALIDATION,
         RenderError::Stuck { .. } | RenderError::Thread(_) | RenderError::Settings(_) => BAD_INPUT,
     }
 }

@@ -4,7 +4,6 @@ use super::allocation::{Allocation, Estimate, Goal, Ladder};
 
 const VALUES: f64 = 96.0;
 
-/// Climbs with exact variances per sample, and returns the counts.
 /// For each tile of a grid the 3×3 around it.
 fn grid(columns: usize, tiles: usize) -> Vec<Vec<usize>> {
     let touch =
@@ -12,6 +11,7 @@ fn grid(columns: usize, tiles: usize) -> Vec<Vec<usize>> {
     (0..tiles).map(|a| (0..tiles).filter(|&b| touch(a, b)).collect()).collect()
 }
 
+/// Climbs with exact variances per sample, and returns the counts.
 fn climb(variances: &[f64], tiles_x: usize, most: u32, goal: Goal) -> Vec<u32> {
     let ladder = Ladder::new(most, goal.mean_samples.map(|n| n as u32));
     let mut allocation = Allocation::new(grid(tiles_x, variances.len()), &ladder);

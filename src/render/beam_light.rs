@@ -1,5 +1,7 @@
 //! What beams light, summed up on the host.
 
+use crate::image::metrics::RELATIVE_OFFSET;
+
 use super::film::Film;
 use super::layout::BeamNote;
 
@@ -47,8 +49,8 @@ impl BeamLight {
         self.sums.iter().map(move |sum| sum.map(|s| (s / beams) as f32))
     }
 
-    /// Their part of the noise of an image that they have been added to: the mean of v/(x² + 0.01), v the variance of what
-    /// they add to a radiance x. 0 if squares are not kept.
+    /// Their part of the noise of an image once they are added to its film: the mean of v/(x² + 0.01), x being a radiance of the image,
+    /// and v the variance of what they add to it. 0 if squares are not kept.
     pub fn noise(&self, film: &Film) -> f64 {
         if self.squares.is_empty() {
             return 0.0;
@@ -56,7 +58,8 @@ impl BeamLight {
         let beams = self.beams.max(1) as f64;
         let of_pixel = |((sum, square), x): ((&[f64; 3], &[f64; 3]), [f32; 3])| -> f64 {
             let variance = |c: usize| (square[c] - sum[c] * sum[c] / beams).max(0.0) / (beams * beams);
-            (0..3).map(|c| variance(c) / (f64::from(x[c]).powi(2) + 0.01)).sum()
+            let radiance = |c: usize| f64::from(x[c]) + sum[c] / beams;
+            (0..3).map(|c| variance(c) / (radiance(c).powi(2) + RELATIVE_OFFSET)).sum()
         };
         let total: f64 = self.sums.iter().zip(&self.squares).zip(film.mean()).map(of_pixel).sum();
         total / (3 * self.sums.len()).max(1) as f64
@@ -93,7 +96,9 @@ mod tests {
         film.put(1, [0.0; 3], 0);
         // Of pixel 0: (2 − 4/4)/16 in red, four times as much in green; of pixel 1 (0.5 − 1/4)/16 and four times that.
         let (first, second) = (1.0 / 16.0, 0.25 / 16.0);
-        let expected = (first / 9.01 + 4.0 * first / 0.01 + 5.0 * second / 0.01) / 6.0;
+        let relative = |v: f64, x: f64| v / (x * x + RELATIVE_OFFSET);
+        let of_first = relative(first, 3.0 + 0.5) + relative(4.0 * first, 1.0);
+        let expected = (of_first + relative(second, 0.25) + relative(4.0 * second, 0.5)) / 6.0;
         assert!((light.noise(&film) / expected - 1.0).abs() < 1e-12, "{} and {expected}", light.noise(&film));
     }
 

@@ -15,16 +15,19 @@ pub enum RenderError {
     )]
     Truncated {
         /// Invocations that were cut.
-        count: u32,
+        count: u64,
     },
+    /// The driver broke a rule of Vulkan in some other way.
+    #[error("the driver is at fault: {0}")]
+    Driver(String),
     /// Dispatches over the whole image finished no sample, so that no further ones would either.
     #[error("no sample fits into the loop budget of {budget} iterations; lower max_depth or raise the budget")]
     Stuck {
         /// The budget.
         budget: u32,
     },
-    /// No thread could be started to fill the buffers.
-    #[error("no thread to fill the buffers: {0}")]
+    /// No thread could be started to make buffers or pipelines.
+    #[error("no thread could be started: {0}")]
     Thread(#[source] std::io::Error),
     /// Settings that make no sense.
     #[error("{0}")]

@@ -165,7 +165,7 @@ impl Features {
             moller_trumbore: settings.triangle_test == TriangleTest::MollerTrumbore,
             smooth_normals: unneeded(Feature::SmoothNormals)
                 || scene.meshes.iter().any(|m| !m.vertex_normals.is_empty()),
-            lights: spheres::visible_lights(scene).count() as u32,
+            lights: spheres::visible_lights(scene).filter(|light| light.shines()).count() as u32,
             glass_fills_view: dielectric && glass_fills_view(scene),
             sobol_levels: if unneeded(Feature::SamplerLevels) {
                 sobol::MAX_LEVELS
@@ -269,10 +269,11 @@ impl Features {
             (
                 "point lights",
                 self.lights > 0,
-                match self.lights {
-                    0 => "none can be seen".to_owned(),
-                    1 => "1, a constant point".to_owned(),
-                    n => format!("{n}, one is chosen at each hit"),
+                match (self.lights, self.emitter) {
+                    (0, _) => "none can be seen".to_owned(),
+                    (1, false) => "1, a constant point".to_owned(),
+                    (n, false) => format!("{n}, one is chosen at each hit"),
+                    (n, true) => format!("{n}, one of these and the emitters is chosen at each hit"),
                 },
             ),
             (
@@ -306,13 +307,13 @@ impl Features {
             plain(
                 "gradients",
                 self.can_reuse() && !self.reuse_is_unlikely_to_pay(),
-                "where paths are reused and most noise is theirs, from 3 samples on, unless switched off",
+                "where paths are reused and most noise is theirs, from 2 samples on, unless switched off",
                 "only where paths are reused",
             ),
             plain(
                 "glances",
                 self.emitter,
-                "from 4 samples on, unless switched off, where edges of bright lamps are seen directly or in mirrors",
+                "unless switched off, where edges of bright lamps are seen directly or in mirrors; from 4 samples on, with fewer if few parts of the image may show lamps",
                 "no surface emits",
             ),
             plain(

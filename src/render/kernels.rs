@@ -1,6 +1,7 @@
 //! The SPIR-V of the path tracer's kernels.
 
 use std::borrow::Cow;
+use std::path::{Path, PathBuf};
 
 use super::error::RenderError;
 use super::settings::RenderSettings;
@@ -45,10 +46,29 @@ pub(crate) const fn built_in(schedule: Schedule) -> Kernel {
     }
 }
 
+/// The names of kernels that may be in the folder of the settings; the last is `bench --rays`'.
+const NAMES: [&str; 5] = [PATH_TRACE.name, PATH_TURNS.name, PATH_QUEUE.name, LIGHT_TRACE.name, "traverse"];
+
+fn file_of(kernel: &str, folder: &Path) -> PathBuf {
+    folder.join(kernel).with_extension("spv")
+}
+
 /// The SPIR-V of a kernel: the caller's, if there is one in the folder of the settings, else the built-in one.
+///
+/// # Errors
+/// The folder has no kernel at all (its name may be mistyped), or a file that cannot be read or is no SPIR-V.
 pub(crate) fn spirv(kernel: &Kernel, settings: &RenderSettings) -> Result<Cow<'static, [u8]>, RenderError> {
-    let path = settings.spirv_folder.as_ref().map(|f| f.join(kernel.name).with_extension("spv"));
-    let Some(path) = path.filter(|p| p.exists()) else { return Ok(Cow::Borrowed(kernel.spirv)) };
+    let Some(folder) = &settings.spirv_folder else { return Ok(Cow::Borrowed(kernel.spirv)) };
+    if !NAMES.iter().any(|name| file_of(name, folder).exists()) {
+        let (folder, files) = (folder.display(), NAMES.join(".spv, "));
+        return Err(RenderError::Settings(format!("{folder}: no shader is there, expected one of {files}.spv")));
+    }
+    let path = file_of(kernel.name, folder);
+    if !path.exists() {
+        log::info!("{}: not there, the built-in shader is used", path.display());
+        return Ok(Cow::Borrowed(kernel.spirv));
+    }
+    log::info!("{}: used instead of the built-in shader", path.display());
     let bytes = std::fs::read(&path).map_err(|e| RenderError::Settings(format!("{}: {e}", path.display())))?;
     // The magic number of the SPIR-V specification, section 2.3.
     if bytes.len() < 20 || bytes.len() % 4 != 0 || bytes[..4] != 0x0723_0203u32.to_le_bytes() {

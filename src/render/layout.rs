@@ -94,19 +94,21 @@ pub(crate) mod binding {
     pub const SCENE: u32 = 11;
 }
 
-/// What a dispatch counts, in the order of the shader's indices.
+/// What a dispatch counts, in the order of the shader's indices (which is little-endian, as hosts of GPUs are).
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, Default, PartialEq, Eq)]
 pub(crate) struct Counters {
-    pub samples: u32,
-    pub bad: u32,
-    pub rays: u32,
-    pub shadow_rays: u32,
-    pub steps: u32,
-    pub truncated: u32,
-    pub reused: u32,
-    /// Pieces of work, or parts of them, that have been drawn, and as many more as workgroups or subgroups that drew in vain.
-    pub drawn: u32,
+    pub samples: u64,
+    pub bad: u64,
+    pub rays: u64,
+    pub shadow_rays: u64,
+    pub steps: u64,
+    pub truncated: u64,
+    pub reused: u64,
+    pub misfits: u64,
+    /// Pieces of work, or parts of them, that have been drawn, and as many more as workgroups or subgroups that drew in vain; the
+    /// lower word of it.
+    pub drawn: u64,
 }
 
 /// The numbers of a scene.

@@ -1,7 +1,8 @@
 //! The lights of a scene, each of them once.
 //!
-//! Where surfaces lie on each other rays meet the first one, so that a copy of a lamp (a face that is twice in a file,
-//! a mesh that was loaded twice) adds no light. Sampling must not find it either.
+//! Where surfaces lie on each other rays meet the first one, so that a copy of a lamp (a face that is twice in a file, a mesh that was
+//! loaded twice) adds no light. Sampling must not find it either. What is the same in single precision is the same to rays
+//! (accel::copies).
 
 use std::collections::HashMap;
 
@@ -14,8 +15,8 @@ use super::lights::{Light, LightShape};
 /// Lights by number, and where the surfaces among them are.
 pub(crate) struct LightList {
     lights: Vec<Light>,
-    /// Numbers by the corners of the surface, in ascending order.
-    surfaces: HashMap<Vec<[u64; 3]>, usize>,
+    /// Numbers by the corners of the surface as rays see them, in single precision, in ascending order.
+    surfaces: HashMap<Vec<[u32; 3]>, usize>,
 }
 
 impl LightList {
@@ -42,7 +43,7 @@ impl LightList {
 
     fn add(&mut self, light: Light, corners: &[DVec3]) -> i32 {
         // −0 is where 0 is.
-        let mut key: Vec<_> = corners.iter().map(|p| p.to_array().map(|x| (x + 0.0).to_bits())).collect();
+        let mut key: Vec<_> = corners.iter().map(|p| p.as_vec3().to_array().map(|x| (x + 0.0).to_bits())).collect();
         key.sort_unstable();
         let number = self.lights.len();
         let first = *self.surfaces.entry(key).or_insert(number);
@@ -78,6 +79,8 @@ mod tests {
         };
         assert_eq!([add([0, 1, 2], 2.0), add([0, 1, 2], 2.0), add([1, 2, 0], 2.0)], [1, 1, 1]);
         assert_eq!([add([0, 2, 1], 2.0), add([0, 1, 2], 3.0)], [-1, -1], "the other side, another radiance");
+        let almost = [DVec3::ZERO, DVec3::X * (1.0 + 1e-12), DVec3::Y];
+        assert_eq!(list.add_polygon(LightShape::Triangle(almost), &almost, [2.0; 3]), 1, "the same to rays");
         assert_eq!(list.add_sphere(DVec3::X, 1.0, false, [2.0; 3]), 2);
         assert_eq!(list.add_sphere(DVec3::X, 1.0, false, [2.0; 3]), 2);
         assert_eq!(list.add_sphere(DVec3::X, 1.0, true, [2.0; 3]), -1);

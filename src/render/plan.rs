@@ -254,7 +254,7 @@ impl Plan {
         if in_vain {
             self.round_samples = (self.round_samples / 2).max(1);
         } else if !self.repeating {
-            self.round_samples = self.samples.min(pace.most_samples);
+            self.round_samples = self.samples.min(pace.most_samples());
         }
         self.repeating = true;
         self.round_target = self.samples;

@@ -182,14 +182,17 @@ impl Renderer {
     /// Renders another number of samples per pixel from now on.
     ///
     /// # Errors
-    /// It is 0, or more than the pipeline's sampler table was made for.
+    /// It is 0, more than the pipeline's sampler table was made for, or too small for an estimate where sampling is adaptive.
     pub fn set_samples(&mut self, samples: u32) -> Result<(), RenderError> {
-        if samples == 0 || sobol::levels(samples) > self.features.sobol_levels {
+        if samples == 0 || samples > sobol::MAX_SAMPLES || sobol::levels(samples) > self.features.sobol_levels {
             return Err(RenderError::Settings(format!(
                 "{samples} samples per pixel, expected at least 1 and not many more than the {} that the renderer \
                  was made for",
                 self.settings.samples
             )));
+        }
+        if let Some(adaptive) = &self.settings.adaptive {
+            adaptive.check(u64::from(self.width) * u64::from(self.height), samples)?;
         }
         self.settings.samples = samples;
         Ok(())
@@ -215,7 +218,8 @@ impl Renderer {
     /// Renders until all samples are done, the noise is reached, the time limit is over, or `on_progress` breaks; then
     /// reads the film.
     ///
-    /// `on_progress` is called after every dispatch.
+    /// `on_progress` is called after every dispatch of samples of the image. What is looked at before (where lamps are, whether paths
+    /// should be reused: some hundredths of a long rendering) is not interrupted.
     ///
     /// # Errors
     /// The device fails, or the driver cuts loops short.
@@ -223,8 +227,8 @@ impl Renderer {
         let RenderStatistics { setup_seconds, compile_seconds, .. } = self.statistics;
         self.statistics = RenderStatistics { setup_seconds, compile_seconds, ..RenderStatistics::default() };
         // Beams come last.
-        let for_paths = if self.beams.is_some() { 0.9 } else { 1.0 };
-        let limit = self.settings.time_limit.map(|limit| limit.mul_f64(for_paths));
+        let for_beams = if self.beams.is_some() { 10 } else { u32::MAX };
+        let limit = self.settings.time_limit.map(|limit| limit - limit / for_beams);
         let mut watch = Watch::new(limit, &mut on_progress);
         self.clear_film()?;
         let long = self.settings.samples >= self.fewest_reused;
@@ -267,8 +271,11 @@ impl Renderer {
 fn check_size(prepared: &Prepared<'_>) -> Result<(), RenderError> {
     let Prepared { scene, tables, .. } = prepared;
     let (width, height) = (scene.film.width, scene.film.height);
-    if slot_count(width, height) > u64::from(u32::MAX) / 2 {
-        return Err(RenderError::Settings(format!("an image of {width}×{height} pixels is too large")));
+    let most = u64::from(u32::MAX) / 2;
+    if slot_count(width, height) > most {
+        return Err(RenderError::Settings(format!(
+            "an image of {width}×{height} pixels is too large: there may be {most} pixels in all"
+        )));
     }
     if tables.tree_records() > MAX_RECORDS {
         let (records, triangles) = (tables.tree_records(), scene.triangle_count());

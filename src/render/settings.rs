@@ -16,7 +16,7 @@ pub enum Sampler {
     Sobol,
     /// Independent numbers from a hash.
     Independent,
-    /// Independent numbers from PCG (O'Neill 2014), the report's generator.
+    /// Independent numbers from PCG (O'Neill 2014), for comparison.
     Pcg,
 }
 
@@ -26,7 +26,7 @@ pub enum TriangleTest {
     /// Woop, Benthin and Wald (2013): no ray slips between two triangles that share an edge.
     #[default]
     Watertight,
-    /// Möller and Trumbore (1997), the report's.
+    /// Möller and Trumbore (1997), for comparison: rays aimed at a shared edge may miss both triangles.
     MollerTrumbore,
 }
 
@@ -64,8 +64,9 @@ pub enum Scheduler {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Reuse {
     /// As [`Reuse::Always`], unless a trial shows that it does not pay; but neither in scenes with a hierarchy and emitters
-    /// together with glass or mirrors, nor without a hierarchy on lavapipe before Mesa 23.1. On GPUs only from 512 samples per
-    /// pixel on (64 with a hierarchy), and with neither adaptive sampling nor a hierarchy and emitters.
+    /// together with glass or mirrors, nor where glass fills the view, nor where beams are traced, nor without a hierarchy on
+    /// lavapipe before Mesa 23.1. On GPUs only from 512 samples per pixel on (64 with a hierarchy), and with neither adaptive
+    /// sampling, nor a time limit, nor a hierarchy and emitters.
     #[default]
     Auto,
     /// Where diffuse surfaces light each other. Not with [`Accel::None`].
@@ -79,7 +80,7 @@ pub enum Reuse {
 /// it is smooth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Gradients {
-    /// Where paths are reused, from 3 samples per pixel on, unless a trial shows that most noise is of light that is not
+    /// Where paths are reused, from 2 samples per pixel on, unless a trial shows that most noise is of light that is not
     /// shared. With adaptive sampling all pixels get the same number of samples there.
     #[default]
     Auto,
@@ -232,8 +233,8 @@ pub struct RenderSettings {
     pub passage: Option<u32>,
     /// Count steps through the tree as well; a little slower.
     pub count_steps: bool,
-    /// A folder with `path_trace.spv`, `path_turns.spv`, `path_queue.spv` or `traverse.spv` to use instead of the built-in shaders: edit a
-    /// shader, run `glslc` on it, and render again without building the program.
+    /// A folder with `path_trace.spv`, `path_turns.spv`, `path_queue.spv`, `light_trace.spv` or `traverse.spv`, one of them at least, to
+    /// use instead of the built-in shaders: edit a shader, run `glslc` on it, and render again without building the program.
     pub spirv_folder: Option<PathBuf>,
     /// Tests only: breaks one thing on purpose, to show that the tests see it.
     #[doc(hidden)]

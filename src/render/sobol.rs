@@ -10,7 +10,7 @@ pub const DIMENSIONS: usize = 64;
 /// Rows of a level: a level covers ten bits of the sample index.
 pub const LEVEL_ROWS: usize = 1 << LEVEL_BITS;
 const LEVEL_BITS: u32 = 10;
-/// Levels that so many need.
+/// Levels that [`MAX_SAMPLES`] need.
 pub const MAX_LEVELS: u32 = 3;
 
 /// Of each dimension from the second on: the coefficients of its primitive polynomial (without the first and the

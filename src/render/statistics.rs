@@ -95,12 +95,12 @@ impl RenderStatistics {
 
     /// Adds what one dispatch counted, and how long its stages took.
     pub(super) fn add(&mut self, counters: &Counters, stages: &[StageTime]) {
-        self.samples += u64::from(counters.samples);
-        self.reused_samples += u64::from(counters.reused);
-        self.rays += u64::from(counters.rays);
-        self.shadow_rays += u64::from(counters.shadow_rays);
-        self.tree_steps += u64::from(counters.steps);
-        self.bad_samples += u64::from(counters.bad);
+        self.samples += counters.samples;
+        self.reused_samples += counters.reused;
+        self.rays += counters.rays;
+        self.shadow_rays += counters.shadow_rays;
+        self.tree_steps += counters.steps;
+        self.bad_samples += counters.bad;
         for stage in stages {
             match self.stages.iter_mut().find(|s| s.stage == stage.stage) {
                 Some(sum) => sum.seconds += stage.seconds,

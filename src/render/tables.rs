@@ -75,7 +75,7 @@ impl Tables {
             constant.iter().map(|&i| spheres::classify(&scene.spheres[i], scene, space)).collect();
 
         let visible: Vec<_> = spheres::visible_lights(scene).collect();
-        let lights: Vec<Light> = visible.iter().map(|l| point_light(l, space)).filter(shines).collect();
+        let lights: Vec<Light> = visible.iter().filter(|l| l.shines()).map(|l| point_light(l, space)).collect();
         let points = lights.len();
         let mut lights = LightList::new(lights);
         let emitted = |material: u32| match scene.materials[material as usize].surface {
@@ -351,10 +351,6 @@ fn point_light(light: &scene::Light, space: &RenderSpace) -> Light {
     let scene::Light::Point { position, power } = *light;
     let per = 1.0 / (4.0 * std::f64::consts::PI * std::f64::consts::PI);
     Light { shape: LightShape::Point(space.point(position)), radiance: power.map(|x| space.power(x) * per) }
-}
-
-fn shines(light: &Light) -> bool {
-    light.radiance != [0.0; 3]
 }
 
 /// Leaves exact copies of a primitive out: the first of them is what rays hit.

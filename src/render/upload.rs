@@ -45,9 +45,8 @@ fn copy(to: &mut [u8], from: &[u8]) {
 /// A buffer to copy from, of so many bytes, filled by `fill`.
 fn staging(device: &Arc<Device>, bytes: u64, fill: impl FnOnce(&mut [u8])) -> Result<Buffer, RenderError> {
     let mut staging = Buffer::new(device, "staging", bytes, Usage::Upload)?;
-    let target = staging
-        .mapped_mut()
-        .ok_or_else(|| RenderError::Settings("the driver does not map upload memory".to_owned()))?;
+    let target =
+        staging.mapped_mut().ok_or_else(|| RenderError::Driver("it does not map memory for uploads".to_owned()))?;
     fill(&mut target[..bytes as usize]);
     Ok(staging)
 }

@@ -157,6 +157,14 @@ pub enum Light {
     },
 }
 
+impl Light {
+    /// Whether any light comes from it.
+    pub fn shines(&self) -> bool {
+        let Self::Point { power, .. } = self;
+        *power != [0.0; 3]
+    }
+}
+
 /// Everything that is rendered, and how.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {

@@ -9,13 +9,12 @@
 //   CAVITY  opaque, the camera is inside: only the far root counts.
 //   BOTH    dielectric, or undecided.
 //
-// Form: how are the roots computed? With f = c − o, b = f·d, |d| = 1:
+// Form: how are the roots computed (approach_wall, approach_small)? With f = c − o, b = f·d, |d| = 1:
 //   WALL    b² − C with C = |f|² − r² = K − 2 c·o + |o|², K = |c|² − r² rounded once on the host. Its error is that of
 //           a few roundings at the size of 2 r·|o|, hence ~|o|·2⁻²² in distance for a sphere of any radius; the
 //           textbook form loses ~r·2⁻²² (0.17 units at r = 1000).
 //   SMALL   Haines's r² − |f − b d|² (Ray Tracing Gems, ch. 7): stable while the sphere is not far away for its size.
-//   EXACT   the same from a point on the ray near the sphere, which is found without an error: for spheres in the tree, which
-//           may be small and far away.
+// Spheres in the tree, which may be small and far away, have neither: approach_exact.
 
 #ifndef SPHERE_GLSL
 #define SPHERE_GLSL
@@ -29,7 +28,6 @@ const uint SIDE_CAVITY = 1u;
 const uint SIDE_BOTH = 2u;
 const uint FORM_WALL = 0u;
 const uint FORM_SMALL = 1u;
-const uint FORM_EXACT = 2u;
 
 struct Sphere {
     vec3 center;
@@ -163,8 +161,7 @@ CONSTANT_SPHERE(15, 94)
     Approach a;                                                                           \
     if (MUTATION == MUTATE_SPHERE) a = approach_plain(sphere_##n, o, d);                  \
     else if (SPHERE_##n##_FORM == FORM_WALL) a = approach_wall(sphere_##n, o, oo, d, od); \
-    else if (SPHERE_##n##_FORM == FORM_SMALL) a = approach_small(sphere_##n, o, d);       \
-    else a = approach_exact(sphere_##n, o, d);
+    else a = approach_small(sphere_##n, o, d);
 
 // BODY(n) for each constant sphere.
 #define FOR_EACH_SPHERE(BODY) FOR_0_TO_15(SPHERE_COUNT, BODY)

@@ -96,7 +96,7 @@ vec3 barycentrics(Shear r, vec3 o, vec3 v0, vec3 v1, vec3 v2) {
     return vec3(e.u, e.v, e.w) * (1.0 / determinant(e));
 }
 
-// Möller and Trumbore, JGT 1997: the report's test. Rays aimed at a shared edge may miss both of its triangles. Returns the distance,
+// Möller and Trumbore, JGT 1997, for comparison. Rays aimed at a shared edge may miss both of its triangles. Returns the distance,
 // infinity if there is none up to t_max.
 float moller_trumbore(vec3 o, vec3 d, vec3 v0, vec3 v1, vec3 v2, float t_max) {
     vec3 e1 = v1 - v0;

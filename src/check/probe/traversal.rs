@@ -82,7 +82,7 @@ impl Traversal {
         let found = self.probe.read(self.count)?;
         match found.iter().filter(|f| f.truncated != 0).count() {
             0 => Ok(found),
-            count => Err(RenderError::Truncated { count: count as u32 }.into()),
+            count => Err(RenderError::Truncated { count: count as u64 }.into()),
         }
     }
 }

@@ -93,7 +93,7 @@ fn kernels() -> Vec<(&'static str, Interface)> {
 }
 
 /// A kernel may leave out what it does not use: none may have a constant that the host does not know of or knows by
-/// another number, and both together have all of them.
+/// another number, and all together have all of them.
 #[test]
 fn specialization_constants() {
     let mut expected = expected_constants();
@@ -252,9 +252,10 @@ fn records() {
         ("COUNT_STEPS", offset_of!(Counters, steps)),
         ("COUNT_TRUNCATED", offset_of!(Counters, truncated)),
         ("COUNT_REUSED", offset_of!(Counters, reused)),
+        ("COUNT_MISFITS", offset_of!(Counters, misfits)),
         ("COUNT_DRAWN", offset_of!(Counters, drawn)),
     ] {
-        let line = format!("const uint {name} = {}u;", offset / 4);
+        let line = format!("const uint {name} = {}u;", offset / size_of::<u64>());
         assert!(layout.contains(&line), "layout.glsl should have `{line}`");
     }
 }

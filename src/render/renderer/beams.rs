@@ -143,6 +143,9 @@ impl Renderer {
 
     /// The same when paths are over, and more until their part of the noise (see [`BeamLight::noise`]) is at most this, there is
     /// one for each sample, or the watch says stop. Adds the light of all beams to the film; returns that part.
+    ///
+    /// Such a stop is decided by the beams themselves, unlike that of the paths: where it comes before the last beam, images to a noise
+    /// may be darker in the mean by a part of that noise that falls with the number of beams.
     pub(super) fn add_beams(
         &mut self,
         film: &mut Film,
@@ -163,8 +166,9 @@ impl Renderer {
             self.trace_beams_to(&mut light, more.min(most), watch)?;
         }
         self.statistics.beams = light.beams;
+        let noise = light.noise(film);
         film.add(&light.mean().collect::<Vec<_>>());
-        Ok(light.noise(film))
+        Ok(noise)
     }
 
     /// Traces beams until there are so many, or the watch says stop after a dispatch: any number of them is right in the mean,

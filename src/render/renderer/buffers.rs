@@ -8,7 +8,7 @@ use super::super::layout::{Counters, FilmSlot, GradientSlot, binding, queue};
 use super::super::sobol::DIMENSIONS;
 use super::super::tables::Tables;
 use super::IN_FLIGHT;
-use super::trial::BLOCK;
+use super::trial::SET_SLOTS;
 use crate::gpu::{Access, BindingKind, BindingLayout, BindingSet, Buffer, Device, Timeline, Usage};
 
 /// What the path tracer's kernels see, besides what all do.
@@ -54,8 +54,8 @@ pub(super) struct Band {
     pub gradients: Buffer,
 }
 
-/// What slots of bands go through on their way, a part of a band at a time, where these are not mapped or it is asked for. (Memory that the host
-/// sees is handed out slowly: .25 ms for a MiB, where a H100 copies as much in .05.)
+/// What slots of bands go through on their way, a part of a band at a time, where these are not mapped or it is asked for. (Memory
+/// that the host sees is handed out slowly: .25 ms for a MiB, where a H100 copies as much in .05.)
 pub(super) struct Passage {
     pub to_device: Buffer,
     pub from_device: Buffer,
@@ -75,7 +75,7 @@ impl Passage {
         let fit = (u64::from(bytes) / 2 / size_of::<FilmSlot>() as u64).min(band_slots);
         // Whole rows of blocks are handed out to pixels faster: rather larger buffers than parts of a row.
         let fits = film.row_slots <= LONG_ROW * fit && film.row_slots <= band_slots;
-        let unit = if fits { film.row_slots } else { u64::from(BLOCK) };
+        let unit = if fits { film.row_slots } else { u64::from(SET_SLOTS) };
         let most_slots = (fit / unit * unit).max(unit);
         let halves = if most_slots < film.slots { 2 } else { 1 };
         let bytes = halves * most_slots * size_of::<FilmSlot>() as u64;
@@ -142,7 +142,7 @@ impl Buffers {
         // What a binding holds, and a dispatch covers.
         let texels = size_of::<FilmSlot>() as u64 / 16;
         let band_slots = (device.info.max_texel_elements / texels).min(shape.covered).min(MOST_BAND_SLOTS);
-        let unit = if band_slots < shape.row_slots { u64::from(BLOCK) } else { shape.row_slots };
+        let unit = if band_slots < shape.row_slots { u64::from(SET_SLOTS) } else { shape.row_slots };
         let band_slots = band_slots / unit * unit;
         let mut bands = Vec::new();
         let mut first = 0u64;

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::super::error::RenderError;
 use super::super::features::Features;
-use super::super::film::{SIDE, pixel_of_slot, slot_count, tile_of_pixel, tiles_around};
+use super::super::film::{SIDE, pixel_of_slot, pixels_in, slot_count, tile_of_pixel, tiles_around};
 use super::super::layout::{FilmSlot, glance};
 use super::super::plan::{Span, Work};
 use super::super::settings::{Glances, RenderSettings};
@@ -130,9 +130,10 @@ impl Renderer {
             let first_slot = (span.first_slot as usize / TILE).next_multiple_of(step) * TILE;
             let span = Span { first_slot: first_slot as u32, ..span };
             if span.first_slot < span.end_slot {
+                let of_tile = |slot: u32| pixels_in(slot, span.end_slot.min(slot + TILE as u32), width, height);
+                let pixels: u64 = (span.first_slot..span.end_slot).step_by(step * TILE).map(of_tile).sum();
                 let work = Work { spans: vec![span], tile_step: step as u32, target_samples: 1, new_samples: 1 };
-                let (ticket, readback) = self.submit(&work)?;
-                self.finish(&ticket, readback)?;
+                self.work_until(work, self.statistics.samples + pixels)?;
             }
         }
         let spans = self.spans_of((0..tiles).step_by(step));
@@ -140,7 +141,7 @@ impl Renderer {
         self.read_slots(&spans, |first, slots| {
             for (slot, number) in slots.iter().zip(first..) {
                 let unlit = pixel_of_slot(number, width, height).is_some_and(|pixel| seen[pixel] == 0.0);
-                if unlit && slot.count > 0 {
+                if unlit {
                     sum += brightness(slot);
                     count += 1;
                 }

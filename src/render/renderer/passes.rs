@@ -56,17 +56,12 @@ impl<'a> Watch<'a> {
         seconds
     }
 
-    /// So many samples are done. Stops if that is wanted.
-    pub fn tell(&mut self, done: u64) {
+    /// So many samples are done, and the last dispatch took so many seconds. Stops if that is wanted, or if another would not end in
+    /// time, unless `uneven`: some pixels have no sample yet.
+    pub fn report(&mut self, done: u64, seconds: f64, uneven: bool) {
         let progress = Progress { done, total: self.total.max(done), elapsed: self.elapsed() };
         self.interrupted |= (self.on_progress)(&progress).is_break();
         self.stop |= self.interrupted;
-    }
-
-    /// The same, and the last dispatch took so many seconds. Stops too if another would not end in time, unless
-    /// `uneven`: some pixels have no sample yet.
-    pub fn report(&mut self, done: u64, seconds: f64, uneven: bool) {
-        self.tell(done);
         let late = self.limit.is_some_and(|limit| self.elapsed() + Duration::from_secs_f64(seconds) > limit);
         self.stop |= late && !uneven;
     }
@@ -150,6 +145,10 @@ impl Renderer {
         if counters.truncated > 0 {
             return Err(RenderError::Truncated { count: counters.truncated });
         }
+        if counters.misfits > 0 {
+            let problem = format!("it cut {} workgroups into other subgroups than were asked for", counters.misfits);
+            return Err(RenderError::Driver(problem));
+        }
         self.statistics.add(&counters, &stages);
         Ok(())
     }
@@ -164,6 +163,23 @@ impl Renderer {
         (self.pace, self.push, self.reuse) = (pace, push, reuse);
         self.statistics = RenderStatistics { stages: take(&mut self.statistics.stages), ..statistics };
         found
+    }
+
+    /// Does some work until there are `end` samples of all pixels together: again, sample by sample, if the budget of loops does not suffice.
+    /// Returns whether it did not.
+    pub(super) fn work_until(&mut self, mut work: Work, end: u64) -> Result<bool, RenderError> {
+        let mut repeated = false;
+        while self.statistics.samples < end {
+            let so_far = self.statistics.samples;
+            let (ticket, readback) = self.submit(&work)?;
+            self.finish(&ticket, readback)?;
+            if self.statistics.samples == so_far && work.new_samples == 1 {
+                return Err(RenderError::Stuck { budget: self.launch.loop_budget });
+            }
+            work.new_samples = 1;
+            repeated |= self.statistics.samples < end;
+        }
+        Ok(repeated)
     }
 
     /// Takes a sample of each pixel of some spans. Not to be stopped: what is stopped should have samples of the image.
@@ -281,7 +297,7 @@ pub(super) fn mapped(buffer: &Buffer) -> Result<&[u8], RenderError> {
 }
 
 pub(super) fn unmapped() -> RenderError {
-    RenderError::Settings("the driver does not map memory that the host reads or writes".to_owned())
+    RenderError::Driver("it does not map memory that the host reads or writes".to_owned())
 }
 
 /// A number without a common divisor with `groups`, such that its multiples, modulo `groups`, are spread evenly: near

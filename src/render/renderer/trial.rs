@@ -92,9 +92,9 @@ const SEED: u32 = 0x3707_3443;
 /// Tiles of which one takes part in the trial, made of a group of each.
 pub(super) const SET: u32 = queue::SCATTERED_TILES;
 /// Slots of these.
-pub(super) const BLOCK: u32 = TILE as u32 * SET;
+pub(super) const SET_SLOTS: u32 = TILE as u32 * SET;
 /// Slots whose trial is one dispatch: 131,072 samples.
-const DISPATCH_SLOTS: u32 = 1024 * BLOCK;
+const DISPATCH_SLOTS: u32 = 1024 * SET_SLOTS;
 
 /// The trial of a rendering and what came of it, apart for the two halves of the image that adaptive sampling keeps
 /// independent of each other.
@@ -291,7 +291,7 @@ impl Renderer {
         let mut spans = Vec::new();
         for span in self.whole_film() {
             let first_slot = span.first_slot;
-            debug_assert!(first_slot.is_multiple_of(BLOCK), "a band begins within a set of tiles");
+            debug_assert!(first_slot.is_multiple_of(SET_SLOTS), "a band begins within a set of tiles");
             spans.extend((first_slot..span.end_slot).step_by(DISPATCH_SLOTS as usize).map(|first_slot| {
                 let end_slot = span.end_slot.min(first_slot + DISPATCH_SLOTS);
                 Span { first_slot, end_slot, ..span }
@@ -303,24 +303,14 @@ impl Renderer {
         for (span, turn) in spans.iter().flat_map(|span| (0..turns).map(move |turn| (span, turn))) {
             self.push.modes = modes | turn << mode::TURN_SHIFT;
             end += self.pixels_of_trial(span, turn) * u64::from(queue::TRIAL);
-            let mut work = Work {
+            let work = Work {
                 spans: vec![*span],
                 tile_step: SET,
                 target_samples: queue::TRIAL,
                 // At once, however many the others are to be: what they cost is noted for a dispatch.
                 new_samples: queue::TRIAL,
             };
-            // Again, if the budget of loops did not suffice.
-            while self.statistics.samples < end {
-                let so_far = self.statistics.samples;
-                let (ticket, readback) = self.submit(&work)?;
-                self.finish(&ticket, readback)?;
-                if self.statistics.samples == so_far && work.new_samples == 1 {
-                    return Err(RenderError::Stuck { budget: self.launch.loop_budget });
-                }
-                work.new_samples = 1;
-                tried.repeated |= self.statistics.samples < end;
-            }
+            tried.repeated |= self.work_until(work, end)?;
         }
         for span in spans {
             let groups = self.groups_of_span(span, turns)?;
@@ -358,7 +348,7 @@ impl Renderer {
     /// Pixels of a span that take part in a turn of the trial.
     fn pixels_of_trial(&self, span: &Span, turn: u32) -> u64 {
         let members = |first: u32| (0..MEMBERS as u32).map(move |member| first + member * MEMBERS as u32);
-        let sets = (span.first_slot..span.end_slot).step_by(BLOCK as usize);
+        let sets = (span.first_slot..span.end_slot).step_by(SET_SLOTS as usize);
         let slots = sets.flat_map(|set| groups_of_set(set, turn..turn + 1)).flat_map(members);
         let inside = |slot: &u32| *slot < span.end_slot && pixel_of_slot(*slot, self.width, self.height).is_some();
         slots.filter(inside).count() as u64
@@ -367,7 +357,7 @@ impl Renderer {
 
 /// The groups among so many slots, from the first of a set of tiles on, that take part in the trial: their first slots.
 fn groups_among(slots: usize, turns: u32) -> Vec<u32> {
-    let sets = (0..slots as u32).step_by(BLOCK as usize);
+    let sets = (0..slots as u32).step_by(SET_SLOTS as usize);
     sets.flat_map(|set| groups_of_set(set, 0..turns)).filter(|group| (*group as usize) < slots).collect()
 }
 

@@ -47,8 +47,8 @@ impl Noise {
     pub fn left_by_gradients(&self) -> f64 {
         let light = self.light / MEMBERS as f64;
         let left = self.differences / (self.differences + SPREAD * light);
-        // Where there is no noise at all, NaN.
-        left.min(1.0)
+        // Where there is no noise at all, or no finite one, nothing is known to be gained.
+        if left.is_nan() { 1.0 } else { left }
     }
 }
 

@@ -80,7 +80,7 @@ impl Renderer {
             // As far as they have come.
             _ => {
                 let films = [self.develop_twin(&mut twins, 0)?, self.develop_twin(&mut twins, 1)?];
-                mean_of(&films, |n, m| f64::from(n) / f64::from(n + m))
+                mean_of(&films, |n, m| if n == m { 0.5 } else { f64::from(n) / f64::from(n + m) })
             }
         };
         self.tell_noise(adaptive, &film, noise, rounds, complete);
