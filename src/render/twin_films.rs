@@ -8,7 +8,8 @@ use crate::image::metrics::RELATIVE_OFFSET;
 ///
 /// Also its noise and that of its noisiest tile, roots of mean relative variance; `None` if a pixel lacks samples of either.
 /// If variances are V and W, and the parts p and q, that of the mean is p²V + q²W, which pq(V + W) is for p = q = 1/2, and for
-/// parts that go with samples if variances go against them. The square of the difference is V + W in the mean.
+/// parts that go with samples if variances go against them. The square of the difference is V + W in the mean. (What it is relative
+/// to: [`scale`].)
 pub(crate) fn mean_of(films: &[Film; 2], part: impl Fn(u32, u32) -> f64) -> (Film, Option<(f64, f64)>) {
     let [a, b] = films;
     let (width, height) = (a.width(), a.height());
@@ -24,8 +25,8 @@ pub(crate) fn mean_of(films: &[Film; 2], part: impl Fn(u32, u32) -> f64) -> (Fil
             let values: [[f64; 2]; 3] = std::array::from_fn(|c| [value(a, c), value(b, c)]);
             let means = values.map(|[x, y]| p * x + (1.0 - p) * y);
             mean.put(pixel, means.map(|x| x * f64::from(n + m)), n + m);
-            for ([x, y], mean) in values.iter().zip(means) {
-                error_of_tile += p * (1.0 - p) * (x - y).powi(2) / (mean * mean + RELATIVE_OFFSET);
+            for [x, y] in &values {
+                error_of_tile += p * (1.0 - p) * (x - y).powi(2) / scale(*x, *y);
             }
             pixels += 1.0;
         }
@@ -39,13 +40,19 @@ pub(crate) fn mean_of(films: &[Film; 2], part: impl Fn(u32, u32) -> f64) -> (Fil
     (mean, known.then(|| (noise, noisiest.sqrt())))
 }
 
-/// The mean of the squares of what has changed from one film to another, relative to the latter.
+/// The square of what an error of a radiance is relative to, of which there are two estimates: of the smaller one. In their mean a
+/// rare bright sample would hide the error that it is.
+fn scale(x: f64, y: f64) -> f64 {
+    x.abs().min(y.abs()).powi(2) + RELATIVE_OFFSET
+}
+
+/// The mean of the squares of what has changed from one film to another, relative to the smaller value ([`scale`]).
 pub(crate) fn change(from: &Film, to: &Film) -> f64 {
     let mut sum = 0.0;
     for (before, after) in from.mean().iter().zip(to.mean()) {
         for (x, y) in before.iter().zip(after) {
             let (x, y) = (f64::from(*x), f64::from(y));
-            sum += (y - x).powi(2) / (y * y + RELATIVE_OFFSET);
+            sum += (y - x).powi(2) / scale(x, y);
         }
     }
     sum / (3.0 * to.counts().len() as f64)
@@ -66,13 +73,13 @@ mod tests {
     fn two_films_make_one() {
         let (mean, noise) = mean_of(&[film(1.0, 6), film(2.0, 2)], |_, _| 0.5);
         assert_eq!((mean.mean()[44], mean.counts()[44]), ([1.5; 3], 8));
-        let expected = (0.25 / (1.5 * 1.5 + RELATIVE_OFFSET)).sqrt();
+        let expected = (0.25 / (1.0 + RELATIVE_OFFSET)).sqrt();
         let (noise, noisiest) = noise.expect("samples in both");
         assert!((noise - expected).abs() < 1e-12 && (noisiest - expected).abs() < 1e-12, "{noise} {noisiest}");
         let by_samples = |n: u32, m: u32| f64::from(n) / f64::from(n + m);
         let (mean, noise) = mean_of(&[film(1.0, 6), film(2.0, 2)], by_samples);
         assert_eq!(mean.mean()[0], [1.25; 3]);
-        assert!(noise.expect("samples").0 < expected * (0.75f64).sqrt() * 1.25);
+        assert!((noise.expect("samples").0 - expected * 0.75f64.sqrt()).abs() < 1e-12);
         let (mean, noise) = mean_of(&[film(1.0, 6), film(0.0, 0)], by_samples);
         assert_eq!((mean.mean()[7], noise), ([1.0; 3], None));
     }
@@ -88,8 +95,10 @@ mod tests {
     }
 
     #[test]
-    fn changes_are_relative_to_what_they_lead_to() {
+    fn a_bright_sample_does_not_hide_the_error_that_it_is() {
         assert_eq!(change(&film(1.0, 4), &film(1.0, 8)), 0.0);
-        assert!((change(&film(1.0, 4), &film(2.0, 8)) - 1.0 / (4.0 + RELATIVE_OFFSET)).abs() < 1e-9);
+        let expected = 1.0 / (1.0 + RELATIVE_OFFSET);
+        assert!((change(&film(1.0, 4), &film(2.0, 8)) - expected).abs() < 1e-9);
+        assert!((change(&film(2.0, 4), &film(1.0, 8)) - expected).abs() < 1e-9);
     }
 }
