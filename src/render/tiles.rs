@@ -62,9 +62,12 @@ impl Tile {
             let (m, n) = (f64::from(ladder.count(rung - 1)), f64::from(ladder.count(rung)));
             for i in (0..TILE).filter(|&i| self.inside[i]) {
                 for c in 0..3 {
-                    let mean = sums[i][c] / n;
-                    let change = mean - before[i][c] / m;
-                    errors[half_of(i)] += change * change * m / (n - m) / (mean * mean + RELATIVE_OFFSET);
+                    let (first, added) = (before[i][c] / m, (sums[i][c] - before[i][c]) / (n - m));
+                    let change = sums[i][c] / n - first;
+                    // The product of two estimates that share no samples is the square of the radiance in the mean. In the square
+                    // of their mean a rare bright sample would hide the error that it is.
+                    let square = (first * added).abs();
+                    errors[half_of(i)] += change * change * m / (n - m) / (square + RELATIVE_OFFSET);
                 }
             }
         }
