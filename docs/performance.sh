@@ -1,5 +1,5 @@
 #!/bin/sh
-# Measures everything in docs/performance.md again. From the repository's root; a built photolith in PATH or in PHOTOLITH.
+# Measures everything in docs/measurements.md again. From the repository's root; a built photolith in PATH or in PHOTOLITH.
 # A section that fails keeps its old text; the others are measured all the same, and the exit code says so.
 set -u
 photolith=${PHOTOLITH:-photolith}
@@ -8,7 +8,7 @@ table() {
     section=$1
     shift
     echo "$section" >&2
-    "$photolith" bench "$@" --markdown docs/performance.md --section "$section" >/dev/null || failed="$failed $section"
+    "$photolith" bench "$@" --markdown docs/measurements.md --section "$section" >/dev/null || failed="$failed $section"
 }
 plot() {
     table "$@" --plot "docs/plots/$1.svg"

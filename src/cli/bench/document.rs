@@ -62,7 +62,7 @@ mod tests {
 
     #[test]
     fn plots_are_linked_from_the_document() {
-        assert_eq!(relative(Path::new("docs/plots/a.svg"), Path::new("docs/performance.md")), "plots/a.svg");
+        assert_eq!(relative(Path::new("docs/plots/a.svg"), Path::new("docs/measurements.md")), "plots/a.svg");
         assert_eq!(relative(Path::new("a.svg"), Path::new("b.md")), "a.svg");
     }
 }
