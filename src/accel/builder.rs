@@ -442,14 +442,16 @@ mod tests {
     }
 
     #[test]
-    fn random_boxes_make_the_same_valid_tree_each_time() {
+    fn random_boxes_make_the_same_valid_tree_with_any_number_of_threads() {
         let mut random = crate::accel::random_numbers(1);
-        let boxes: Vec<_> = (0..20_000)
+        let boxes: Vec<_> = (0..PARALLEL_WITHIN + 20_000)
             .map(|_| {
                 let p = Vec3::new(random(), random(), random());
                 Aabb { lo: p, hi: p + 0.01 * Vec3::new(random(), random(), random()) }
             })
             .collect();
-        assert_eq!(check(&boxes), check(&boxes));
+        let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        let many = rayon::ThreadPoolBuilder::new().num_threads(5).build().unwrap();
+        assert!(alone.install(|| check(&boxes)) == many.install(|| build(&boxes).unwrap()));
     }
 }

@@ -131,3 +131,45 @@ fn plan(tree: &Tree, node: u32, choices: &mut [Choice]) -> Forest {
     let forests = [one, up_to_two, up_to_three];
     Forest { cost: forests.map(|f| f.0), records: forests.map(|f| f.1) }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::super::builder::build;
+    use super::*;
+
+    /// The least areas of what may stand for a subtree: up to one, two, three and four nodes or leaves, with all that is below.
+    fn least(tree: &Tree, bounds: Aabb, child: Child) -> [f32; WIDTH] {
+        let own = bounds.half_area();
+        let Child::Inner(node) = child else { return [own; WIDTH] };
+        let node = &tree.nodes[node as usize];
+        let [a, b] = [0, 1].map(|side| least(tree, node.bounds[side], node.children[side]));
+        let divided = |count: usize| (1..count).map(|l| a[l - 1] + b[count - l - 1]).fold(f32::INFINITY, f32::min);
+        let one = own + (2..=WIDTH).map(divided).fold(f32::INFINITY, f32::min);
+        [1, 2, 3, 4].map(|most| (2..=most).map(divided).fold(one, f32::min))
+    }
+
+    /// The areas of all that stays below a node.
+    fn areas(collapse: &Collapse, node: u32) -> f32 {
+        let below = |(bounds, child): &Boxed| {
+            bounds.half_area() + if let Child::Inner(inner) = *child { areas(collapse, inner) } else { 0.0 }
+        };
+        collapse.children(node).iter().map(below).sum()
+    }
+
+    #[test]
+    fn rays_meet_the_fewest_records() {
+        let mut random = crate::accel::random_numbers(23);
+        for count in 2..60 {
+            let mut corner = |size: f32| size * Vec3::new(random(), random(), random());
+            let boxes: Vec<_> = (0..count).map(|_| corner(1.0)).collect();
+            let boxes: Vec<_> = boxes.into_iter().map(|lo| Aabb { lo, hi: lo + corner(0.3) }).collect();
+            let tree = build(&boxes).unwrap();
+            let whole = tree.nodes[0].bounds[0].union(tree.nodes[0].bounds[1]);
+            let expected = least(&tree, whole, Child::Inner(0))[0] - whole.half_area();
+            let found = areas(&Collapse::of(&tree), 0);
+            assert!((found - expected).abs() <= 1e-5 * expected, "{count} leaves: {found}, least {expected}");
+        }
+    }
+}

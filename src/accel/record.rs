@@ -442,6 +442,27 @@ mod tests {
     }
 
     #[test]
+    fn the_same_records_with_any_number_of_threads() {
+        let mut random = crate::accel::random_numbers(17);
+        let mut point = |size: f32| size * Vec3::new(random(), random(), random());
+        let strip = |_| {
+            let [a, b, c, d] = [point(1.0), point(0.01), point(0.01), point(0.01)];
+            [triangle([a, a + b, a + c]), triangle([a, a + c, a + d])]
+        };
+        let primitives: Vec<_> = (0..3 * PARALLEL_ABOVE).flat_map(strip).collect();
+        let packed = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                let leaves = leaves(&primitives);
+                let members = |leaf: &Leaf| leaf.members().map(|i| primitives[i as usize].bounds());
+                let boxes: Vec<_> = leaves.iter().map(|leaf| members(leaf).fold(Aabb::EMPTY, Aabb::union)).collect();
+                pack(&build(&boxes).unwrap(), &leaves, &primitives)
+            })
+        };
+        assert!(packed(1) == packed(5));
+    }
+
+    #[test]
     fn boxes_are_widened_as_the_shader_reckons() {
         let shader = include_str!("../../shaders/lib/intersect/slab.glsl");
         assert!(shader.contains("0.0 : 40.0 / 16777216.0;"));

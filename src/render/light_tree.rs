@@ -199,6 +199,19 @@ mod tests {
     }
 
     #[test]
+    fn lights_that_are_ever_farther_apart_make_no_deep_tree() {
+        let light = |i: i32| {
+            let at = DVec3::new(2f64.powi(i), 3f64.powi(i % 300), 0.0);
+            Light { shape: LightShape::Sphere { center: at, radius: 0.1, inward: false }, radiance: [1.0; 3] }
+        };
+        let lights: Vec<_> = (-300..700).map(light).collect();
+        let tree = LightTree::of(&lights);
+        // Each cut takes one light off, until lights are halved.
+        let most = HALVE_BELOW + lights.len().next_power_of_two().ilog2();
+        assert!(tree.depth > most / 2 && tree.depth <= most, "depth {}, at most {most}", tree.depth);
+    }
+
+    #[test]
     fn cones_contain_what_they_join() {
         let a = Cone { axis: DVec3::X, angle: 0.3 };
         let b = Cone { axis: DVec3::Y, angle: 0.1 };
