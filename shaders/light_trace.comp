@@ -44,21 +44,6 @@ void emitter_point(int light, vec2 u, out vec3 point, out vec3 normal) {
     point = p + normal * (2.0 * GAMMA_7 * dot(abs(p0) + abs(p1) + abs(p2), abs(normal)));
 }
 
-// A direction from y towards a target, or by the cosine from within it.
-vec3 beam_direction(vec4 target, vec3 y, vec3 normal, vec2 u) {
-    vec3 to = target.xyz - y;
-    float d2 = dot(to, to);
-    float sin2_max = target.w * target.w / d2;
-    if (!(sin2_max < 1.0)) return diffuse_sample(normal, u);
-    float depth = u.y * cone_depth(sin2_max);
-    float sin2 = depth * (2.0 - depth);
-    vec3 axis = to * inversesqrt(d2);
-    vec3 tangent, bitangent;
-    basis(axis, tangent, bitangent);
-    vec2 disc = sqrt(upper(sin2, 0.0)) * cos_sin_2pi(u.x);
-    return normalize(tangent * disc.x + bitangent * disc.y + axis * (1.0 - depth));
-}
-
 // One of the places at integers that a normal distribution around them (camera.glsl) reaches x from, chosen by u in proportion
 // to its density at x; `sum` is that of all.
 int nearby_center(float x, float u, out float sum) {

@@ -308,8 +308,7 @@ uint wanted_samples(uint slot) {
     uvec2 at;
     bool real = slot < end_slot && pixel_of_slot(slot, at);
     uint film_place = film_slot(slot);
-    uint target = target_of(film_state(film_place));
-    return real ? target - min(target, film_count(film_place)) : 0u;
+    return real ? samples_lacking(film_state(film_place), film_count(film_place), NOTHING) : 0u;
 }
 
 // What came of a dispatch.

@@ -48,8 +48,7 @@ void main() {
     Gradients gradients = Gradients(vec4(0.0), vec4(0.0), vec4(0.0));
     if (REUSE && real && reused_halves != 0u) gradients = gradients_load(film_place);
     uint first = film_pixel.count;
-    uint end = real ? min(target_of(film_pixel.state), first + max_new_samples) : 0u;
-    uint samples = end - min(first, end);
+    uint samples = real ? samples_lacking(film_pixel.state, first, max_new_samples) : 0u;
     uvec2 share = REUSE ? uvec2(0u, samples) : split_share(samples);
     uint left = share.y;                    // samples that have not ended
     bool going = left > 0u;                 // with a path
@@ -150,6 +149,6 @@ void main() {
     counts.samples = adds ? film_pixel.count - first : 0u;
     counts.reused = reusing ? counts.samples : 0u;
     if (PATH_STATS) counts.steps = walked_steps;
-    counts.truncated = (REUSE ? film_pixel.count < end : left > 0u) && within_budget ? 1u : 0u;
+    counts.truncated = (REUSE ? film_pixel.count < first + samples : left > 0u) && within_budget ? 1u : 0u;
     add_counts(counts);
 }

@@ -59,8 +59,7 @@ void main() {
     if (real) film_pixel = film_load(slot);
     uint first = film_pixel.count;
     uint glances = film_glances(film_pixel.state);
-    uint samples = real ? target_of(film_pixel.state) : 0u;
-    samples = min(samples - min(first, samples), max_new_samples);  // of the pixel
+    uint samples = real ? samples_lacking(film_pixel.state, first, max_new_samples) : 0u;
     uvec2 share = split_share(samples);
     uint left = share.y;            // samples that have not begun
     if (SPLIT == 1u && left == 0u) return;

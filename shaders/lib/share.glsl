@@ -35,6 +35,12 @@ uint target_of(uint state) {
     return share_of(share_now(state), target_samples - other_samples) + share_of(share_else(state), other_samples);
 }
 
+// So many samples, `most` at most, that a pixel still lacks of these.
+uint samples_lacking(uint state, uint count, uint most) {
+    uint target = target_of(state);
+    return min(target - min(target, count), most);
+}
+
 // The index in the random numbers of a pixel's sample after `count` others.
 uint index_after(uint state, uint count) {
     if (!REUSE) return count;

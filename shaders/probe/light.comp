@@ -17,11 +17,12 @@ void main() {
     vec4 n = input_floats(3u * i + 1u);
     vec4 w = input_floats(3u * i + 2u);
     if (PROBE == PROBE_LIGHT_SAMPLE) {
-        // from | u of the choice;  n;  u of the point
+        // from | u of the choice;  n | a number with its further digits;  u of the point
         float probability;
         int cell = light_cell(from.xyz);
-        int light = light_choose(cell, from.w, probability);
-        LightSample s = light_candidate(cell, from.xyz, n.xyz, from.w, w.xy);
+        float more = fract(4096.0 * n.w);
+        int light = light_choose(cell, from.w, more, probability);
+        LightSample s = light_candidate(cell, from.xyz, n.xyz, from.w, more, w.xy);
         probe_out[2u * i] = uvec4(floatBitsToUint(s.point), uint(light));
         output_floats(2u * i + 1u, vec4(s.radiance, s.pdf));
     }

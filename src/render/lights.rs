@@ -68,7 +68,7 @@ impl Light {
 }
 
 /// Kinds of lights (shaders/lib/light/light.glsl).
-mod kind {
+pub(super) mod kind {
     pub const POINT: u32 = 0;
     pub const TRIANGLE: u32 = 1;
     pub const SPHERE: u32 = 2;

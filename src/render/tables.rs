@@ -25,7 +25,7 @@ use super::spheres::{self, ConstantSphere};
 use super::view::{Rectangle, View};
 
 /// Ids of the shader from here on are records of the tree (shaders/lib/intersect/tree.glsl).
-const TREE_ID: usize = 0x0100_0000;
+pub(super) const TREE_ID: usize = 0x0100_0000;
 /// Samples of lights at a first diffuse hit: shaders/lib/path.glsl spreads up to four over a lamp.
 const LIGHT_SAMPLES: u32 = 4;
 

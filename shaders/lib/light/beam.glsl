@@ -27,6 +27,7 @@
 #define BEAM_GLSL
 
 #include "choice.glsl"
+#include "../bsdf/diffuse.glsl"
 
 layout(constant_id = 214) const uint BEAM_TARGETS = 0u;     // 0: no beams
 layout(constant_id = 215) const uint BEAM_TEXELS = 0u;
@@ -47,7 +48,22 @@ int beam_pair(int light, uint target) {
     return int(BEAM_TEXELS + BEAM_TARGETS + (uint(light) - FIRST_EMITTER) * BEAM_TARGETS + target);
 }
 
-// Density per solid angle of a direction from y towards a target.
+// A direction from y towards a target, or by the cosine from within it.
+vec3 beam_direction(vec4 target, vec3 y, vec3 normal, vec2 u) {
+    vec3 to = target.xyz - y;
+    float d2 = dot(to, to);
+    float sin2_max = target.w * target.w / d2;
+    if (!(sin2_max < 1.0)) return diffuse_sample(normal, u);
+    float depth = u.y * cone_depth(sin2_max);
+    float sin2 = depth * (2.0 - depth);
+    vec3 axis = to * inversesqrt(d2);
+    vec3 tangent, bitangent;
+    basis(axis, tangent, bitangent);
+    vec2 disc = sqrt(upper(sin2, 0.0)) * cos_sin_2pi(u.x);
+    return normalize(tangent * disc.x + bitangent * disc.y + axis * (1.0 - depth));
+}
+
+// Density per solid angle with which beam_direction gives a direction under the cosine `cos_light`.
 float beam_direction_pdf(vec4 target, vec3 y, vec3 direction, float cos_light) {
     vec3 to = target.xyz - y;
     float d2 = dot(to, to);

@@ -40,16 +40,24 @@ bool light_turn(float share, inout float u) {
     return first;
 }
 
+// A random number has so many binary digits.
+const float LAST_DIGIT = 1.0 / 16777216.0;
+
 // The light of a number u in [0, 1) for a surface in a cell, and the probability of choosing it; −1 if no light can
-// shine there.
-int light_choose(int cell, float u, out float probability) {
+// shine there. Among thousands of lights the digits of u are soon used up: those of `more` follow them.
+int light_choose(int cell, float u, float more, out float probability) {
     probability = 1.0;
     if (LIGHT_COUNT == 1u) return 0;
     float place = u * float(LIGHT_ENTRIES);
     int column = int(lower(place, float(LIGHT_ENTRIES) - 0.5));
     u = place - float(column);
     vec4 entry = light_texel(cell + column);
-    if (!light_turn(entry.x, u)) entry = light_texel(cell + floatBitsToInt(entry.y));
+    bool own = light_turn(entry.x, u);
+    if (LIGHT_DEPTH > 0u) {
+        float known = LAST_DIGIT * float(LIGHT_ENTRIES) / (own ? entry.x : 1.0 - entry.x);
+        u = lower(u + more * known, BELOW_ONE);
+    }
+    if (!own) entry = light_texel(cell + floatBitsToInt(entry.y));
     probability = entry.z;
     int chosen = probability > 0.0 ? floatBitsToInt(entry.w) : -1;
     if (LIGHT_DEPTH > 0u && chosen >= 0) {
@@ -93,10 +101,10 @@ LightSample light_point(Light l, vec3 from, vec3 n, vec2 uv) {
     return sphere_sample(l, from, n, uv);
 }
 
-// Samples the light that u chooses. `pdf` of the result includes the choice.
-LightSample light_candidate(int cell, vec3 from, vec3 n, float u, vec2 uv) {
+// Samples the light that u chooses (light_choose). `pdf` of the result includes the choice.
+LightSample light_candidate(int cell, vec3 from, vec3 n, float u, float more, vec2 uv) {
     float probability;
-    int light = light_choose(cell, u, probability);
+    int light = light_choose(cell, u, more, probability);
     if (light < 0) return LightSample(from, vec3(0.0), 1.0);
     LightSample s = light_point(light_of(light), from, n, uv);
     s.radiance /= probability;
@@ -108,9 +116,11 @@ LightSample light_candidate(int cell, vec3 from, vec3 n, float u, vec2 uv) {
 // need no more than that both use the same.
 LightSample light_sample(vec3 from, vec3 n, vec2 u, vec2 uv) {
     int cell = light_cell(from);
-    LightSample s = light_candidate(cell, from, n, u.x, uv);
+    // Which of the two is kept hardly depends on the lower digits of u.y.
+    float more = fract(4096.0 * u.y);
+    LightSample s = light_candidate(cell, from, n, u.x, more, uv);
     if (LIGHT_COUNT > 1u) {
-        LightSample other = light_candidate(cell, from, n, u.x < 0.5 ? u.x + 0.5 : u.x - 0.5, uv);
+        LightSample other = light_candidate(cell, from, n, u.x < 0.5 ? u.x + 0.5 : u.x - 0.5, more, uv);
         float mine = brightness(s.radiance);
         float theirs = brightness(other.radiance);
         bool takes = u.y * (mine + theirs) < theirs;

@@ -7,12 +7,14 @@ use std::mem::offset_of;
 
 use super::kernels::{LIGHT_TRACE, Schedule, built_in};
 use super::layout::{
-    BeamNote, Counters, FilmSlot, GradientSlot, Push, SceneValues, binding, constant, glance, mode, queue,
+    BeamNote, Counters, FilmSlot, GradientSlot, Push, SceneValues, binding, constant, glance, kind, mode, queue,
 };
+use super::mutation::Mutation;
 use super::shares::{PLAIN_SHARE, SHIFTED_SHARE};
 use super::sobol;
 use super::spheres::MAX_CONSTANT_SPHERES;
 use super::tiles::{TILE, half_of};
+use super::{lights, tables};
 use reflect::{Interface, interface};
 
 /// Every specialization constant that the shaders may have, by name.
@@ -258,4 +260,33 @@ fn records() {
         let line = format!("const uint {name} = {}u;", offset / size_of::<u64>());
         assert!(layout.contains(&line), "layout.glsl should have `{line}`");
     }
+}
+
+/// Numbers that say what something is.
+#[test]
+fn kinds_and_mutations() {
+    let surface = include_str!("../../../shaders/lib/surface.glsl");
+    for (name, kind) in [("DIFFUSE", kind::DIFFUSE), ("MIRROR", kind::MIRROR), ("EMITTER", kind::EMITTER)] {
+        assert!(surface.contains(&format!("const float KIND_{name} = {kind:.1};")), "{name}");
+    }
+    let light = include_str!("../../../shaders/lib/light/light.glsl");
+    for (name, kind) in [
+        ("POINT", lights::kind::POINT),
+        ("TRIANGLE", lights::kind::TRIANGLE),
+        ("SPHERE", lights::kind::SPHERE),
+        ("INWARD", lights::kind::INWARD),
+        ("PARALLELOGRAM", lights::kind::PARALLELOGRAM),
+        ("RECTANGLE", lights::kind::RECTANGLE),
+    ] {
+        assert!(light.contains(&format!("const uint LIGHT_{name} = {kind}u;")), "{name}");
+    }
+    let tree = include_str!("../../../shaders/lib/intersect/tree.glsl");
+    assert!(tree.contains(&format!("const int TREE_ID = {:#010x};", tables::TREE_ID)));
+    // Thin boxes are the host's.
+    let layout = include_str!("../../../shaders/lib/layout.glsl");
+    let of_shaders =
+        |line: &str| line.strip_prefix("const uint MUTATE_")?.split_once(" = ")?.1.strip_suffix("u;")?.parse().ok();
+    let found: Vec<u32> = layout.lines().filter_map(of_shaders).collect();
+    let expected = Mutation::ALL.into_iter().filter(|m| *m != Mutation::ThinBoxes).map(|m| m as u32);
+    assert_eq!(found, expected.collect::<Vec<_>>());
 }
