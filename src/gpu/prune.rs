@@ -120,4 +120,6 @@ fn is_closed(module: &Module, defined: &HashSet<Word>) -> bool {
 }
 
 #[cfg(test)]
+mod kernel_tests;
+#[cfg(test)]
 mod tests;

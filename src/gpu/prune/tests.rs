@@ -213,21 +213,3 @@ fn what_is_no_spirv_is_left_to_the_driver() {
         assert_eq!(prune(&[&header, instruction].concat(), &Specialization::default()), None, "{instruction:x?}");
     }
 }
-
-#[test]
-fn the_kernels_are_of_a_kind_that_is_known() {
-    for kernel in [
-        &include_bytes!(concat!(env!("OUT_DIR"), "/path_trace.spv"))[..],
-        include_bytes!(concat!(env!("OUT_DIR"), "/path_turns.spv")),
-        include_bytes!(concat!(env!("OUT_DIR"), "/path_queue.spv")),
-        include_bytes!(concat!(env!("OUT_DIR"), "/closest.spv")),
-        include_bytes!(concat!(env!("OUT_DIR"), "/functions.spv")),
-    ] {
-        let words: Vec<u32> = kernel.chunks_exact(4).map(|w| u32::from_le_bytes(w.try_into().unwrap())).collect();
-        let pruned = prune(&words, &Specialization::default()).unwrap();
-        assert!(pruned.len() < words.len(), "{} of {} words", pruned.len(), words.len());
-        // Nothing is left to be done, and who made it is still said.
-        assert_eq!(prune(&pruned, &Specialization::default()).as_deref(), Some(&pruned[..]));
-        assert_eq!((pruned[2], pruned[4]), (words[2], words[4]));
-    }
-}

@@ -1,0 +1,22 @@
+//! The kernels that the build script has made.
+
+use super::super::pipeline::Specialization;
+use super::prune;
+
+/// Names and words of all of them.
+fn kernels() -> Vec<(&'static str, Vec<u32>)> {
+    let built = include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
+    let words = |spirv: &[u8]| spirv.chunks_exact(4).map(|w| u32::from_le_bytes(w.try_into().unwrap())).collect();
+    built.into_iter().map(|(name, spirv)| (name, words(spirv))).collect()
+}
+
+#[test]
+fn the_kernels_are_of_a_kind_that_is_known() {
+    for (name, words) in kernels() {
+        let pruned = prune(&words, &Specialization::default()).expect(name);
+        assert!(pruned.len() < words.len(), "{name}: {} of {} words", pruned.len(), words.len());
+        // Nothing is left to be done, and who made it is still said.
+        assert_eq!(prune(&pruned, &Specialization::default()).as_deref(), Some(&pruned[..]), "{name}");
+        assert_eq!((pruned[2], pruned[4]), (words[2], words[4]), "{name}");
+    }
+}
