@@ -7,6 +7,7 @@ use ash::vk;
 use super::buffer::Buffer;
 use super::device::Device;
 use super::error::{GpuError, check};
+use super::required::STORAGE_BUFFERS;
 
 /// What a binding is to shaders.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,6 +48,8 @@ pub(crate) struct BindingLayout {
 impl BindingLayout {
     /// Makes the layout from the bindings' numbers and kinds, at least one.
     pub fn new(device: &Arc<Device>, bindings: &[(u32, BindingKind)], push_bytes: u32) -> Result<Arc<Self>, GpuError> {
+        let arrays = bindings.iter().filter(|&&(_, kind)| kind == BindingKind::Array).count();
+        debug_assert!(arrays <= STORAGE_BUFFERS as usize, "devices are chosen for fewer arrays");
         let layout_bindings: Vec<_> = bindings
             .iter()
             .map(|&(number, kind)| {

@@ -12,6 +12,7 @@ use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use super::error::{GpuError, check};
 use super::instance::{Instance, Validation};
 use super::messages::Messages;
+use super::required;
 use super::select::{self, DeviceInfo};
 use super::shader_objects::ShaderObjects;
 
@@ -141,7 +142,7 @@ impl Device {
         let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&[1.0])];
         let store = options.shader_folder.as_deref().and_then(|f| ShaderObjects::find(&instance, physical, &info, f));
         let extensions = store.as_ref().map_or(&[][..], |_| &ShaderObjects::EXTENSIONS);
-        let mut features12 = vk::PhysicalDeviceVulkan12Features::default().timeline_semaphore(true);
+        let mut features12 = required::features();
         let mut features_objects = vk::PhysicalDeviceShaderObjectFeaturesEXT::default().shader_object(true);
         let mut create = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)

@@ -10,6 +10,7 @@ mod manifest;
 mod messages;
 mod pipeline;
 mod prune;
+mod required;
 mod select;
 mod shader_objects;
 mod submit;

@@ -4,6 +4,7 @@ use ash::vk;
 
 use super::error::{GpuError, check};
 use super::instance::Instance;
+use super::required;
 
 /// What a physical device is and whether it can be used.
 #[derive(Debug, Clone)]
@@ -91,18 +92,7 @@ fn describe(instance: &Instance, device: vk::PhysicalDevice, index: usize) -> De
             instance.raw.get_physical_device_properties2(device, &mut properties);
             instance.raw.get_physical_device_features2(device, &mut features);
         }
-        if f12.timeline_semaphore == vk::FALSE {
-            missing.push("timeline semaphores".to_owned());
-        }
-        let wanted = vk::SubgroupFeatureFlags::BASIC
-            | vk::SubgroupFeatureFlags::VOTE
-            | vk::SubgroupFeatureFlags::ARITHMETIC
-            | vk::SubgroupFeatureFlags::BALLOT;
-        if !v11.subgroup_supported_operations.contains(wanted)
-            || !v11.subgroup_supported_stages.contains(vk::ShaderStageFlags::COMPUTE)
-        {
-            missing.push("subgroup vote, arithmetic and ballot in compute shaders".to_owned());
-        }
+        missing = required::missing(f12, &v11, &basic.limits);
     } else {
         missing.push("Vulkan 1.2".to_owned());
     }

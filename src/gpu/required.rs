@@ -1,0 +1,88 @@
+//! What photolith requires of a device.
+
+use ash::vk;
+
+/// What a feature is called, and where Vulkan tells and is told of it.
+type Feature = (&'static str, for<'a> fn(&'a mut vk::PhysicalDeviceVulkan12Features<'static>) -> &'a mut vk::Bool32);
+
+const FEATURES: [Feature; 2] = [
+    ("timeline semaphores", |features| &mut features.timeline_semaphore),
+    ("broadcasts from any lane of a subgroup", |features| &mut features.subgroup_broadcast_dynamic_id),
+];
+
+/// Storage buffers that a kernel sees at most. (Vulkan allows at least 4.)
+pub(super) const STORAGE_BUFFERS: u32 = 5;
+
+/// The features, switched on.
+pub(super) fn features() -> vk::PhysicalDeviceVulkan12Features<'static> {
+    let mut features = vk::PhysicalDeviceVulkan12Features::default();
+    for (_, of) in FEATURES {
+        *of(&mut features) = vk::TRUE;
+    }
+    features
+}
+
+/// What a device of Vulkan 1.2 with these features, subgroups and limits lacks.
+pub(super) fn missing(
+    mut features: vk::PhysicalDeviceVulkan12Features<'static>,
+    subgroups: &vk::PhysicalDeviceVulkan11Properties<'_>,
+    limits: &vk::PhysicalDeviceLimits,
+) -> Vec<String> {
+    let absent = FEATURES.into_iter().filter(|(_, of)| *of(&mut features) == vk::FALSE);
+    let mut missing: Vec<_> = absent.map(|(name, _)| name.to_owned()).collect();
+    if !subgroups.subgroup_supported_operations.contains(operations())
+        || !subgroups.subgroup_supported_stages.contains(vk::ShaderStageFlags::COMPUTE)
+    {
+        missing.push("subgroup vote, arithmetic and ballot in compute shaders".to_owned());
+    }
+    let buffers = limits.max_per_stage_descriptor_storage_buffers;
+    if buffers < STORAGE_BUFFERS {
+        missing.push(format!("{STORAGE_BUFFERS} storage buffers in a shader (it has {buffers})"));
+    }
+    missing
+}
+
+/// What the lanes of a subgroup do together.
+fn operations() -> vk::SubgroupFeatureFlags {
+    vk::SubgroupFeatureFlags::BASIC
+        | vk::SubgroupFeatureFlags::VOTE
+        | vk::SubgroupFeatureFlags::ARITHMETIC
+        | vk::SubgroupFeatureFlags::BALLOT
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn capable() -> (vk::PhysicalDeviceVulkan11Properties<'static>, vk::PhysicalDeviceLimits) {
+        let subgroups = vk::PhysicalDeviceVulkan11Properties::default()
+            .subgroup_supported_stages(vk::ShaderStageFlags::COMPUTE)
+            .subgroup_supported_operations(operations());
+        let limits = vk::PhysicalDeviceLimits {
+            max_per_stage_descriptor_storage_buffers: STORAGE_BUFFERS,
+            ..Default::default()
+        };
+        (subgroups, limits)
+    }
+
+    #[test]
+    fn what_is_enabled_is_enough() {
+        let (subgroups, limits) = capable();
+        let features = features();
+        assert_eq!((features.timeline_semaphore, features.subgroup_broadcast_dynamic_id), (vk::TRUE, vk::TRUE));
+        assert_eq!(missing(features, &subgroups, &limits), Vec::<String>::new());
+    }
+
+    #[test]
+    fn all_that_a_device_lacks_is_told() {
+        let (_, mut limits) = capable();
+        limits.max_per_stage_descriptor_storage_buffers = 4;
+        let expected = [
+            "timeline semaphores",
+            "broadcasts from any lane of a subgroup",
+            "subgroup vote, arithmetic and ballot in compute shaders",
+            "5 storage buffers in a shader (it has 4)",
+        ];
+        assert_eq!(missing(Default::default(), &Default::default(), &limits), expected);
+    }
+}
