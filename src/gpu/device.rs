@@ -15,6 +15,7 @@ use super::messages::Messages;
 use super::required;
 use super::select::{self, DeviceInfo};
 use super::shader_objects::ShaderObjects;
+use super::timestamps::Timestamps;
 
 /// How to make a [`Context`].
 #[derive(Debug, Clone, Default)]
@@ -109,8 +110,8 @@ pub(crate) struct Device {
     pub queue_family: u32,
     pub info: DeviceInfo,
     pub choice: String,
-    /// Nanoseconds of a timestamp tick; 0 if the queue has no timestamps.
-    pub timestamp_period: f32,
+    /// What the queue's timestamps say, if it has any.
+    pub timestamps: Option<Timestamps>,
     pub limits: vk::PhysicalDeviceLimits,
     names: Option<ext::debug_utils::Device>,
     /// Where shaders are kept on disk.
@@ -180,14 +181,14 @@ impl Device {
                 });
             }
         };
-        let ticks = families[queue_family as usize].timestamp_valid_bits > 0;
+        let valid_bits = families[queue_family as usize].timestamp_valid_bits;
         Ok(Self {
             raw,
             queue: Mutex::new(queue),
             queue_family,
             info,
             choice,
-            timestamp_period: if ticks { properties.limits.timestamp_period } else { 0.0 },
+            timestamps: Timestamps::of(valid_bits, properties.limits.timestamp_period),
             limits: properties.limits,
             names,
             shader_folder: options.shader_folder.clone(),

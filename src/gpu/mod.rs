@@ -14,6 +14,7 @@ mod required;
 mod select;
 mod shader_objects;
 mod submit;
+mod timestamps;
 mod violation;
 mod wide;
 
