@@ -83,7 +83,8 @@ impl Launch {
             Schedule::Turns => limits.max_compute_shared_memory_size / KEPT_BYTES,
             Schedule::Inline | Schedule::Queue => u32::MAX,
         };
-        let most_invocations = limits.max_compute_work_group_invocations.min(room);
+        let most_invocations =
+            limits.max_compute_work_group_invocations.min(limits.max_compute_work_group_size[0]).min(room);
         let size = [scene.film.width, scene.film.height];
         let slots = slot_count(size[0], size[1]);
         let bounds = split::Bounds {
