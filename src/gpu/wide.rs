@@ -5,7 +5,7 @@ use std::{env, fs};
 
 use crate::cache::user_cache;
 
-use super::manifest::lavapipe_api_version;
+use super::manifest::{ApiVersion, lavapipe_api_version};
 
 /// Read by Mesa's llvmpipe when it starts: bits of its vectors. Its own choice is 256 even where the CPU has 512.
 const WIDTH: &str = "LP_NATIVE_VECTOR_WIDTH";
@@ -63,11 +63,11 @@ fn cache_of_width(width: &str) -> Option<PathBuf> {
 /// meshes, but less where most rays are within glass (`through_glass`): with dragons, bunnies and armadillos in rooms .78, .92, .97.
 pub(crate) fn wide_walks_pay(through_glass: bool) -> bool {
     (through_glass || computes_wide_vectors_at_once())
-        && lavapipe_api_version().is_some_and(|version| version >= SKIPS_BRANCHES)
+        && lavapipe_api_version().is_some_and(|version| version >= LAVAPIPE_25)
 }
 
 /// The version of Vulkan of lavapipe from Mesa 25.0 on.
-const SKIPS_BRANCHES: (u32, u32) = (1, 4);
+const LAVAPIPE_25: ApiVersion = (1, 4);
 
 /// AMD's family of CPUs from which on vectors of 512 bits are not worked on in halves: Zen 5.
 #[cfg(target_arch = "x86_64")]
