@@ -277,29 +277,43 @@ pub(crate) enum Access {
     Compute,
     /// Copies and fills.
     Transfer,
-    /// Reads of mapped memory by the host.
+    /// Reads and writes of mapped memory by the host, after the submission. (What it wrote before needs no barrier: to submit makes
+    /// that visible.)
     Host,
 }
 
 impl Access {
+    /// What happens before a barrier: writes only, since reads leave nothing to be made visible.
     fn source(self) -> (vk::PipelineStageFlags, vk::AccessFlags) {
-        match self {
-            Self::Compute => (vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE),
-            Self::Transfer => (vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE),
-            Self::Host => (vk::PipelineStageFlags::HOST, vk::AccessFlags::HOST_WRITE),
-        }
+        let (stage, _, writes) = self.masks();
+        (stage, writes)
     }
 
+    /// What happens after it.
     fn destination(self) -> (vk::PipelineStageFlags, vk::AccessFlags) {
+        let (stage, reads, writes) = self.masks();
+        (stage, reads | writes)
+    }
+
+    /// Where it happens, reads and writes.
+    fn masks(self) -> (vk::PipelineStageFlags, vk::AccessFlags, vk::AccessFlags) {
+        use vk::{AccessFlags as A, PipelineStageFlags as Stage};
         match self {
-            Self::Compute => (
-                vk::PipelineStageFlags::COMPUTE_SHADER,
-                vk::AccessFlags::SHADER_READ | vk::AccessFlags::SHADER_WRITE | vk::AccessFlags::UNIFORM_READ,
-            ),
-            Self::Transfer => {
-                (vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_READ | vk::AccessFlags::TRANSFER_WRITE)
-            }
-            Self::Host => (vk::PipelineStageFlags::HOST, vk::AccessFlags::HOST_READ),
+            Self::Compute => (Stage::COMPUTE_SHADER, A::SHADER_READ | A::UNIFORM_READ, A::SHADER_WRITE),
+            Self::Transfer => (Stage::TRANSFER, A::TRANSFER_READ, A::TRANSFER_WRITE),
+            Self::Host => (Stage::HOST, A::HOST_READ, A::HOST_WRITE),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_host_may_write_where_it_may_read() {
+        let host = vk::AccessFlags::HOST_READ | vk::AccessFlags::HOST_WRITE;
+        assert_eq!(Access::Host.destination(), (vk::PipelineStageFlags::HOST, host));
+        assert_eq!(Access::Transfer.source(), (vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE));
     }
 }
