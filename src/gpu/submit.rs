@@ -106,9 +106,8 @@ impl Timeline {
         let mut recorder = Recorder { device: &self.device, slot };
         // The host wrote buffers before this submission; its memory operations are made visible by the submission.
         record(&mut recorder);
-        self.submitted += 1;
-        slot.value = self.submitted;
-        let values = [self.submitted];
+        let value = self.submitted + 1;
+        let values = [value];
         let semaphores = [self.semaphore];
         let commands = [slot.commands];
         let mut timeline = vk::TimelineSemaphoreSubmitInfo::default().signal_semaphore_values(&values);
@@ -121,7 +120,9 @@ impl Timeline {
             check("vkEndCommandBuffer", raw.end_command_buffer(slot.commands))?;
             self.device.submit(&submit)?;
         }
-        Ok(Ticket { slot: index, value: self.submitted })
+        // Not before: nobody is to wait for what was not submitted.
+        (self.submitted, slot.value) = (value, value);
+        Ok(Ticket { slot: index, value })
     }
 
     /// Waits for a submission and returns its stage times.
