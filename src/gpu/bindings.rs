@@ -88,6 +88,9 @@ impl BindingLayout {
 
 impl Drop for BindingLayout {
     fn drop(&mut self) {
+        if self.device.is_given_up() {
+            return;
+        }
         // SAFETY: sets and pipelines may outlive their layouts; destroying a null handle does nothing.
         unsafe {
             self.device.raw.destroy_pipeline_layout(self.raw, None);
@@ -155,7 +158,11 @@ impl BindingSet {
 
 impl Drop for BindingSet {
     fn drop(&mut self) {
+        let device = &self.layout.device;
+        if device.is_given_up() {
+            return;
+        }
         // SAFETY: owners wait for the device first.
-        unsafe { self.layout.device.raw.destroy_descriptor_pool(self.pool, None) };
+        unsafe { device.raw.destroy_descriptor_pool(self.pool, None) };
     }
 }

@@ -168,6 +168,9 @@ impl Buffer {
 
 impl Drop for Buffer {
     fn drop(&mut self) {
+        if self.device.is_given_up() {
+            return;
+        }
         // SAFETY: owners wait for the device before they drop buffers that a submission uses.
         unsafe {
             if self.view != vk::BufferView::null() {

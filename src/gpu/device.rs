@@ -1,9 +1,11 @@
 //! The logical device with its compute queue and memory allocator.
 
 use std::ffi::CString;
-use std::mem::ManuallyDrop;
+use std::mem::{ManuallyDrop, forget};
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
+use std::time::Duration;
 
 use ash::{ext, vk};
 use gpu_allocator::AllocationSizes;
@@ -16,6 +18,9 @@ use super::required;
 use super::select::{self, DeviceInfo};
 use super::shader_objects::ShaderObjects;
 use super::timestamps::Timestamps;
+
+/// How long a wait may last before the device is given up.
+pub(super) const WAIT_LIMIT: Duration = Duration::from_secs(600);
 
 /// How to make a [`Context`].
 #[derive(Debug, Clone, Default)]
@@ -119,6 +124,7 @@ pub(crate) struct Device {
     /// Shaders without pipelines, kept there as the driver hands them over.
     pub shader_objects: Option<Arc<ShaderObjects>>,
     memory: Mutex<Memory>,
+    given_up: AtomicBool,
     pub instance: Instance,
 }
 
@@ -194,6 +200,7 @@ impl Device {
             shader_folder: options.shader_folder.clone(),
             shader_objects,
             memory: Mutex::new(Memory { allocator: ManuallyDrop::new(allocator), bytes: 0, peak: 0 }),
+            given_up: AtomicBool::new(false),
             instance,
         })
     }
@@ -202,11 +209,32 @@ impl Device {
         self.memory.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 
-    /// Submits to the queue.
+    /// Gives the device up: nobody knows what of its work it has done, and it may be at it for good. So nobody waits for it any
+    /// more, and nothing that belongs to it is destroyed, itself included: the system takes it back when the process ends.
+    pub fn give_up(self: &Arc<Self>) {
+        if !self.given_up.swap(true, Ordering::Relaxed) {
+            // With this it outlives all others.
+            forget(Arc::clone(self));
+        }
+    }
+
+    /// Whether it has been given up: what was made with it is then left as it is.
+    pub fn is_given_up(&self) -> bool {
+        self.given_up.load(Ordering::Relaxed)
+    }
+
+    /// Fails if it has been given up.
+    pub fn check_in_use(&self) -> Result<(), GpuError> {
+        let late = GpuError::Timeout { what: "an earlier submission", seconds: WAIT_LIMIT.as_secs() };
+        if self.is_given_up() { Err(late) } else { Ok(()) }
+    }
+
+    /// Submits to the queue, unless the device has been given up.
     ///
     /// # Safety
     /// As for `vkQueueSubmit`: everything that `submit` names is alive until its work is done.
     pub unsafe fn submit(&self, submit: &[vk::SubmitInfo<'_>]) -> Result<(), GpuError> {
+        self.check_in_use()?;
         let queue = self.queue.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         // SAFETY: the caller's; the lock is the synchronization of the queue.
         check("vkQueueSubmit", unsafe { self.raw.queue_submit(*queue, submit, vk::Fence::null()) })

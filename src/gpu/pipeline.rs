@@ -123,6 +123,9 @@ impl Pipeline {
 
 impl Drop for Pipeline {
     fn drop(&mut self) {
+        if self.device.is_given_up() {
+            return;
+        }
         // SAFETY: owners wait for the device before they drop a pipeline that a submission uses.
         unsafe {
             match &self.raw {

@@ -7,12 +7,9 @@ use ash::vk;
 
 use super::bindings::BindingSet;
 use super::buffer::Buffer;
-use super::device::Device;
+use super::device::{Device, WAIT_LIMIT};
 use super::error::{GpuError, check};
 use super::pipeline::Pipeline;
-
-/// How long a wait may last before the device is given up.
-const WAIT_LIMIT: Duration = Duration::from_secs(600);
 
 /// A named span of device time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,6 +26,8 @@ pub(crate) struct Timeline {
     semaphore: vk::Semaphore,
     pool: vk::CommandPool,
     submitted: u64,
+    /// How long a wait may last.
+    limit: Duration,
     device: Arc<Device>,
 }
 
@@ -51,6 +50,7 @@ impl Timeline {
             semaphore: vk::Semaphore::null(),
             pool: vk::CommandPool::null(),
             submitted: 0,
+            limit: WAIT_LIMIT,
             device: Arc::clone(device),
         };
         let raw = &device.raw;
@@ -152,12 +152,18 @@ impl Timeline {
     }
 
     fn wait_value(&self, value: u64) -> Result<(), GpuError> {
+        self.device.check_in_use()?;
         let semaphores = [self.semaphore];
         let values = [value];
         let info = vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);
         let start = Instant::now();
         // SAFETY: the semaphore is alive, and `value` was submitted.
-        match unsafe { self.device.raw.wait_semaphores(&info, WAIT_LIMIT.as_nanos() as u64) } {
+        let waited = unsafe { self.device.raw.wait_semaphores(&info, self.limit.as_nanos() as u64) };
+        // A lost device works no more. Of any other failure it is not known whether it still does.
+        if waited.is_err_and(|result| result != vk::Result::ERROR_DEVICE_LOST) {
+            self.device.give_up();
+        }
+        match waited {
             Err(vk::Result::TIMEOUT) => {
                 Err(GpuError::Timeout { what: "a submission", seconds: start.elapsed().as_secs() })
             }
@@ -170,6 +176,9 @@ impl Drop for Timeline {
     fn drop(&mut self) {
         if let Err(error) = self.wait_all() {
             log::error!("{error}");
+        }
+        if self.device.is_given_up() {
+            return;
         }
         let raw = &self.device.raw;
         // SAFETY: nothing is in flight any more.
@@ -309,12 +318,53 @@ impl Access {
 
 #[cfg(test)]
 mod tests {
+    use super::super::buffer::Usage;
+    use super::super::device::{Context, ContextOptions};
     use super::*;
+
+    fn context() -> Context {
+        Context::new(&ContextOptions::default()).expect("a Vulkan device")
+    }
 
     #[test]
     fn the_host_may_write_where_it_may_read() {
         let host = vk::AccessFlags::HOST_READ | vk::AccessFlags::HOST_WRITE;
         assert_eq!(Access::Host.destination(), (vk::PipelineStageFlags::HOST, host));
         assert_eq!(Access::Transfer.source(), (vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE));
+    }
+
+    /// What nobody has submitted is never done.
+    #[test]
+    fn who_has_waited_in_vain_neither_waits_nor_destroys() {
+        let context = context();
+        let device = &context.0;
+        let mut timeline = Timeline::new(device, 2).expect("a timeline");
+        let buffer = Buffer::new(device, "left", 1 << 20, Usage::Storage).expect("a buffer");
+        let done = timeline.submit(|r| r.clear(&buffer)).expect("a submission");
+        timeline.wait(&done).expect("work that ends");
+        timeline.limit = Duration::from_millis(1);
+        let never = Ticket { slot: 1, value: 2 };
+        assert!(matches!(timeline.wait(&never), Err(GpuError::Timeout { .. })));
+        assert!(device.is_given_up());
+
+        // From now on for anybody, and at once.
+        timeline.limit = WAIT_LIMIT;
+        let start = Instant::now();
+        let mut other = Timeline::new(device, 1).expect("a timeline");
+        for timeline in [&mut timeline, &mut other] {
+            assert!(matches!(timeline.wait(&never), Err(GpuError::Timeout { .. })));
+            let submitted = timeline.submitted;
+            assert!(matches!(timeline.submit(|r| r.clear(&buffer)), Err(GpuError::Timeout { .. })));
+            // Of what was not submitted nothing is left to wait for.
+            assert_eq!(timeline.submitted, submitted);
+            assert!(timeline.slots.iter().all(|slot| slot.value <= submitted));
+        }
+        let (bytes, _) = context.memory();
+        drop((buffer, timeline, other));
+        assert!(start.elapsed() < Duration::from_secs(60), "it was waited for");
+        assert_eq!(context.memory().0, bytes, "memory that may be in use was taken back");
+        let last = Arc::downgrade(device);
+        drop(context);
+        assert!(last.upgrade().is_some(), "the device was destroyed");
     }
 }
