@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 
 use common::{SCENES, context, render, shipped, watched};
 use photolith::gpu::Violation;
-use photolith::render::{Accel, Scheduler, TriangleTest};
+use photolith::render::{Accel, Reuse, Scheduler, TriangleTest};
 use photolith::{Context, RenderSettings, Renderer, Validation};
 
 /// Renders every scene small, with several dispatches in flight, each with the settings that compile other code.
@@ -24,8 +24,24 @@ fn render_everything(context: &Context) {
         RenderSettings { accel: Accel::None, triangle_test: TriangleTest::MollerTrumbore, ..base.clone() },
         RenderSettings { scheduler: Scheduler::Inline, loop_budget: Some(500), ..base.clone() },
         RenderSettings { scheduler: Scheduler::Queue, loop_budget: Some(500), ..base.clone() },
+        RenderSettings { passage: Some(1 << 10), ..base.clone() },
     ] {
         render(context, &scene, &settings);
+    }
+    // Paths on their own, then such that serve several pixels.
+    let mesh = shipped("cat", (16, 12), 4);
+    let own = RenderSettings { samples_per_dispatch: Some(1), reuse: Reuse::Off, ..RenderSettings::of(&mesh) };
+    let reused = RenderSettings { reuse: Reuse::Always, ..own.clone() };
+    for settings in [
+        RenderSettings { scheduler: Scheduler::Turns, threads: Some(true), ..own.clone() },
+        RenderSettings { scheduler: Scheduler::Turns, split: Some(4), ..own.clone() },
+        RenderSettings { scheduler: Scheduler::Inline, split: Some(4), ..own },
+        RenderSettings { scheduler: Scheduler::Inline, ..reused.clone() },
+        RenderSettings { scheduler: Scheduler::Queue, share_by_lanes: Some(true), ..reused.clone() },
+        RenderSettings { scheduler: Scheduler::Queue, share_by_lanes: Some(false), ..reused.clone() },
+        RenderSettings { passage: Some(1 << 10), ..reused },
+    ] {
+        render(context, &mesh, &settings);
     }
     // One renderer, used again, and stopped early.
     let mut renderer = Renderer::new(context, &scene, &base).expect("a renderer");
