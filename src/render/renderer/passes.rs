@@ -208,6 +208,8 @@ impl Renderer {
             r.clear(queue_pool);
             r.clear(counters);
             r.barrier(Access::Transfer, Access::Compute);
+            // Where the film is mapped, the host may write to it next.
+            r.barrier(Access::Transfer, Access::Host);
         })?;
         self.timeline.wait(&ticket)?;
         Ok(())
