@@ -222,7 +222,8 @@ fn mtl_materials_become_surfaces() {
         ("Kd", "\"Kd\" has 0 numbers"),
         ("Kd 0.5 nan 0.5", "\"Kd\" has \"nan\""),
         ("Ke -1 0 0", "\"Ke\" is [-1.0, 0.0, 0.0], expected numbers >= 0"),
-        ("Ni 0", "\"Ni\" is 0, expected a number > 0"),
+        ("Ni 0", "\"Ni\" is 0, expected a number from 0.001 to 1000"),
+        ("Ni 1e-50", "\"Ni\" is 1e-50, expected a number from 0.001 to 1000"),
         ("illum 2.5", "\"illum\" is 2.5, expected an integer from 0 to 10"),
         ("d x", "\"d\" has \"x\""),
     ] {

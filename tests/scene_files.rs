@@ -144,8 +144,12 @@ fn material_sphere_and_light_values() {
     }
     let second = "[[material]]\nname = \"b\"\n";
     for (keys, words) in [
-        ("type = \"dielectric\"\nior = 0 #!", "material 2: ior is 0, expected a finite number > 0"),
+        ("type = \"dielectric\"\nior = 0 #!", "material 2: ior is 0, expected a number from 0.001 to 1000"),
         ("type = \"dielectric\"\nior = -1.5 #!", "material 2: ior is -1.5"),
+        ("type = \"dielectric\"\nior = nan #!", "material 2: ior is NaN"),
+        // Would be 0 in single precision.
+        ("type = \"dielectric\"\nior = 1e-50 #!", "material 2: ior is 1e-50, expected a number from 0.001 to 1000"),
+        ("type = \"dielectric\"\nior = 1000.1 #!", "material 2: ior is 1000.1"),
         ("type = \"emitter\"\nradiance = [1, -2, 1] #!", "material 2: radiance is [1, -2, 1]"),
         ("type = \"mirror\"\nreflectance = [2, 1, 1] #!", "material 2: reflectance is [2, 1, 1]"),
         ("type = \"mirror\"\nior = 1.5 #!", "material 2: ior is given, expected none"),

@@ -30,6 +30,10 @@ fn each_broken_invariant_is_found() {
         (|s| s.background[1] = -1.0, "background: radiance is [0.3, -1, 0.3]"),
         (|s| s.materials.push(s.materials[0].clone()), "material 2: name is \"default grey\""),
         (|s| s.materials[0].surface = Surface::Dielectric { ior: 0.0 }, "material 1: ior is 0"),
+        (
+            |s| s.materials[0].surface = Surface::Dielectric { ior: 1e-50 },
+            "material 1: ior is 1e-50, expected a number from 0.001 to 1000",
+        ),
         (|s| s.spheres[0].radius = f64::INFINITY, "sphere 1: radius is inf"),
         (|s| s.spheres[0].material = 1, "sphere 1: material is 1, expected an index below 1"),
         (|s| s.meshes[0].positions[1].x = f64::NAN, "mesh 1: vertex 2 is [NaN, 0, 0]"),

@@ -81,7 +81,8 @@ pub enum Surface {
     },
     /// Smooth interface; the normal points to the side of index 1.
     Dielectric {
-        /// Index of refraction of the side away from the normal over that of the normal's side; > 0.
+        /// Index of refraction of the side away from the normal over that of the normal's side; within
+        /// [`IOR_RANGE`](crate::scene::IOR_RANGE).
         ior: f64,
     },
     /// Emits from the front (the normal's side) only; reflects nothing.

@@ -22,4 +22,4 @@ pub use description::*;
 pub use error::{Entity, Location, SceneError};
 pub use load::Loaded;
 pub use transform::Placement;
-pub use validate::{MAX_DEPTH, MAX_IMAGE_SIDE, MAX_MAGNITUDE, MAX_SAMPLES, MIN_RADIUS};
+pub use validate::{IOR_RANGE, MAX_DEPTH, MAX_IMAGE_SIDE, MAX_MAGNITUDE, MAX_SAMPLES, MIN_RADIUS};

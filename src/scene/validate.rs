@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::collections::HashMap;
+use std::ops::RangeInclusive;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -25,6 +26,13 @@ pub const MAX_DEPTH: u32 = 65_535;
 
 /// Largest [`Integrator::samples`]: three bits of an index are left for the renderer's groups of pixels.
 pub const MAX_SAMPLES: u32 = 1 << 29;
+
+/// Indices of refraction that glass may have. Those of matter are within 1 and 5, or their inverse; beyond this range
+/// a surface passes light at hardly any angle, or refraction is made of rounding errors.
+pub const IOR_RANGE: RangeInclusive<f64> = 1e-3..=1e3;
+
+/// [`IOR_RANGE`], for messages.
+pub(super) const EXPECTED_IOR: &str = "a number from 0.001 to 1000";
 
 /// Sine of the smallest angle between [`Camera::up`] and the optical axis: below it the image's orientation would be
 /// made of rounding errors.
@@ -188,7 +196,7 @@ fn check_materials(materials: &[Material]) -> Check {
             Surface::Diffuse { reflectance } | Surface::Mirror { reflectance } => {
                 check_reflectance(entity, reflectance)?;
             }
-            Surface::Dielectric { ior } => check_positive(entity, "ior", ior)?,
+            Surface::Dielectric { ior } => check_ior(entity, ior)?,
             Surface::Emitter { radiance } => check_non_negative(entity, "radiance", radiance)?,
         }
     }
@@ -270,6 +278,10 @@ fn check_non_negative(entity: Entity, field: &'static str, value: Rgb) -> Check 
         return Ok(());
     }
     Err(Problem::new(entity, field, vector(value.into()), "three finite numbers >= 0 (and <= 1e30)"))
+}
+
+fn check_ior(entity: Entity, value: f64) -> Check {
+    if IOR_RANGE.contains(&value) { Ok(()) } else { Err(Problem::new(entity, "ior", number(value), EXPECTED_IOR)) }
 }
 
 fn check_reflectance(entity: Entity, value: Rgb) -> Check {

@@ -3,7 +3,7 @@
 use super::statement::{Statement, read_failed, statements};
 use crate::scene::description::{Rgb, Surface};
 use crate::scene::error::SceneError;
-use crate::scene::validate::number;
+use crate::scene::validate::{EXPECTED_IOR, IOR_RANGE, number};
 
 /// Reflectance where a file gives none.
 pub(super) const GREY: Rgb = [0.8; 3];
@@ -73,8 +73,8 @@ fn check(statement: &Statement<'_>, file: &str) -> Result<String, SceneError> {
         b"Tr" => format!("d {}\n", 1.0 - scalar(statement, file)?),
         b"Ni" => {
             let ior = scalar(statement, file)?;
-            if ior <= 0.0 {
-                return Err(statement.error(file, format!("\"Ni\" is {}", number(ior)), "a number > 0"));
+            if !IOR_RANGE.contains(&ior) {
+                return Err(statement.error(file, format!("\"Ni\" is {}", number(ior)), EXPECTED_IOR));
             }
             format!("Ni {ior}\n")
         }
