@@ -224,6 +224,8 @@ fn mtl_materials_become_surfaces() {
         ("Ke -1 0 0", "\"Ke\" is [-1.0, 0.0, 0.0], expected numbers >= 0"),
         ("Ni 0", "\"Ni\" is 0, expected a number from 0.001 to 1000"),
         ("Ni 1e-50", "\"Ni\" is 1e-50, expected a number from 0.001 to 1000"),
+        ("Kd spectral red.rfl 1", "\"Kd\" is given as \"spectral\", expected RGB: spectral and CIE XYZ"),
+        ("Tf xyz 0.9 0.9 0.9", "\"Tf\" is given as \"xyz\", expected RGB: spectral and CIE XYZ"),
         ("illum 2.5", "\"illum\" is 2.5, expected an integer from 0 to 10"),
         ("d x", "\"d\" has \"x\""),
     ] {
@@ -254,6 +256,9 @@ fn materials_are_found_beside_the_mesh() {
     let [warning] = &warnings[..] else { panic!("{warnings:?}") };
     assert!(warning.contains("a.obj:9: the material \"nowhere\""), "{warning}");
     assert_eq!(scene.lights.len(), 1, "an emitter that nothing uses gives no light");
+
+    let Loaded { warnings, .. } = obj("mtllib ", "f 1 2 3\n");
+    assert!(matches!(&warnings[..], [w] if w.contains("a.obj:1: \"mtllib\" has no file name")), "{warnings:?}");
 
     // Two files in one statement; the first is not there.
     let Loaded { scene, warnings } = obj("mtllib gone.mtl lamp.mtl", "usemtl lamp\nf 1 2 3\n");

@@ -58,6 +58,10 @@ fn read_library(
     surfaces: &mut HashMap<String, LibraryMaterial>,
     warnings: &mut Vec<String>,
 ) -> Result<(), SceneError> {
+    if library.is_empty() {
+        warnings.push(format!("{at}: \"mtllib\" has no file name, {DEFAULT_MATERIAL} is used for its materials"));
+        return Ok(());
+    }
     let portable = library.replace('\\', "/");
     let files = match read_relative(base_dir, &portable) {
         Ok(file) => vec![Ok(file)],

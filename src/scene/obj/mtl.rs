@@ -1,6 +1,6 @@
 //! From the text of an MTL file to surfaces.
 
-use super::statement::{Statement, read_failed, statements};
+use super::statement::{Statement, quoted, read_failed, statements};
 use crate::scene::description::{Rgb, Surface};
 use crate::scene::error::SceneError;
 use crate::scene::validate::{EXPECTED_IOR, IOR_RANGE, number};
@@ -136,8 +136,13 @@ fn clamp(keyword: &str, given: Rgb, mut warn: impl FnMut(&str)) -> Rgb {
     reflectance
 }
 
-/// Three numbers, or one for all three.
+/// Three numbers, or one for all three. Curves over the wavelength and CIE XYZ, which the format has as well, would have
+/// to be turned into RGB to say what the material becomes.
 fn color(statement: &Statement<'_>, file: &str) -> Result<Rgb, SceneError> {
+    if let Some(kind @ (b"spectral" | b"xyz")) = statement.words().nth(1) {
+        let found = format!("{} is given as {}", statement.quoted_keyword(), quoted(kind));
+        return Err(statement.error(file, found, "RGB: spectral and CIE XYZ colours are not supported"));
+    }
     match statement.numbers::<3>(file, 1)? {
         ([grey, ..], 1) => Ok([grey; 3]),
         (rgb, 3) => Ok(rgb),
