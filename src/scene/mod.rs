@@ -16,6 +16,7 @@ mod parse;
 mod read;
 mod transform;
 mod triangle;
+mod unit;
 mod validate;
 
 pub use description::*;

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use super::description::*;
 use super::error::{Entity, Location, SceneError};
 use super::triangle::has_area;
+use super::unit::unit;
 
 /// Largest magnitude of any number of a scene: leaves room below `f32::MAX` (3.4e38) for a sum or a product with a
 /// few others, since images are rendered in single precision.
@@ -137,10 +138,10 @@ fn check_camera(camera: &Camera) -> Check {
     check_vector(entity, "position", camera.position)?;
     check_vector(entity, "target", camera.target)?;
     check_vector(entity, "up", camera.up)?;
-    let Some(forward) = direction(camera.target - camera.position) else {
+    let Some(forward) = unit(camera.target - camera.position) else {
         return Err(Problem::new(entity, "target", vector(camera.target), "a point apart from position"));
     };
-    let Some(up) = direction(camera.up) else {
+    let Some(up) = unit(camera.up) else {
         return Err(Problem::new(entity, "up", vector(camera.up), "a vector of non-zero length"));
     };
     if forward.cross(up).length() < MIN_UP_SINE {
@@ -153,12 +154,6 @@ fn check_camera(camera: &Camera) -> Check {
         return Err(Problem::new(entity, "horizontal_fov", number(fov), expected));
     }
     Ok(())
-}
-
-/// Unit vector, also of vectors whose squared length over- or underflows.
-fn direction(v: DVec3) -> Option<DVec3> {
-    let scale = v.abs().max_element();
-    if scale > 0.0 { (v / scale).try_normalize() } else { None }
 }
 
 fn check_film(film: &Film) -> Check {

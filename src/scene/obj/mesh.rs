@@ -13,6 +13,7 @@ use crate::scene::error::SceneError;
 use crate::scene::materials::MaterialList;
 use crate::scene::transform::Placement;
 use crate::scene::triangle::has_area;
+use crate::scene::unit::unit;
 
 /// How a mesh is to be made of an OBJ file.
 pub(in crate::scene) struct MeshRequest {
@@ -149,12 +150,6 @@ fn area_weighted_normals(triangles: &[FileTriangle], positions: &[DVec3]) -> Vec
         }
     }
     normals
-}
-
-/// Unit vector, also of vectors whose squared length over- or underflows.
-fn unit(v: DVec3) -> Option<DVec3> {
-    let scale = v.abs().max_element();
-    if scale > 0.0 { (v / scale).try_normalize() } else { None }
 }
 
 /// Numbers the vertices of the mesh: one for each combination of indices that matters and is used. Returns the indices
