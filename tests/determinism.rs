@@ -336,7 +336,6 @@ fn lights_of_each_kind() {
         name: "lamp".to_owned(),
         positions: corners.iter().map(|&[x, z]| DVec3::new(x, 10.0, z)).collect(),
         vertex_normals: Vec::new(),
-        texcoords: Vec::new(),
         triangles: (2..corners.len() as u32).map(|i| [0, i - 1, i]).collect(),
         triangle_materials: vec![lamp; corners.len() - 2],
         normals: Normals::Flat,

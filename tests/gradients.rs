@@ -28,7 +28,6 @@ fn fence() -> Scene {
             .flat_map(|i| [(false, false), (true, false), (true, true), (false, true)].map(|(r, u)| corner(i, r, u)))
             .collect(),
         vertex_normals: Vec::new(),
-        texcoords: Vec::new(),
         triangles: (0..slats).flat_map(|i| [[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]]).collect(),
         triangle_materials: vec![0; 2 * slats as usize],
         normals: Normals::Flat,

@@ -80,7 +80,6 @@ fn scene() -> impl Strategy<Value = Scene> {
                 triangle_materials: vec![material; triangles.len()],
                 positions,
                 vertex_normals: vec![],
-                texcoords: vec![],
                 triangles,
                 normals: Normals::Flat,
                 degenerate_dropped: 0,

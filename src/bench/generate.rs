@@ -120,7 +120,6 @@ fn mesh(name: &str, positions: Vec<DVec3>, triangles: Vec<[u32; 3]>, material: u
         name: name.to_owned(),
         positions,
         vertex_normals: Vec::new(),
-        texcoords: Vec::new(),
         triangle_materials: vec![material; triangles.len()],
         triangles,
         normals: Normals::Flat,

@@ -49,7 +49,6 @@ impl Build for Scene {
             name: format!("mesh {index}"),
             positions: positions.to_vec(),
             vertex_normals: vec![],
-            texcoords: vec![],
             triangles: triangles.to_vec(),
             triangle_materials: vec![material; triangles.len()],
             normals: Normals::Flat,

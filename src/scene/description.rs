@@ -4,7 +4,7 @@
 //! [`Scene::validate`](crate::Scene::validate) is finite, has at least one primitive, and all of its
 //! indices are in range.
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 /// Linear RGB: a reflectance (0..=1), a radiance or a power, according to use.
 pub type Rgb = [f64; 3];
@@ -134,8 +134,6 @@ pub struct Mesh {
     pub positions: Vec<DVec3>,
     /// Unit vertex normals, one for each position; empty when `normals` is flat.
     pub vertex_normals: Vec<DVec3>,
-    /// Texture coordinates, one for each position, or empty. Kept for later use.
-    pub texcoords: Vec<DVec2>,
     /// Indices into `positions`; no degenerate triangles.
     pub triangles: Vec<[u32; 3]>,
     /// Index into [`Scene::materials`], one for each triangle.

@@ -211,9 +211,6 @@ fn check_mesh(entity: Entity, mesh: &Mesh, material_count: usize) -> Check {
         let field = format!("vertex normal {}", index + 1);
         return Err(Problem::new(entity, field, vector(mesh.vertex_normals[index]), "a vector of length 1"));
     }
-    if !mesh.texcoords.is_empty() {
-        check_length(entity, "the number of texture coordinates", mesh.texcoords.len(), count)?;
-    }
     check_length(entity, "the number of triangle materials", mesh.triangle_materials.len(), mesh.triangles.len())?;
     if mesh.triangles.is_empty() {
         return Err(Problem::new(entity, "the number of triangles", 0, "at least 1"));

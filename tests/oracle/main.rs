@@ -52,7 +52,6 @@ impl Build for Scene {
             name: "mesh".into(),
             positions: positions.to_vec(),
             vertex_normals: vec![],
-            texcoords: vec![],
             triangles: triangles.to_vec(),
             triangle_materials: vec![material; triangles.len()],
             normals: Normals::Flat,

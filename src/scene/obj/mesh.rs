@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::library::resolve_materials;
@@ -79,7 +79,6 @@ impl MeshRequest {
             name: file.to_owned(),
             positions: vertices.iter().map(|corner| positions[corner.position as usize]).collect(),
             vertex_normals: Vec::new(),
-            texcoords: Vec::new(),
             triangle_materials,
             triangles: vertices_of_triangles,
             normals: if smooth { Normals::Smooth } else { Normals::Flat },
@@ -93,11 +92,6 @@ impl MeshRequest {
                 given.unwrap_or_else(|| generated[corner.position as usize])
             };
             mesh.vertex_normals = vertices.iter().map(normal_of).collect();
-        }
-        if !obj.texcoords.is_empty() {
-            let texcoord_of =
-                |corner: &Corner| obj.texcoords.get(corner.texcoord as usize).copied().unwrap_or(DVec2::ZERO);
-            mesh.texcoords = vertices.iter().map(texcoord_of).collect();
         }
         Ok(mesh)
     }
@@ -155,13 +149,12 @@ fn area_weighted_normals(triangles: &[FileTriangle], positions: &[DVec3]) -> Vec
 /// Numbers the vertices of the mesh: one for each combination of indices that matters and is used. Returns the indices
 /// of each vertex, and the vertices of each triangle.
 fn number_vertices(triangles: &[FileTriangle], normals_matter: bool) -> (Vec<Corner>, Vec<[u32; 3]>) {
-    if !normals_matter && triangles.iter().flat_map(|t| &t.corners).all(|c| c.texcoord == NONE) {
+    if !normals_matter {
         return number_positions(triangles);
     }
     let mut corners = Vec::new();
     let mut vertex_of_corner = HashMap::new();
     let mut vertex = |corner: Corner| {
-        let corner = Corner { normal: if normals_matter { corner.normal } else { NONE }, ..corner };
         *vertex_of_corner.entry(corner).or_insert_with(|| {
             corners.push(corner);
             corners.len() as u32 - 1

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::statement::{Lines, Statement, quoted, split_lines};
@@ -15,13 +15,12 @@ const TASKS: usize = 16;
 /// Stands for an index that is not there.
 pub const NONE: u32 = u32::MAX;
 
-/// What an OBJ file says about surfaces. Points, lines, curves, groups and smoothing groups are left out.
+/// What an OBJ file says about surfaces. Points, lines, curves, groups, smoothing groups and texture coordinates are
+/// left out; the latter are checked all the same.
 #[derive(Debug, Clone, Default)]
 pub struct Obj {
     /// `v`, without weights and colours.
     pub positions: Vec<DVec3>,
-    /// `vt`.
-    pub texcoords: Vec<DVec2>,
     /// `vn`.
     pub normals: Vec<DVec3>,
     /// Of all triangles, face by face.
@@ -39,8 +38,6 @@ pub struct Obj {
 pub struct Corner {
     /// Into [`Obj::positions`].
     pub position: u32,
-    /// Into [`Obj::texcoords`], or [`NONE`].
-    pub texcoord: u32,
     /// Into [`Obj::normals`], or [`NONE`].
     pub normal: u32,
 }
@@ -125,16 +122,17 @@ impl Part {
         let mut material = Material::Inherited;
         let mut index_of_name = HashMap::new();
         let mut corners = Vec::new();
+        let mut texcoords = 0;
         for statement in lines {
             match statement.keyword() {
                 b"v" => obj.positions.push(DVec3::from(statement.numbers::<3>(file, 3)?.0)),
                 b"vn" => obj.normals.push(DVec3::from(statement.numbers::<3>(file, 3)?.0)),
                 b"vt" => {
-                    let ([x, y, _], _) = statement.numbers::<3>(file, 1)?;
-                    obj.texcoords.push(DVec2::new(x, y));
+                    statement.numbers::<3>(file, 1)?;
+                    texcoords += 1;
                 }
                 b"f" => {
-                    let here = [obj.positions.len(), obj.texcoords.len(), obj.normals.len()].map(|n| n as i64);
+                    let here = [obj.positions.len(), texcoords, obj.normals.len()].map(|n| n as i64);
                     read_face(&statement, file, before.and(Counts(here)), total, &mut corners)?;
                     obj.triangles.extend(corners[1..].windows(2).map(|pair| [corners[0], pair[0], pair[1]]));
                     obj.faces.push(Face { triangles: corners.len() as u32 - 2, material: None });
@@ -192,8 +190,8 @@ fn read_face(
                 index => (index - 1) as u32,
             };
         }
-        let [position, texcoord, normal] = indices;
-        corners.push(Corner { position, texcoord, normal });
+        let [position, _, normal] = indices;
+        corners.push(Corner { position, normal });
     }
     if corners.len() < 3 {
         return Err(statement.error(file, format!("a face with {} corners", corners.len()), "at least 3"));
@@ -225,7 +223,6 @@ impl Joined {
             let sum = |length: fn(&Obj) -> usize| parts.iter().map(|part| length(&part.obj)).sum();
             let obj = &mut joined.obj;
             obj.positions.reserve_exact(sum(|obj| obj.positions.len()));
-            obj.texcoords.reserve_exact(sum(|obj| obj.texcoords.len()));
             obj.normals.reserve_exact(sum(|obj| obj.normals.len()));
             obj.triangles.reserve_exact(sum(|obj| obj.triangles.len()));
             obj.faces.reserve_exact(sum(|obj| obj.faces.len()));
@@ -252,7 +249,6 @@ impl Joined {
             }
         }
         append(&mut self.obj.positions, from.positions);
-        append(&mut self.obj.texcoords, from.texcoords);
         append(&mut self.obj.normals, from.normals);
         append(&mut self.obj.triangles, from.triangles);
         append(&mut self.obj.faces, from.faces);
