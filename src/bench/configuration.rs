@@ -32,7 +32,7 @@ impl Configuration {
 /// A setting and the values it takes, written `KEY=VALUE,VALUE…`.
 ///
 /// Keys: `sampler` (sobol, independent, pcg), `accel` (bvh, none), `intersection` (watertight, moller-trumbore),
-/// `sampling` (uniform, adaptive: with the same mean number of samples), `scheduler` (auto, inline, queue),
+/// `sampling` (uniform, adaptive: with the same mean number of samples), `scheduler` (auto, inline, turns, queue),
 /// `reuse` (auto, always, off), `gradients`, `shares`, `glances`, `beams` (auto, off), `light-samples` (auto, one),
 /// `features` (specialised, general, or `+` and one of [`Feature::ALL`] that is compiled although not needed), `roulette`
 /// (off, or the first hit), `device` (index, name or UUID).
@@ -64,7 +64,7 @@ const KEYS: [(&str, Key, &str); 14] = [
     ("sampler", Key::Sampler, "sobol, independent or pcg"),
     ("accel", Key::Accel, "bvh or none"),
     ("intersection", Key::Intersection, "watertight or moller-trumbore"),
-    ("scheduler", Key::Scheduler, "auto, inline or queue"),
+    ("scheduler", Key::Scheduler, "auto, inline, turns or queue"),
     ("reuse", Key::Reuse, "auto, always or off"),
     ("gradients", Key::Gradients, "auto or off"),
     ("shares", Key::Shares, "auto or off"),
@@ -221,6 +221,7 @@ mod tests {
             ("sampler", "expected KEY=VALUE"),
             ("colour=red", "unknown setting 'colour'"),
             ("sampler=sobol,halton", "'halton', expected sobol, independent or pcg"),
+            ("scheduler=fast", "'fast', expected auto, inline, turns or queue"),
             ("roulette=0", "'0', expected off or the first hit"),
             ("features=+halo", "'+halo', expected specialised, general, or + and one of"),
             ("device=", "'', expected an index"),
