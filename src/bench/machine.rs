@@ -1,5 +1,7 @@
 //! Where a measurement was made.
 
+use std::path::Path;
+use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use serde::Serialize;
@@ -19,7 +21,7 @@ pub struct Machine {
     pub threads: usize,
     /// Version of photolith.
     pub version: String,
-    /// `git describe` of the working directory, where that is a checkout.
+    /// `git describe` of the checkout that the program was built from, as it is now; `None` if that folder is none any more.
     pub commit: Option<String>,
     /// Day of the measurement (UTC), YYYY-MM-DD.
     pub date: String,
@@ -35,7 +37,7 @@ impl Machine {
             cpu: cpu(),
             threads: std::thread::available_parallelism().map_or(1, usize::from),
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            commit: commit(),
+            commit: commit(Path::new(env!("CARGO_MANIFEST_DIR"))),
             date: date(seconds / 86_400),
         }
     }
@@ -58,8 +60,11 @@ fn cpu() -> Option<String> {
     Some(line.split_once(':')?.1.trim().to_owned())
 }
 
-fn commit() -> Option<String> {
-    let output = std::process::Command::new("git").args(["describe", "--always", "--dirty"]).output().ok()?;
+/// `git describe` of a checkout; `None` for a folder that is none itself, although it may be in one.
+fn commit(checkout: &Path) -> Option<String> {
+    let mut git = Command::new("git");
+    git.arg("--git-dir").arg(checkout.join(".git")).arg("--work-tree").arg(checkout);
+    let output = git.args(["describe", "--always", "--dirty"]).output().ok()?;
     let text = String::from_utf8(output.stdout).ok()?;
     (output.status.success() && !text.trim().is_empty()).then(|| text.trim().to_owned())
 }
@@ -81,6 +86,14 @@ fn date(days: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_commit_is_that_of_a_checkout_and_of_no_folder_around() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+        assert_eq!(commit(root).is_some(), root.join(".git").exists());
+        assert_eq!(commit(&root.join("src")), None);
+        assert_eq!(commit(&root.join("gone")), None);
+    }
 
     #[test]
     fn dates() {
