@@ -48,6 +48,7 @@ pub mod accel;
 pub mod bench;
 mod cache;
 pub mod check;
+pub mod files;
 pub mod gpu;
 mod hash;
 pub mod image;

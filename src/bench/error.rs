@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::check::CheckError;
+use crate::files::WriteError;
 use crate::gpu::GpuError;
 use crate::image::ImageError;
 use crate::render::RenderError;
@@ -28,15 +29,9 @@ pub enum BenchError {
         #[source]
         source: CheckError,
     },
-    /// Rays could not be written to a file.
-    #[error("cannot write {}", path.display())]
-    Dump {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        #[source]
-        source: std::io::Error,
-    },
+    /// A file could not be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
     /// A device could not be opened.
     #[error("device '{device}'")]
     Device {
@@ -90,7 +85,7 @@ pub enum BenchError {
     /// Nothing to measure: no samples, seeds or configurations, or an image without a finite pixel.
     #[error("{0}")]
     Settings(String),
-    /// A plot could not be drawn or written.
+    /// A plot could not be drawn.
     #[error("{}: {problem}", path.display())]
     Plot {
         /// The file.

@@ -1,11 +1,13 @@
 //! Log–log plots as SVG.
 
+use std::io::Write as _;
 use std::path::Path;
 
 use plotters::coord::combinators::{BindKeyPoints, IntoLogRange};
 use plotters::prelude::*;
 
 use super::error::BenchError;
+use crate::files;
 
 /// Points of one kind.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,7 +65,7 @@ impl Figure {
         let fail = |problem: String| BenchError::Plot { path: path.to_owned(), problem };
         check_path(path)?;
         let text = self.svg().map_err(fail)?;
-        std::fs::write(path, text).map_err(|e| fail(e.to_string()))
+        Ok(files::write_whole(path, |out| out.write_all(text.as_bytes()))?)
     }
 
     /// Draws as SVG text.
@@ -86,12 +88,12 @@ impl Figure {
 /// Checks, before an hour of measuring, that a plot can be written to `path`.
 ///
 /// # Errors
-/// The extension is not .svg.
+/// The extension is not .svg, or the file cannot be written.
 pub fn check_path(path: &Path) -> Result<(), BenchError> {
-    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("svg")) {
-        return Ok(());
+    if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("svg")) {
+        return Err(BenchError::Plot { path: path.to_owned(), problem: "a plot is written as .svg".to_owned() });
     }
-    Err(BenchError::Plot { path: path.to_owned(), problem: "a plot is written as .svg".to_owned() })
+    Ok(files::check_writable(path)?)
 }
 
 impl Panel {

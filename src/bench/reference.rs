@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use crate::files::WriteError;
 use crate::image::metrics::RELATIVE_OFFSET;
 use crate::image::{self, Image, Metadata, Variance};
 use crate::oracle::{self, OracleSettings};
@@ -111,7 +112,7 @@ impl Reference {
             let what = || format!("reference {}", path.display());
             std::fs::create_dir_all(folder).map_err(|source| BenchError::Image {
                 what: what(),
-                source: image::ImageError::Write { path: folder.to_owned(), source },
+                source: WriteError { path: folder.to_owned(), source }.into(),
             })?;
             let mut metadata = Metadata::new();
             metadata.push("Software", concat!("photolith ", env!("CARGO_PKG_VERSION")));

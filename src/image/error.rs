@@ -4,6 +4,7 @@ use std::io;
 use std::path::PathBuf;
 
 use super::{Format, MAX_SIDE};
+use crate::files::WriteError;
 
 /// An error of the image module; each message names the file and what is wrong with it.
 #[derive(Debug, thiserror::Error)]
@@ -71,13 +72,8 @@ pub enum ImageError {
         problem: String,
     },
     /// The file could not be written; an older file of that name is as it was.
-    #[error("cannot write {}", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
+    #[error(transparent)]
+    Write(#[from] WriteError),
     /// A metadata entry that not every format can carry.
     #[error("metadata entry {key:?}: {problem}")]
     Metadata {

@@ -4,7 +4,8 @@ use std::fs;
 use std::path::Path;
 
 use super::codec::{self, DecodeError};
-use super::{Format, Image, ImageError, Metadata, atomic};
+use super::{Format, Image, ImageError, Metadata};
+use crate::files;
 use crate::scene::Transfer;
 
 /// What was lost in writing a file.
@@ -32,8 +33,7 @@ pub struct Written {
 pub fn write(path: &Path, image: &Image, metadata: &Metadata, transfer: Transfer) -> Result<Written, ImageError> {
     let format = Format::from_path(path)?;
     metadata.check()?;
-    atomic::write_whole(path, |writer| codec::encode(format, image, metadata, transfer, writer))
-        .map_err(|source| ImageError::Write { path: path.to_owned(), source })?;
+    files::write_whole(path, |writer| codec::encode(format, image, metadata, transfer, writer))?;
     let non_finite = match format {
         Format::Png | Format::Hdr => image.pixels().iter().filter(|p| !p.iter().all(|c| c.is_finite())).count(),
         Format::Exr | Format::Pfm => 0,
@@ -63,7 +63,7 @@ pub fn read(path: &Path) -> Result<(Image, Metadata), ImageError> {
 /// [`ImageError::UnknownFormat`] or [`ImageError::Write`].
 pub fn check_writable(path: &Path) -> Result<(), ImageError> {
     Format::from_path(path)?;
-    atomic::check(path).map_err(|source| ImageError::Write { path: path.to_owned(), source })
+    Ok(files::check_writable(path)?)
 }
 
 #[cfg(test)]

@@ -3,7 +3,6 @@
 //! [`write()`] and [`read`] choose the format by the file name's extension; [`metrics::compare`] measures
 //! one image against a reference. Nothing here knows of the GPU.
 
-mod atomic;
 mod buffer;
 mod codec;
 mod error;

@@ -1,8 +1,9 @@
 //! Rays in a file.
 
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::Path;
 
+use crate::files;
 use crate::render::space::RenderSpace;
 use crate::scene::Scene;
 
@@ -26,9 +27,7 @@ const MAGIC: &[u8; 16] = b"photolith-rays-1";
 /// # Errors
 /// The file cannot be written.
 pub fn dump(path: &Path, scene: &Scene, sets: &[RaySet]) -> Result<(), BenchError> {
-    let fail = |source| BenchError::Dump { path: path.to_owned(), source };
-    let mut out = BufWriter::new(std::fs::File::create(path).map_err(fail)?);
-    write(&mut out, scene, sets).and_then(|()| out.flush()).map_err(fail)
+    Ok(files::write_whole(path, |out| write(out, scene, sets))?)
 }
 
 fn write(out: &mut impl Write, scene: &Scene, sets: &[RaySet]) -> std::io::Result<()> {

@@ -6,19 +6,58 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
+/// A file cannot be written; an older one of that name is as it was.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot write {}", path.display())]
+pub struct WriteError {
+    /// The file.
+    pub path: PathBuf,
+    /// Why.
+    pub source: io::Error,
+}
+
+/// What a file is written through.
+pub type Writer<'a> = BufWriter<&'a mut File>;
+
 /// Writes a file under a temporary name in the same directory, then renames it to `path`.
 ///
-/// When anything fails, the temporary file is removed and an older file at `path` stays as it was.
-/// Where `path` is a symbolic link, the file that it points to is replaced.
-pub(super) fn write_whole<T>(
-    path: &Path,
-    write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<T>,
-) -> io::Result<T> {
-    let target = target(path);
-    if target.is_dir() {
-        return Err(io::Error::from(io::ErrorKind::IsADirectory));
-    }
-    let mut temporary = temporary_beside(&target)?;
+/// When anything fails, the temporary file is removed and an older file at `path` stays as it was. Where `path` is a
+/// symbolic link, the file that it points to is replaced. What is no file, such as a pipe or `/dev/null`, is written
+/// as it stands.
+///
+/// # Errors
+/// The file cannot be made, `write` fails, or there is a directory at `path`.
+pub fn write_whole<T>(path: &Path, write: impl FnOnce(&mut Writer<'_>) -> io::Result<T>) -> Result<T, WriteError> {
+    let written = if is_stream(path) { write_stream(path, write) } else { replace(path, write) };
+    written.map_err(|source| WriteError { path: path.to_owned(), source })
+}
+
+/// Checks, before hours of work, that [`write_whole`] could create its file at `path`, by creating and removing a
+/// temporary one.
+///
+/// # Errors
+/// It could not.
+pub fn check_writable(path: &Path) -> Result<(), WriteError> {
+    // A pipe is not opened before there is something to write: its reader would take it for the end.
+    let checked = if is_stream(path) { Ok(()) } else { replaceable(path).map(drop) };
+    checked.map_err(|source| WriteError { path: path.to_owned(), source })
+}
+
+/// Whether there is something at `path` that is neither a file nor a directory.
+fn is_stream(path: &Path) -> bool {
+    fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
+}
+
+fn write_stream<T>(path: &Path, write: impl FnOnce(&mut Writer<'_>) -> io::Result<T>) -> io::Result<T> {
+    let mut file = File::options().write(true).open(path)?;
+    let mut writer = BufWriter::new(&mut file);
+    let result = write(&mut writer)?;
+    writer.flush()?;
+    Ok(result)
+}
+
+fn replace<T>(path: &Path, write: impl FnOnce(&mut Writer<'_>) -> io::Result<T>) -> io::Result<T> {
+    let (target, mut temporary) = replaceable(path)?;
     let mut writer = BufWriter::with_capacity(1 << 20, temporary.as_file_mut());
     let result = write(&mut writer)?;
     writer.flush()?;
@@ -27,13 +66,14 @@ pub(super) fn write_whole<T>(
     Ok(result)
 }
 
-/// Checks that [`write_whole`] could create its file at `path`, by creating and removing a temporary one.
-pub(super) fn check(path: &Path) -> io::Result<()> {
+/// The file that is to be replaced, and a temporary one beside it.
+fn replaceable(path: &Path) -> io::Result<(PathBuf, NamedTempFile)> {
     let target = target(path);
     if target.is_dir() {
         return Err(io::Error::from(io::ErrorKind::IsADirectory));
     }
-    temporary_beside(&target).map(drop)
+    let temporary = temporary_beside(&target)?;
+    Ok((target, temporary))
 }
 
 fn target(path: &Path) -> PathBuf {
@@ -69,11 +109,12 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("a.pfm");
         fs::write(&path, "old").unwrap();
-        let failed: io::Result<()> = write_whole(&path, |w| {
+        let failed: Result<(), WriteError> = write_whole(&path, |w| {
             w.write_all(&vec![7; 3 << 20])?; // beyond the buffer: the temporary file is not empty
             Err(io::Error::other("disk full"))
         });
-        assert_eq!(failed.unwrap_err().to_string(), "disk full");
+        let WriteError { path: named, source } = failed.unwrap_err();
+        assert_eq!((named, source.to_string()), (path.clone(), "disk full".to_owned()));
         assert_eq!(fs::read(&path).unwrap(), b"old");
         assert_eq!(names(directory.path()), ["a.pfm"]);
     }
@@ -95,11 +136,11 @@ mod tests {
         fs::write(&file, "").unwrap();
         let vanished = directory.path().join("gone/a.png");
         for path in [directory.path(), &vanished, &file.join("a.png")] {
-            assert!(check(path).is_err(), "{}", path.display());
+            assert!(check_writable(path).is_err(), "{}", path.display());
             assert!(write_whole(path, |w| w.write_all(b"x")).is_err(), "{}", path.display());
         }
         assert_eq!(names(directory.path()), ["file"]);
-        assert!(check(&file).is_ok());
+        assert!(check_writable(&file).is_ok());
         assert_eq!(names(directory.path()), ["file"]);
     }
 
@@ -122,6 +163,18 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
+    fn streams_are_written_as_they_stand() {
+        use std::os::unix::fs::FileTypeExt;
+        let full = Path::new("/dev/full");
+        assert!(check_writable(full).is_ok());
+        assert!(write_whole(full, |w| w.write_all(b"x")).is_err());
+        assert!(fs::metadata(full).unwrap().file_type().is_char_device());
+        write_whole(Path::new("/dev/null"), |w| w.write_all(b"x")).unwrap();
+        assert!(fs::metadata("/dev/null").unwrap().file_type().is_char_device());
+    }
+
+    #[cfg(unix)]
+    #[test]
     fn read_only_directory_is_refused() {
         use std::os::unix::fs::PermissionsExt;
         let directory = tempfile::tempdir().unwrap();
@@ -132,7 +185,7 @@ mod tests {
         fs::set_permissions(&locked, fs::Permissions::from_mode(0o555)).unwrap();
         // A privileged user may write there all the same: then both must agree that it works.
         let privileged = File::create(locked.join("probe")).is_ok();
-        assert_eq!(check(&old).is_ok(), privileged);
+        assert_eq!(check_writable(&old).is_ok(), privileged);
         assert_eq!(write_whole(&old, |w| w.write_all(b"new")).is_ok(), privileged);
         assert_eq!(fs::read(&old).unwrap(), if privileged { b"new" } else { b"old" });
         fs::set_permissions(&locked, fs::Permissions::from_mode(0o755)).unwrap();
