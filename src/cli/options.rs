@@ -120,7 +120,7 @@ pub enum SamplerArg {
     Sobol,
     /// Independent numbers
     Independent,
-    /// Independent numbers from PCG, the report's generator
+    /// PCG (O'Neill 2014), slower; for comparison
     Pcg,
 }
 
@@ -129,7 +129,7 @@ pub enum SamplerArg {
 pub enum IntersectionArg {
     /// Woop, Benthin and Wald: no leaks between triangles
     Watertight,
-    /// Möller and Trumbore
+    /// Möller and Trumbore (1997); may leak at shared edges
     MollerTrumbore,
 }
 
@@ -206,7 +206,7 @@ pub enum BeamsArg {
 /// Glances at lamps.
 #[derive(Clone, Copy, ValueEnum)]
 pub enum GlancesArg {
-    /// From 4 samples per pixel on, in the pixels that need it
+    /// In the pixels that need it; with 1 to 3 samples per pixel only if lamps may be in few parts of the image
     Auto,
     /// Never
     Off,

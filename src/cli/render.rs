@@ -58,7 +58,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N")]
     loop_budget: Option<u32>,
 
-    /// Use path_trace.spv, path_turns.spv or path_queue.spv of this folder instead of the built-in shaders (compile an edited shader
+    /// Use path_trace.spv, path_turns.spv, path_queue.spv or light_trace.spv of this folder instead of the built-in shaders (compile an edited shader
     /// with `glslc --target-env=vulkan1.2`, and re-run)
     #[arg(long, value_name = "FOLDER")]
     spirv: Option<PathBuf>,
