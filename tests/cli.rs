@@ -219,6 +219,64 @@ fn render_reports_json() {
     }
 }
 
+/// Commands that print, and end well.
+const PRINTING: [&str; 11] = [
+    "info ball.toml",
+    "info ball.toml --json",
+    "devices",
+    "devices --json",
+    "check --list",
+    "check --list --json",
+    "check --filter energy/black",
+    "check --filter energy/black --json",
+    "compare a.pfm a.pfm",
+    "render ball.toml --size 8x8 --samples 1 -o a.pfm --json",
+    "bench ball.toml --size 8x8 --rays",
+];
+
+#[cfg(unix)]
+#[test]
+fn a_reader_that_has_heard_enough_is_no_error_and_a_full_disk_is() {
+    let directory = directory();
+    let d = directory.path();
+    assert_eq!(run(d, "render ball.toml --size 8x8 --samples 1 -o a.pfm").status.code(), Some(0));
+    let full = || fs::File::options().write(true).open("/dev/full").expect("a device that is always full");
+    for arguments in PRINTING.into_iter().chain(["--help", "check --help", "--version"]) {
+        let command = || {
+            let mut command = program(d);
+            command.args(arguments.split(' '));
+            command
+        };
+        let (reader, writer) = std::io::pipe().expect("a pipe");
+        drop(reader);
+        let output = command().stdout(writer).output().expect("the program starts");
+        assert_eq!(output.status.code(), Some(0), "{arguments}: {output:?}");
+        assert!(!text(&output.stderr).contains("photolith: "), "{arguments}: {output:?}");
+
+        let output = command().stdout(full()).output().expect("the program starts");
+        assert_fails(&output, 2, &["photolith: cannot write to standard output: No space left"], arguments);
+    }
+    // Where nobody can be told, the exit code is still that of the error.
+    let output = program(d).args(["info", "gone.toml"]).stderr(full()).output().expect("the program starts");
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+}
+
+#[test]
+fn reports_of_checks_are_written_whole_or_refused_at_once() {
+    let directory = directory();
+    let d = directory.path();
+    for option in ["--junit", "--markdown"] {
+        let output = run(d, &format!("check --filter energy/black {option} gone/report"));
+        assert_fails(&output, 2, &["photolith: cannot write gone/report: No such file"], option);
+    }
+    let output = run(d, "check --filter energy/black --junit /dev/full --markdown report.md");
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    assert!(text(&output.stdout).contains("1 of 1 cases pass"), "{output:?}");
+    assert!(text(&output.stderr).contains("photolith: cannot write /dev/full: No space left"), "{output:?}");
+    assert!(fs::read_to_string(d.join("report.md")).unwrap().contains("`energy/black`"));
+    assert_eq!(names(d), ["ball.toml", "report.md"]);
+}
+
 fn one_line(output: &Output) -> Value {
     let stdout = text(&output.stdout);
     assert_eq!(stdout.lines().count(), 1, "{stdout}");
@@ -238,7 +296,7 @@ fn info_and_devices() {
     assert_eq!(json["features"]["emitter"]["compiled"], false);
     let output = run(d, "info ball.toml");
     assert_eq!(output.status.code(), Some(0));
-    for words in ["1 spheres", "left out", "specialised for"] {
+    for words in ["1 sphere, 0 meshes, 0 triangles, 1 material, 0 point lights", "left out", "specialised for"] {
         assert!(text(&output.stdout).contains(words), "{output:?}");
     }
 

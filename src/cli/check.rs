@@ -1,6 +1,7 @@
 //! `photolith check`: the accuracy suite on a Vulkan device, for people and for CI.
 
-use std::io::{IsTerminal, Write};
+use std::fmt::Write as _;
+use std::io::Write as _;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -12,11 +13,12 @@ use photolith::check::{
     DeviceReport, Expectations, Report, RunOptions, SCHEMA, Verdict, junit, markdown, provoke_validation,
     run as run_suite,
 };
+use photolith::files;
 use photolith::gpu::DeviceKind;
 use photolith::{Context, ContextOptions, Validation};
 
-use super::exit;
 use super::options::DeviceOptions;
+use super::{exit, output};
 
 mod table;
 
@@ -87,7 +89,12 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<ExitCode> {
         bail!("no case matches {}; `photolith check --list` names them", args.filter.join(", "));
     }
     if args.list {
-        return list(&options, args.json);
+        output::print(&list(&options, args.json))?;
+        return Ok(ExitCode::from(exit::OK));
+    }
+    // Before minutes of measuring, not after.
+    for path in args.junit.iter().chain(&args.markdown) {
+        files::check_writable(path)?;
     }
     let expectations = match &args.expectations {
         Some(path) => Expectations::load(path)?,
@@ -95,22 +102,30 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<ExitCode> {
     };
     let earlier = args.with.iter().map(read_report).collect::<anyhow::Result<Vec<_>>>()?;
 
+    let mut table = table::Table::new(args.json);
     let mut devices = Vec::new();
     for wanted in wanted_devices(args)? {
-        devices.push(check_device(wanted, args, &options, &expectations)?);
+        devices.push(check_device(wanted, args, &options, &expectations, &mut table)?);
     }
     let report = Report::new(devices);
-    if args.json {
-        println!("{}", serde_json::to_string(&report)?);
-    }
-    if let Some(path) = &args.junit {
-        write(path, &junit(&report))?;
-    }
-    if let Some(path) = &args.markdown {
-        let all: Vec<Report> = earlier.into_iter().chain([report.clone()]).collect();
-        write(path, &markdown(&all))?;
-    }
+    write(args, &report, &earlier, table)?;
     Ok(ExitCode::from(code(&report)))
+}
+
+/// Writes what was asked for, each whatever becomes of the others; the first error counts.
+fn write(args: &CheckArgs, report: &Report, earlier: &[Report], table: table::Table) -> anyhow::Result<()> {
+    let to_file = |path: &Option<PathBuf>, text: &dyn Fn() -> String| -> anyhow::Result<()> {
+        let Some(path) = path else { return Ok(()) };
+        Ok(files::write_whole(path, |out| out.write_all(text().as_bytes()))?)
+    };
+    let json = || match args.json {
+        true => output::print(&format!("{}\n", serde_json::to_string(report)?)),
+        false => Ok(()),
+    };
+    let side_by_side = || markdown(&earlier.iter().chain([report]).cloned().collect::<Vec<_>>());
+    let results =
+        [table.finish(), json(), to_file(&args.junit, &|| junit(report)), to_file(&args.markdown, &side_by_side)];
+    results.into_iter().collect()
 }
 
 /// Devices to open, by index or as the user named them.
@@ -133,6 +148,7 @@ fn check_device(
     args: &CheckArgs,
     options: &RunOptions,
     expectations: &Expectations,
+    table: &mut table::Table,
 ) -> anyhow::Result<DeviceReport> {
     let validation = args.device.validation();
     let context = Context::new(&ContextOptions { device, validation, ..ContextOptions::default() })?;
@@ -140,7 +156,6 @@ fn check_device(
         // Silence would prove nothing.
         return Err(anyhow!("the validation layer did not report a deliberate violation")).context(exit::Deaf);
     }
-    let mut table = table::Table::new(args.json, std::io::stdout().is_terminal());
     table.device(&context, options.selected().len());
     // A case uses one core for the most part: drivers compile and oracles reckon on the thread that asks.
     let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
@@ -151,24 +166,26 @@ fn check_device(
     Ok(report)
 }
 
-fn list(options: &RunOptions, json: bool) -> anyhow::Result<ExitCode> {
-    let mut out = std::io::stdout().lock();
+/// A line for each case.
+fn list(options: &RunOptions, json: bool) -> String {
+    let mut out = String::new();
+    // Writing to a String cannot fail.
     for case in options.selected() {
         if json {
             let line = serde_json::json!({
                 "name": case.name, "what": case.what, "oracle": case.oracle, "quantity": case.quantity,
                 "threshold": case.threshold, "full_only": case.full_only,
             });
-            writeln!(out, "{line}")?;
+            let _ = writeln!(out, "{line}");
         } else {
-            writeln!(
+            let _ = writeln!(
                 out,
                 "{:<28} {}; {}: {} at most {:e}",
                 case.name, case.what, case.oracle, case.quantity, case.threshold
-            )?;
+            );
         }
     }
-    Ok(ExitCode::from(exit::OK))
+    out
 }
 
 fn read_report(path: &PathBuf) -> anyhow::Result<Report> {
@@ -178,10 +195,6 @@ fn read_report(path: &PathBuf) -> anyhow::Result<Report> {
         bail!("{}: schema {}, expected {SCHEMA}", path.display(), report.schema);
     }
     Ok(report)
-}
-
-fn write(path: &PathBuf, text: &str) -> anyhow::Result<()> {
-    std::fs::write(path, text).with_context(|| format!("{}", path.display()))
 }
 
 /// The gravest finding decides.

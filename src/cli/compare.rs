@@ -1,6 +1,5 @@
 //! `photolith compare`: measures an image against a reference, for people and for CI.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -12,7 +11,8 @@ use photolith::image::{Format, Image, Metadata, check_writable, read, write};
 use photolith::scene::Transfer;
 use serde::Serialize;
 
-use super::exit;
+use super::numbers::{finite, not_negative, pixels_per_degree, positive, probability};
+use super::{exit, output};
 
 mod report;
 
@@ -137,7 +137,7 @@ pub fn run(args: &CompareArgs) -> Result<ExitCode> {
     };
     let report = report::Report::new(args, &image, &comparison, checks, heatmap);
     let text = if args.json { report.json()? } else { report.table() };
-    std::io::stdout().write_all(text.as_bytes()).context("cannot write to standard output")?;
+    output::print(&text)?;
     Ok(ExitCode::from(if report.pass() { exit::OK } else { exit::WRONG_IMAGE }))
 }
 
@@ -190,28 +190,4 @@ impl Thresholds {
         }
         Ok(checks)
     }
-}
-
-fn number(text: &str, expected: &str, good: impl Fn(f64) -> bool) -> Result<f64, String> {
-    text.parse().ok().filter(|&v: &f64| v.is_finite() && good(v)).ok_or_else(|| format!("expected {expected}"))
-}
-
-fn finite(text: &str) -> Result<f64, String> {
-    number(text, "a number", |_| true)
-}
-
-fn not_negative(text: &str) -> Result<f64, String> {
-    number(text, "a number of at least 0", |v| v >= 0.0)
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    number(text, "a number above 0", |v| v > 0.0)
-}
-
-fn probability(text: &str) -> Result<f64, String> {
-    number(text, "a number between 0 and 1", |v| v > 0.0 && v < 1.0)
-}
-
-fn pixels_per_degree(text: &str) -> Result<f64, String> {
-    number(text, "a number of 1 to 1000", |v| (1.0..=1000.0).contains(&v))
 }

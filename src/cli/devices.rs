@@ -1,12 +1,15 @@
 //! `photolith devices`.
 
+use std::fmt::Write as _;
 use std::process::ExitCode;
 
 use clap::Args;
-use photolith::Context;
+use photolith::gpu::DeviceInfo;
+use photolith::{Context, GpuError};
 use serde_json::json;
 
-use super::exit;
+use super::text::bytes;
+use super::{exit, output};
 
 /// Arguments of `photolith devices`.
 #[derive(Args)]
@@ -23,55 +26,52 @@ pub struct DevicesArgs {
 /// Lists the devices; exit code 3 if none can be used.
 pub fn run(args: &DevicesArgs) -> anyhow::Result<ExitCode> {
     let (devices, choice) = Context::devices(args.device.as_deref())?;
-    if args.json {
-        let list: Vec<_> = devices
-            .iter()
-            .map(|d| {
-                json!({
-                    "index": d.index, "name": d.name, "driver": d.driver, "kind": d.kind.to_string(),
-                    "api_version": d.api_version, "uuid": d.uuid, "subgroup_size": d.subgroup_size,
-                    "max_storage_range": d.max_storage_range, "max_texel_elements": d.max_texel_elements,
-                    "memory": d.memory, "missing": d.missing,
-                })
-            })
-            .collect();
-        let picked = choice.as_ref().ok();
-        println!(
-            "{}",
-            json!({ "schema": "photolith-devices-1", "devices": list, "picked": picked.map(|p| p.0),
-                    "reason": picked.map(|p| p.1.clone()) })
-        );
-    } else {
-        for d in &devices {
-            println!("{}: {} ({})", d.index, d.name, d.kind);
-            println!("   driver {}, Vulkan {}, subgroups of {}", d.driver, d.api_version, d.subgroup_size);
-            println!(
-                "   memory {}, storage buffers up to {}, texel buffers up to {} elements",
-                bytes(d.memory),
-                bytes(d.max_storage_range),
-                d.max_texel_elements
-            );
-            println!("   UUID {}", d.uuid);
-            if !d.missing.is_empty() {
-                println!("   cannot be used: lacks {}", d.missing.join(", "));
-            }
-        }
-        if let Ok((index, reason)) = &choice {
-            println!("picked: {index}, {reason}");
-        }
-    }
+    let text = if args.json { format!("{}\n", as_json(&devices, &choice)) } else { as_text(&devices, &choice) };
+    output::print(&text)?;
     choice?;
     Ok(ExitCode::from(exit::OK))
 }
 
-/// A size for people.
-pub fn bytes(n: u64) -> String {
-    const UNITS: [&str; 5] = ["B", "KiB", "MiB", "GiB", "TiB"];
-    let mut value = n as f64;
-    let mut unit = 0;
-    while value >= 1024.0 && unit + 1 < UNITS.len() {
-        value /= 1024.0;
-        unit += 1;
+/// The index of the device that would be used, and why that one.
+type Choice = Result<(usize, String), GpuError>;
+
+fn as_json(devices: &[DeviceInfo], choice: &Choice) -> serde_json::Value {
+    let list: Vec<_> = devices
+        .iter()
+        .map(|d| {
+            json!({
+                "index": d.index, "name": d.name, "driver": d.driver, "kind": d.kind.to_string(),
+                "api_version": d.api_version, "uuid": d.uuid, "subgroup_size": d.subgroup_size,
+                "max_storage_range": d.max_storage_range, "max_texel_elements": d.max_texel_elements,
+                "memory": d.memory, "missing": d.missing,
+            })
+        })
+        .collect();
+    let picked = choice.as_ref().ok();
+    json!({ "schema": "photolith-devices-1", "devices": list, "picked": picked.map(|p| p.0),
+            "reason": picked.map(|p| p.1.clone()) })
+}
+
+fn as_text(devices: &[DeviceInfo], choice: &Choice) -> String {
+    let mut out = String::new();
+    // Writing to a String cannot fail.
+    for d in devices {
+        let _ = writeln!(out, "{}: {} ({})", d.index, d.name, d.kind);
+        let _ = writeln!(out, "   driver {}, Vulkan {}, subgroups of {}", d.driver, d.api_version, d.subgroup_size);
+        let _ = writeln!(
+            out,
+            "   memory {}, storage buffers up to {}, texel buffers up to {} elements",
+            bytes(d.memory),
+            bytes(d.max_storage_range),
+            d.max_texel_elements
+        );
+        let _ = writeln!(out, "   UUID {}", d.uuid);
+        if !d.missing.is_empty() {
+            let _ = writeln!(out, "   cannot be used: lacks {}", d.missing.join(", "));
+        }
     }
-    if unit == 0 { format!("{n} B") } else { format!("{value:.1} {}", UNITS[unit]) }
+    if let Ok((index, reason)) = choice {
+        let _ = writeln!(out, "picked: {index}, {reason}");
+    }
+    out
 }

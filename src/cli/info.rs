@@ -1,5 +1,6 @@
 //! `photolith info`.
 
+use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -10,9 +11,9 @@ use photolith::render::Features;
 use photolith::scene::{Scene, Surface};
 use serde_json::json;
 
-use super::devices::bytes;
-use super::exit;
 use super::options::SceneOptions;
+use super::text::{bytes, counted};
+use super::{exit, output};
 
 /// Arguments of `photolith info`.
 #[derive(Args)]
@@ -33,11 +34,12 @@ pub fn run(args: &InfoArgs) -> anyhow::Result<ExitCode> {
     let (scene, settings) = args.options.load(&args.scene)?;
     let features = Features::of(&scene, &settings);
     let tree = photolith::render::tree_statistics(&scene, &settings);
-    if args.json {
-        println!("{}", as_json(&scene, &features, tree.as_ref()));
+    let text = if args.json {
+        format!("{}\n", as_json(&scene, &features, tree.as_ref()))
     } else {
-        print_text(&scene, &features, tree.as_ref());
-    }
+        as_text(&scene, &features, tree.as_ref())
+    };
+    output::print(&text)?;
     Ok(ExitCode::from(exit::OK))
 }
 
@@ -62,54 +64,61 @@ fn kind(surface: &Surface) -> &'static str {
     }
 }
 
-fn print_text(scene: &Scene, features: &Features, tree: Option<&TreeStatistics>) {
+fn as_text(scene: &Scene, features: &Features, tree: Option<&TreeStatistics>) -> String {
     let b = bounds(scene);
     let film = &scene.film;
-    println!("{}", scene.source);
-    println!(
-        "  image      {}×{}, {} samples per pixel, depth {}",
-        film.width, film.height, scene.integrator.samples, scene.integrator.max_depth
+    let mut out = String::new();
+    // Writing to a String cannot fail.
+    let _ = writeln!(out, "{}", scene.source);
+    let _ = writeln!(
+        out,
+        "  image      {}×{}, {} per pixel, depth {}",
+        film.width,
+        film.height,
+        counted(scene.integrator.samples as usize, "sample", "samples"),
+        scene.integrator.max_depth
     );
-    println!(
-        "  contents   {} spheres, {} meshes, {} triangles, {} materials, {} point lights",
-        scene.spheres.len(),
-        scene.meshes.len(),
-        scene.triangle_count(),
-        scene.materials.len(),
-        scene.lights.len()
-    );
-    println!("  bounds     {} to {}", b.lo, b.hi);
+    let contents = [
+        counted(scene.spheres.len(), "sphere", "spheres"),
+        counted(scene.meshes.len(), "mesh", "meshes"),
+        counted(scene.triangle_count(), "triangle", "triangles"),
+        counted(scene.materials.len(), "material", "materials"),
+        counted(scene.lights.len(), "point light", "point lights"),
+    ];
+    let _ = writeln!(out, "  contents   {}", contents.join(", "));
+    let _ = writeln!(out, "  bounds     {} to {}", b.lo, b.hi);
     for mesh in &scene.meshes {
+        let triangles = counted(mesh.triangles.len(), "triangle", "triangles");
         let dropped = match mesh.degenerate_dropped {
             0 => String::new(),
-            n => format!(", {n} degenerate faces dropped"),
+            n => format!(", {} dropped", counted(n, "degenerate face", "degenerate faces")),
         };
-        println!("  mesh       {}: {} triangles{dropped}", mesh.name, mesh.triangles.len());
+        let _ = writeln!(out, "  mesh       {}: {triangles}{dropped}", mesh.name);
     }
     for material in &scene.materials {
-        println!("  material   {}: {}", material.name, kind(&material.surface));
+        let _ = writeln!(out, "  material   {}: {}", material.name, kind(&material.surface));
     }
     if let Some(t) = tree {
-        println!(
-            "  tree       {} nodes, {} leaves of {} primitives, depth {}, SAH cost {:.2}, {}, built in {:.3} s",
-            t.nodes,
-            t.leaves,
-            t.primitives,
+        let _ = writeln!(
+            out,
+            "  tree       {}, {} of {}, depth {}, SAH cost {:.2}, {}, built in {:.3} s",
+            counted(t.nodes, "node", "nodes"),
+            counted(t.leaves, "leaf", "leaves"),
+            counted(t.primitives, "primitive", "primitives"),
             t.depth,
             t.sah_cost,
             bytes(t.bytes as u64),
             t.build_seconds
         );
     }
-    println!("  pipeline is specialised for");
     let features = features.explain();
-    for (name, _, why) in features.iter().filter(|f| f.1) {
-        println!("    {name:<18} {why}");
+    for (heading, compiled) in [("pipeline is specialised for", true), ("left out", false)] {
+        let _ = writeln!(out, "  {heading}");
+        for (name, _, why) in features.iter().filter(|f| f.1 == compiled) {
+            let _ = writeln!(out, "    {name:<18} {why}");
+        }
     }
-    println!("  left out");
-    for (name, _, why) in features.iter().filter(|f| !f.1) {
-        println!("    {name:<18} {why}");
-    }
+    out
 }
 
 fn as_json(scene: &Scene, features: &Features, tree: Option<&TreeStatistics>) -> serde_json::Value {

@@ -6,9 +6,12 @@ mod compare;
 mod devices;
 mod exit;
 mod info;
+mod numbers;
 mod options;
+mod output;
 mod progress;
 mod render;
+mod text;
 
 use std::process::ExitCode;
 
@@ -47,15 +50,26 @@ enum Command {
 
 /// Runs the command line; returns the exit code (see [`exit::HELP`]).
 pub fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
-        Ok(cli) => cli,
-        Err(error) => {
-            // Help and version are not errors.
-            let code = if error.use_stderr() { exit::BAD_INPUT } else { exit::OK };
+    let result = match Cli::try_parse() {
+        Ok(cli) => run(cli),
+        Err(error) if error.use_stderr() => {
+            // Where that cannot be written, nobody can be told.
             let _ = error.print();
-            return ExitCode::from(code);
+            return ExitCode::from(exit::BAD_INPUT);
         }
+        // Help and version are not errors.
+        Err(help) => output::written(help.print()).map(|()| ExitCode::from(exit::OK)),
     };
+    match result {
+        Ok(code) => code,
+        Err(error) => {
+            output::tell(&format!("{error:#}"));
+            ExitCode::from(exit::code_of(&error))
+        }
+    }
+}
+
+fn run(cli: Cli) -> anyhow::Result<ExitCode> {
     let level = match cli.verbose {
         0 => log::LevelFilter::Warn,
         1 => log::LevelFilter::Info,
@@ -69,19 +83,12 @@ pub fn main() -> ExitCode {
         .init();
     // SAFETY: no other thread has been started.
     unsafe { photolith::gpu::separate_caches_by_width() };
-    let result = match cli.command {
+    match cli.command {
         Command::Render(args) => render::run(&args),
         Command::Devices(args) => devices::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Check(args) => check::run(&args),
-    };
-    match result {
-        Ok(code) => code,
-        Err(error) => {
-            eprintln!("photolith: {error:#}");
-            ExitCode::from(exit::code_of(&error))
-        }
     }
 }

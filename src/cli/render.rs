@@ -17,9 +17,9 @@ use photolith::scene::Scene;
 use photolith::{Context, Image, RenderSettings, Renderer, Validation};
 use serde_json::json;
 
-use super::exit;
 use super::options::{DeviceOptions, SceneOptions};
 use super::progress::Bar;
+use super::{exit, output};
 
 /// Arguments of `photolith render`.
 #[derive(Args)]
@@ -96,12 +96,12 @@ fn seconds(text: &str) -> Result<Duration, String> {
 
 /// Renders and writes the image.
 pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
-    let output = match &args.output {
+    let path = match &args.output {
         Some(path) => path.clone(),
         None => default_output(&args.scene)?,
     };
     // Before hours of rendering, not after.
-    image::check_writable(&output)?;
+    image::check_writable(&path)?;
     let (scene, mut settings) = args.scene_options.load(&args.scene)?;
     if let Some(noise) = args.noise {
         settings.adaptive = Some(Adaptive::to_noise(noise));
@@ -157,7 +157,8 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     if statistics.stopped {
         let why = if was_interrupted { "interrupted" } else { "time limit reached" };
         let most = settings.samples;
-        eprintln!("photolith: {why} after {} of {most} samples per pixel; writing what there is", samples(statistics));
+        let done = samples(statistics);
+        output::tell(&format!("{why} after {done} of {most} samples per pixel; writing what there is"));
     }
     if let Some(target) = args.noise {
         say_noise(target, statistics);
@@ -166,18 +167,17 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     if args.noise.is_some() {
         image = image.with_counts(film.counts().to_vec())?;
     }
-    let written =
-        image::write(&output, &image, &metadata(&scene, &settings, &context, &renderer), scene.film.transfer)?;
+    let written = image::write(&path, &image, &metadata(&scene, &settings, &context, &renderer), scene.film.transfer)?;
     if written.non_finite > 0 {
-        log::warn!("{}: {} pixels are not finite", output.display(), written.non_finite);
+        log::warn!("{}: {} pixels are not finite", path.display(), written.non_finite);
     }
     if args.json {
-        println!("{}", report(&context, &settings, &renderer, setup, &output));
+        output::print(&format!("{}\n", report(&context, &settings, &renderer, setup, &path)))?;
     }
     let messages = context.messages().all();
     let code = match messages.first() {
         Some(first) => {
-            eprintln!("photolith: {} validation message(s); the first: {first}", messages.len());
+            output::tell(&format!("{} validation message(s); the first: {first}", messages.len()));
             exit::VALIDATION
         }
         None if was_interrupted => exit::INTERRUPTED,
@@ -193,16 +193,14 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
 /// What adaptive sampling reached, for people.
 fn say_noise(target: f64, statistics: &RenderStatistics) {
     let samples = samples(statistics);
-    match statistics.adaptive {
-        None => eprintln!("photolith: too few samples to estimate the noise ({samples} samples per pixel)"),
+    output::tell(&match statistics.adaptive {
+        None => format!("too few samples to estimate the noise ({samples} samples per pixel)"),
         Some(reached) => {
             let missed = if reached.noise > target { format!(", {target} was asked for") } else { String::new() };
-            eprintln!(
-                "photolith: noise {:.3e}{missed} (noisiest tile {:.3e}) with {samples} samples per pixel",
-                reached.noise, reached.noisiest_tile
-            );
+            let (noise, noisiest) = (reached.noise, reached.noisiest_tile);
+            format!("noise {noise:.3e}{missed} (noisiest tile {noisiest:.3e}) with {samples} samples per pixel")
         }
-    }
+    });
 }
 
 /// The number of samples per pixel, or fewest, mean and most where they differ.

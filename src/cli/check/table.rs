@@ -1,28 +1,37 @@
 //! The suite's progress and result for people: on stdout, or on stderr where stdout carries JSON.
 
-use std::io::Write;
+use std::io::{self, IsTerminal, Write};
 
 use photolith::Context;
 use photolith::check::{CaseReport, DeviceReport, Verdict};
 
+use crate::cli::output;
+use crate::cli::text::counted;
+
 /// Prints as cases end.
 pub struct Table {
-    out: Box<dyn Write + Send>,
+    json: bool,
     color: bool,
+    printed: anyhow::Result<()>,
 }
 
 impl Table {
     /// `json`: stdout is taken.
-    pub fn new(json: bool, terminal: bool) -> Self {
-        let out: Box<dyn Write + Send> = if json { Box::new(std::io::stderr()) } else { Box::new(std::io::stdout()) };
-        let color = terminal && !json && std::env::var_os("NO_COLOR").is_none();
-        Self { out, color }
+    pub fn new(json: bool) -> Self {
+        let color = io::stdout().is_terminal() && !json && std::env::var_os("NO_COLOR").is_none();
+        Self { json, color, printed: Ok(()) }
     }
 
     /// A device is about to be checked.
     pub fn device(&mut self, context: &Context, cases: usize) {
         let info = context.info();
-        self.line(&format!("{} [{}], {}: {cases} cases", info.name, info.driver, context.choice()));
+        self.line(&format!(
+            "{} [{}], {}: {}",
+            info.name,
+            info.driver,
+            context.choice(),
+            counted(cases, "case", "cases")
+        ));
         self.line(&format!("{:<28} {:>10} {:>10}  {:<12} {:>6}  ", "case", "measured", "allowed", "verdict", "s"));
     }
 
@@ -64,9 +73,22 @@ impl Table {
         ));
     }
 
+    /// Whether all lines could be printed.
+    ///
+    /// # Errors
+    /// That of the first line that could not.
+    pub fn finish(self) -> anyhow::Result<()> {
+        self.printed
+    }
+
+    /// No reason to stop measuring, whatever becomes of it.
     fn line(&mut self, text: &str) {
-        // A closed pipe is no reason to stop measuring.
-        let _ = writeln!(self.out, "{}", text.trim_end());
+        let line = format!("{}\n", text.trim_end());
+        if self.json {
+            let _ = io::stderr().write_all(line.as_bytes());
+        } else if self.printed.is_ok() {
+            self.printed = output::print(&line);
+        }
     }
 }
 
