@@ -48,8 +48,12 @@ fn folder() -> tempfile::TempDir {
 }
 
 fn bench(folder: &Path, arguments: &str) -> Output {
+    // Where references are kept; the others need none, and refuse the option.
+    let needs_reference = !arguments.contains("--growth") && !arguments.contains("--rays");
+    let cache: &[&str] = if needs_reference { &["--cache", "cache"] } else { &[] };
     Command::new(env!("CARGO_BIN_EXE_photolith"))
-        .args(["bench", "--validate", "--cache", "cache"])
+        .args(["bench", "--validate", "core"])
+        .args(cache)
         .args(arguments.split_ascii_whitespace())
         .current_dir(folder)
         .output()
@@ -307,6 +311,7 @@ fn bad_input_is_code_2_and_says_why() {
         assert!(command.current_dir(folder.path()).status().unwrap().success());
     };
     render("bare.pfm");
+    std::fs::write(folder.path().join("torn.md"), "<!-- begin a -->\n").unwrap();
     for (arguments, said) in [
         ("", "SCENE"),
         ("gone.toml", "gone.toml"),
@@ -320,16 +325,51 @@ fn bad_input_is_code_2_and_says_why() {
         ("scene.toml --vary features=+halo", "expected specialised, general, or + and one of"),
         ("scene.toml scene.toml --rays --dump-rays a.bin", "for one scene, found 2"),
         ("scene.toml --rays --plot a.svg", "nothing to draw"),
-        ("scene.toml --dump-rays a.bin", "--rays"),
+        ("scene.toml --dump-rays a.bin", "expected --rays"),
+        ("scene.toml --max 5", "expected --growth"),
         ("--growth triangles --samples 1,2", "one number of --samples"),
+        ("--growth triangles --max 999", "--max: triangles up to 999, expected at least 1000, the smallest size"),
+        ("--growth triangles --size 8x8", "'--size <WxH>'"),
+        ("--growth triangles --max-depth 2", "'--max-depth <N>'"),
+        ("--growth triangles --ppd 60", "'--ppd <X>'"),
+        ("--growth triangles --reference bare.pfm", "'--reference <FILE>'"),
+        ("--growth triangles --reference-noise 1", "'--reference-noise <RADIANCE>'"),
+        ("--growth triangles --oracle", "'--oracle'"),
+        ("--growth triangles --cache cache", "'--cache <DIR>'"),
+        ("scene.toml --rays --ppd 60", "'--ppd <X>'"),
+        ("scene.toml --rays --reference bare.pfm", "'--reference <FILE>'"),
+        ("scene.toml --rays --reference-noise 1", "'--reference-noise <RADIANCE>'"),
+        ("scene.toml --rays --oracle", "'--oracle'"),
+        ("scene.toml --rays --cache cache", "'--cache <DIR>'"),
+        ("scene.toml --ppd 0.5", "expected a number of 1 to 1000"),
+        ("scene.toml --csv gone/a.csv", "cannot write gone/a.csv: No such file"),
+        ("scene.toml --plot gone/a.svg", "cannot write gone/a.svg: No such file"),
+        ("scene.toml --markdown gone/a.md", "cannot write gone/a.md: No such file"),
+        ("scene.toml --markdown torn.md --section a", "torn.md: found '<!-- begin a -->', expected '<!-- end a -->'"),
+        ("scene.toml --rays --dump-rays gone/a.bin", "cannot write gone/a.bin: No such file"),
     ] {
         let output = bench(folder.path(), arguments);
         let stderr = String::from_utf8(output.stderr.clone()).unwrap();
         assert_eq!(output.status.code(), Some(2), "{arguments}: {output:?}");
         assert!(stderr.contains(said), "{arguments}: {stderr}");
+        assert!(output.stdout.is_empty(), "{arguments}: nothing is measured first");
     }
     let output = bench(folder.path(), "scene.toml --vary device=none-such --samples 1");
     assert_eq!(output.status.code(), Some(3), "{output:?}");
+}
+
+#[test]
+fn what_cannot_be_written_keeps_nothing_else_from_it() {
+    let folder = folder();
+    let output =
+        bench(folder.path(), "scene.toml --size 8x8 --rays --json --csv /dev/full --markdown a.md --dump-rays a.bin");
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(stderr.contains("photolith: cannot write /dev/full: No space left"), "{stderr}");
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["rays"][0]["rates"][0]["rays"], 64);
+    let read = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    assert!(read("a.md").ends_with(b"<!-- end bench -->\n") && read("a.bin").starts_with(b"photolith-rays-1"));
 }
 
 #[test]

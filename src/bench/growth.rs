@@ -8,6 +8,7 @@ use crate::Context;
 use crate::render::{RenderError, RenderSettings, Renderer};
 use crate::scene::Scene;
 
+use super::error::BenchError;
 use super::generate;
 use super::statistics::{PowerLaw, median};
 
@@ -31,20 +32,31 @@ pub enum Growth {
 }
 
 impl Growth {
-    /// Sizes from the smallest to `max` (`None`: a default that takes less than a minute on two cores).
-    pub fn sizes(self, max: Option<u64>) -> Vec<u64> {
-        let (least, most, factor) = match self {
+    /// Smallest and largest size if no other is asked for, which takes less than a minute on two cores, and the factor
+    /// from one size to the next.
+    fn range(self) -> (u64, u64, f64) {
+        match self {
             Self::Triangles => (1_000, 1_000_000, 10f64.sqrt()),
             Self::Spheres => (10, 100_000, 10.0),
             Self::Lights => (1, 10_000, 10.0),
             Self::Pixels => (64 * 64, 1024 * 1024, 4.0),
             Self::Depth => (1, 64, 2.0),
-        };
+        }
+    }
+
+    /// Sizes from the smallest to `max` (`None`: a default that takes less than a minute on two cores).
+    ///
+    /// # Errors
+    /// [`BenchError::Settings`] if `max` is below the smallest.
+    pub fn sizes(self, max: Option<u64>) -> Result<Vec<u64>, BenchError> {
+        let (least, most, factor) = self.range();
         let most = max.unwrap_or(most);
-        (0..)
-            .map(|i| (least as f64 * f64::powi(factor, i)).round() as u64)
-            .take_while(|&n| n <= most.max(least))
-            .collect()
+        if most < least {
+            let name = self.name();
+            let problem = format!("{name} up to {most}, expected at least {least}, the smallest size");
+            return Err(BenchError::Settings(problem));
+        }
+        Ok((0..).map(|i| (least as f64 * f64::powi(factor, i)).round() as u64).take_while(|&n| n <= most).collect())
     }
 
     /// The scene of a size.
@@ -213,10 +225,13 @@ mod tests {
 
     #[test]
     fn sizes_reach_the_largest() {
-        assert_eq!(Growth::Triangles.sizes(Some(10_000)), [1000, 3162, 10_000]);
-        assert_eq!(Growth::Triangles.sizes(Some(10_000_000)).last(), Some(&10_000_000));
-        assert_eq!(Growth::Triangles.sizes(Some(1)), [1000]);
-        assert_eq!(Growth::Depth.sizes(None), [1, 2, 4, 8, 16, 32, 64]);
-        assert_eq!(Growth::Pixels.sizes(None).len(), 5);
+        let sizes = |grows: Growth, max| grows.sizes(max).unwrap();
+        assert_eq!(sizes(Growth::Triangles, Some(10_000)), [1000, 3162, 10_000]);
+        assert_eq!(sizes(Growth::Triangles, Some(10_000_000)).last(), Some(&10_000_000));
+        assert_eq!(sizes(Growth::Triangles, Some(1000)), [1000]);
+        let error = Growth::Triangles.sizes(Some(999)).unwrap_err().to_string();
+        assert!(error.contains("triangles up to 999, expected at least 1000, the smallest size"), "{error}");
+        assert_eq!(sizes(Growth::Depth, None), [1, 2, 4, 8, 16, 32, 64]);
+        assert_eq!(sizes(Growth::Pixels, None).len(), 5);
     }
 }

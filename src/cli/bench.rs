@@ -1,17 +1,18 @@
 //! `photolith bench`: run time against error, and cost against size.
 
 mod document;
+mod growth;
+mod outputs;
 mod samples;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::{Context as _, anyhow, bail};
-use clap::{Args, ValueEnum};
+use anyhow::bail;
+use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use photolith::bench::convergence::{self, Contender, Schedule};
-use photolith::bench::growth::{self, Growth};
-use photolith::bench::rays::{self, RaysReport};
+use photolith::bench::rays;
 use photolith::bench::report::{self, ReferenceReport, Report, SceneReport};
 use photolith::bench::{self, ConfigurationSummary, Machine, Origin, Reference, Vary};
 use photolith::gpu::prefer_wide_vectors;
@@ -20,12 +21,17 @@ use photolith::render::Features;
 use photolith::scene::Scene;
 use photolith::{Context, RenderSettings, user_cache};
 
-use super::exit;
+use super::numbers::{pixels_per_degree, positive};
 use super::options::{
     AccelArg, BeamsArg, DeviceOptions, GlancesArg, GradientsArg, IntersectionArg, LightSamplesArg, ReuseArg,
     SamplerArg, SceneOptions, SchedulerArg, SharesArg, Size,
 };
+use super::{exit, output};
+use growth::{GrowthArg, Series};
 use samples::SampleCounts;
+
+/// Options of run time against error, which mean nothing where another thing is measured.
+const OF_ERRORS: [&str; 8] = ["vary", "target", "seeds", "ppd", "reference", "reference_noise", "oracle", "cache"];
 
 /// Measure run time against error, or cost against size
 ///
@@ -56,8 +62,9 @@ pub struct BenchArgs {
     max_depth: Option<u32>,
 
     /// Set a setting, or several values of it side by side; may be repeated. Keys: sampler, accel, intersection,
-    /// scheduler, reuse (auto, always, off), gradients, shares, glances, beams (auto, off), light-samples (auto, one),
-    /// sampling (uniform, adaptive), features (specialised, general, +mirror and the like), roulette (off, N), device
+    /// scheduler (auto, inline, turns, queue), reuse (auto, always, off), gradients, shares, glances, beams (auto, off),
+    /// light-samples (auto, one), sampling (uniform, adaptive), features (specialised, general, +mirror and the like),
+    /// roulette (off, N), device
     #[arg(long, value_name = "KEY=VALUE,...")]
     vary: Vec<Vary>,
 
@@ -66,30 +73,31 @@ pub struct BenchArgs {
     target: Option<f64>,
 
     /// Pixels per degree of visual angle, for FLIP
-    #[arg(long, value_name = "X", default_value_t = flip::DEFAULT_PPD, value_parser = positive)]
+    #[arg(long, value_name = "X", default_value_t = flip::DEFAULT_PPD, value_parser = pixels_per_degree)]
     ppd: f64,
 
     #[command(flatten)]
     reference: ReferenceOptions,
 
     /// Measure cost against the size of generated scenes instead
-    #[arg(long, value_enum, conflicts_with_all = ["scenes", "vary", "target", "seeds"])]
+    #[arg(long, value_enum, conflicts_with_all = OF_ERRORS, conflicts_with_all = ["scenes", "size", "max_depth"])]
     growth: Option<GrowthArg>,
 
-    /// The largest size [default: by what grows]
-    #[arg(long, value_name = "N", requires = "growth")]
+    /// The largest size of --growth [default: by what grows]
+    #[arg(long, value_name = "N")]
     max: Option<u64>,
 
     /// Measure rays a second instead: camera rays, shadow rays and continuations, without shading
-    #[arg(long, conflicts_with_all = ["growth", "vary", "target", "seeds", "samples"])]
+    #[arg(long, conflicts_with_all = OF_ERRORS, conflicts_with_all = ["growth", "samples"])]
     rays: bool,
 
-    /// Write the rays with what they met, and the triangles, for other programs to trace (one scene only; the format
+    /// Write the rays of --rays with what they met, and the triangles, for other programs to trace (one scene only; the format
     /// is described at photolith::bench::rays::dump)
-    #[arg(long, value_name = "FILE", requires = "rays")]
+    #[arg(long, value_name = "FILE")]
     dump_rays: Option<PathBuf>,
 
-    /// Use path_trace.spv, path_turns.spv, path_queue.spv or traverse.spv (--rays) of this folder instead of the built-in shaders
+    /// Use path_trace.spv, path_turns.spv, path_queue.spv, light_trace.spv or traverse.spv (--rays) of this folder instead
+    /// of the built-in shaders
     #[arg(long, value_name = "FOLDER", conflicts_with = "growth")]
     spirv: Option<PathBuf>,
 
@@ -139,31 +147,8 @@ struct ReferenceOptions {
     cache: Option<PathBuf>,
 }
 
-/// What grows.
-#[derive(Clone, Copy, ValueEnum)]
-enum GrowthArg {
-    /// Triangles of a landscape, 1e3 to 1e6
-    Triangles,
-    /// Spheres, 10 to 1e5
-    Spheres,
-    /// Point lights, 1 to 1e4
-    Lights,
-    /// Pixels, 64² to 1024²
-    Pixels,
-    /// Surface hits of a path, 1 to 64
-    Depth,
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    text.parse().ok().filter(|v: &f64| *v > 0.0 && v.is_finite()).ok_or_else(|| "expected a number above 0".to_owned())
-}
-
 /// Measures and prints.
 pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
-    // Before minutes of measuring, not after.
-    if let Some(path) = &args.plot {
-        bench::plot::check_path(path)?;
-    }
     if args.reference.reference.is_some() && args.scenes.len() > 1 {
         bail!("--reference is for one scene, found {}", args.scenes.len());
     }
@@ -173,10 +158,19 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
     if args.rays && args.plot.is_some() {
         bail!("--rays has nothing to draw: expected no --plot");
     }
+    // The parser does not ask for an option that could not be there beside another one (`requires`).
+    if args.max.is_some() && args.growth.is_none() {
+        bail!("--max is a size of what grows: expected --growth");
+    }
+    if args.dump_rays.is_some() && !args.rays {
+        bail!("--dump-rays has no rays to write: expected --rays");
+    }
+    let series = Series::of(args)?;
+    outputs::check(args)?;
     // As `photolith render` does; the width is one for the whole process.
     let loaded = args.scenes.iter().map(|path| load(args, path)).collect::<Result<Vec<_>, _>>()?;
     let wide = loaded.iter().all(|(scene, settings)| Features::of(scene, settings).suits_wide_vectors(scene));
-    if wide && args.growth.is_none() {
+    if wide && series.is_none() {
         // SAFETY: other threads only wait for work on meshes, and leave the environment alone.
         unsafe { prefer_wide_vectors() };
     }
@@ -189,25 +183,28 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
         rays: Vec::new(),
     };
     let mut failure = None;
-    if let Some(grows) = args.growth {
-        let (found, error) = measure_growth(args, grows, &context)?;
+    let mut traced = None;
+    if let Some(series) = series {
+        let (found, error) = series.measure(&context);
         report.growth = Some(found);
         failure = error;
     }
     for (scene, settings) in &loaded {
         if args.rays {
-            report.rays.push(measure_rays(args, scene, settings, &context)?);
+            let (rates, sets) = rays::measure(&context, scene, settings)?;
+            report.rays.push(rates);
+            traced = Some((scene, sets));
         } else {
             report.scenes.push(measure_scene(args, scene, settings, &context)?);
         }
     }
-    write(args, &report)?;
+    outputs::write(args, &report, traced.as_ref().map(|(scene, sets)| (*scene, sets.as_slice())))?;
     if let Some(error) = failure {
         return Err(anyhow::Error::new(error).context("the series ended early"));
     }
     let messages = context.messages().all();
     if !messages.is_empty() {
-        eprintln!("photolith: {} validation message(s); the first: {}", messages.len(), messages[0]);
+        output::tell(&format!("{} validation message(s); the first: {}", messages.len(), messages[0]));
         return Ok(ExitCode::from(exit::VALIDATION));
     }
     for scene in &report.scenes {
@@ -223,30 +220,6 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
         }
     }
     Ok(ExitCode::from(exit::OK))
-}
-
-fn measure_growth(
-    args: &BenchArgs,
-    grows: GrowthArg,
-    context: &Context,
-) -> anyhow::Result<(growth::GrowthReport, Option<photolith::RenderError>)> {
-    let grows = match grows {
-        GrowthArg::Triangles => Growth::Triangles,
-        GrowthArg::Spheres => Growth::Spheres,
-        GrowthArg::Lights => Growth::Lights,
-        GrowthArg::Pixels => Growth::Pixels,
-        GrowthArg::Depth => Growth::Depth,
-    };
-    let samples = match &args.samples {
-        None => 4,
-        Some(counts) => counts.single().ok_or_else(|| anyhow!("--growth takes one number of --samples"))?,
-    };
-    let sizes = grows.sizes(args.max);
-    let bar = Progress::new(sizes.len());
-    let settings = RenderSettings { samples, ..RenderSettings::default() };
-    let result = growth::measure(context, grows, &sizes, &settings, |size| bar.step(&size.to_string()));
-    bar.finish();
-    Ok(result)
 }
 
 fn load(args: &BenchArgs, path: &Path) -> anyhow::Result<(Scene, RenderSettings)> {
@@ -269,19 +242,6 @@ fn load(args: &BenchArgs, path: &Path) -> anyhow::Result<(Scene, RenderSettings)
     };
     let (scene, settings) = options.load(path)?;
     Ok((scene, RenderSettings { spirv_folder: args.spirv.clone(), ..settings }))
-}
-
-fn measure_rays(
-    args: &BenchArgs,
-    scene: &Scene,
-    settings: &RenderSettings,
-    context: &Context,
-) -> anyhow::Result<RaysReport> {
-    let (report, sets) = rays::measure(context, scene, settings)?;
-    if let Some(path) = &args.dump_rays {
-        rays::dump(path, scene, &sets)?;
-    }
-    Ok(report)
 }
 
 fn measure_scene(
@@ -345,24 +305,6 @@ fn obtain_reference(
     Ok(Reference::obtain(context, scene, origin, noise, cache.as_deref(), |samples| {
         bar.say(&format!("making the reference, {samples} samples per pixel"));
     })?)
-}
-
-fn write(args: &BenchArgs, report: &Report) -> anyhow::Result<()> {
-    if args.json {
-        println!("{}", serde_json::to_string(report)?);
-    } else {
-        print!("{}", report.text(false));
-    }
-    if let Some(path) = &args.csv {
-        std::fs::write(path, report.csv()).with_context(|| format!("cannot write {}", path.display()))?;
-    }
-    if let Some(path) = &args.plot {
-        report.figure().write(path)?;
-    }
-    if let Some(path) = &args.markdown {
-        document::write_section(path, &args.section, &report.text(true), args.plot.as_deref())?;
-    }
-    Ok(())
 }
 
 /// A bar on a terminal; nothing elsewhere.

@@ -1,25 +1,41 @@
 //! Sections of Markdown documents that a command writes.
 
+use std::io::Write as _;
 use std::path::Path;
 
 use anyhow::{Context as _, Result, bail};
+use photolith::files::{check_writable, write_whole};
+
+/// Checks that [`write_section`] could write to `path`.
+///
+/// # Errors
+/// It could not.
+pub fn check(path: &Path, name: &str) -> Result<()> {
+    check_writable(path)?;
+    replace_section(&read(path)?, name, "").with_context(|| path.display().to_string())?;
+    Ok(())
+}
 
 /// Puts the command line, `text` and the plot in place of a section of a document, which is made if it is not there.
 ///
 /// # Errors
 /// The file cannot be read or written, or a section begins and does not end.
 pub fn write_section(path: &Path, name: &str, text: &str, plot: Option<&Path>) -> Result<()> {
-    let old = if path.exists() {
-        std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?
-    } else {
-        String::new()
-    };
+    let old = read(path)?;
     let mut body = format!("```sh\n{}\n```\n\n{text}", command_line());
     if let Some(plot) = plot {
         body.push_str(&format!("\n![{name}]({})\n", relative(plot, path)));
     }
     let new = replace_section(&old, name, &body).with_context(|| path.display().to_string())?;
-    std::fs::write(path, new).with_context(|| format!("cannot write {}", path.display()))
+    Ok(write_whole(path, |out| out.write_all(new.as_bytes()))?)
+}
+
+/// The document as it is; empty if there is none yet.
+fn read(path: &Path) -> Result<String> {
+    if !path.is_file() {
+        return Ok(String::new());
+    }
+    std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))
 }
 
 /// The command as it was given, without the program's folder.

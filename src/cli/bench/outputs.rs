@@ -1,0 +1,57 @@
+//! What a benchmark writes: checked before it measures, and each whatever becomes of the others.
+
+use std::io::Write as _;
+
+use anyhow::Result;
+use photolith::bench::plot;
+use photolith::bench::rays::{self, RaySet};
+use photolith::bench::report::Report;
+use photolith::files::{check_writable, write_whole};
+use photolith::scene::Scene;
+
+use super::{BenchArgs, document};
+use crate::cli::output;
+
+/// Checks that all that was asked for can be written, before an hour of measuring.
+///
+/// # Errors
+/// Something cannot.
+pub fn check(args: &BenchArgs) -> Result<()> {
+    for path in args.csv.iter().chain(&args.dump_rays) {
+        check_writable(path)?;
+    }
+    if let Some(path) = &args.plot {
+        plot::check_path(path)?;
+    }
+    if let Some(path) = &args.markdown {
+        document::check(path, &args.section)?;
+    }
+    Ok(())
+}
+
+/// Prints and writes all that was asked for. `traced`: the rays that may be dumped, with their scene.
+///
+/// # Errors
+/// That of the first that cannot be written, when all have been tried.
+pub fn write(args: &BenchArgs, report: &Report, traced: Option<(&Scene, &[RaySet])>) -> Result<()> {
+    let results = [
+        print(args, report),
+        with(args.csv.as_deref(), |path| Ok(write_whole(path, |out| out.write_all(report.csv().as_bytes()))?)),
+        with(args.plot.as_deref(), |path| Ok(report.figure().write(path)?)),
+        with(args.markdown.as_deref(), |path| {
+            document::write_section(path, &args.section, &report.text(true), args.plot.as_deref())
+        }),
+        with(args.dump_rays.as_deref().zip(traced), |(path, (scene, sets))| Ok(rays::dump(path, scene, sets)?)),
+    ];
+    results.into_iter().collect()
+}
+
+fn print(args: &BenchArgs, report: &Report) -> Result<()> {
+    let text = if args.json { format!("{}\n", serde_json::to_string(report)?) } else { report.text(false) };
+    output::print(&text)
+}
+
+/// Does nothing for what was not asked for.
+fn with<T>(asked: Option<T>, write: impl FnOnce(T) -> Result<()>) -> Result<()> {
+    asked.map_or(Ok(()), write)
+}
