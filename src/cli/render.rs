@@ -249,7 +249,7 @@ fn report(
     let stages: serde_json::Map<_, _> = s.stages.iter().map(|t| (t.stage.to_owned(), json!(t.seconds))).collect();
     json!({
         "schema": "photolith-render-1",
-        "output": output,
+        "output": output.display().to_string(),
         "setup_s": setup_seconds,
         "render_s": s.render_seconds,
         "spp_done": s.samples_per_pixel,

@@ -17,13 +17,18 @@ pub fn film_offset(filter: PixelFilter, rng: &mut Pcg64) -> DVec2 {
     }
 }
 
+/// Unit vector; vectors whose squared length over- or underflows are scaled first.
+fn direction(v: DVec3) -> DVec3 {
+    (v / v.abs().max_element()).normalize()
+}
+
 /// The ray of unit direction that leaves the pinhole through a point of the film.
 ///
 /// `film` is in pixels from the upper left corner of the image, y downwards; pixels are square.
 pub fn primary_ray(scene: &Scene, film: DVec2) -> Ray {
     let camera = &scene.camera;
-    let forward = (camera.target - camera.position).normalize();
-    let right = forward.cross(camera.up).normalize();
+    let forward = direction(camera.target - camera.position);
+    let right = direction(forward.cross(direction(camera.up)));
     let up = right.cross(forward);
     let (width, height) = (f64::from(scene.film.width), f64::from(scene.film.height));
     let pixel = 2.0 * (0.5 * camera.horizontal_fov.to_radians()).tan() / width;

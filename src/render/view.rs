@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::DVec3;
 
 use crate::accel::Aabb;
-use crate::scene::Scene;
+use crate::scene::{Scene, unit};
 
 use super::lights::{Light, LightShape};
 
@@ -35,8 +35,10 @@ impl View {
     /// Of a scene's camera and film.
     pub fn of(scene: &Scene) -> Self {
         let camera = &scene.camera;
-        let forward = (camera.target - camera.position).normalize();
-        let right = forward.cross(camera.up.normalize()).normalize();
+        // A scene that has been checked has these directions.
+        let direction = |v| unit(v).unwrap_or(DVec3::Z);
+        let forward = direction(camera.target - camera.position);
+        let right = direction(forward.cross(direction(camera.up)));
         let up = right.cross(forward);
         let [width, height] = [scene.film.width, scene.film.height].map(f64::from);
         let half_width = (camera.horizontal_fov.to_radians() / 2.0).tan();

@@ -23,4 +23,5 @@ pub use description::*;
 pub use error::{Entity, Location, SceneError};
 pub use load::Loaded;
 pub use transform::Placement;
+pub(crate) use unit::unit;
 pub use validate::{IOR_RANGE, MAX_DEPTH, MAX_IMAGE_SIDE, MAX_MAGNITUDE, MAX_SAMPLES, MIN_RADIUS};

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 /// Unit vector, also of vectors whose squared length over- or underflows; `None` for one that has no direction.
-pub(super) fn unit(v: DVec3) -> Option<DVec3> {
+pub fn unit(v: DVec3) -> Option<DVec3> {
     let scale = v.abs().max_element();
     if scale > 0.0 { (v / scale).try_normalize() } else { None }
 }

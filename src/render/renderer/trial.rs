@@ -22,7 +22,7 @@ use super::tried::{GroupNoise, Noise, TriedGroup};
 /// scheduler nor on what else is compiled, so that the image does not.
 ///
 /// With a tree and lamps together with glass or mirrors it hardly pays: the noise of caustics is left, and a trial that is lost
-/// makes the rest slower (by 1.3). Nor where glass fills the picture (by 1.1 to 1.2). (Where beams take most of that noise paths cannot be shared, see `beams::targets`.) Without
+/// makes the rest slower (by 1.3). Nor where glass fills the picture (by 1.1 to 1.2, on GPUs by 4). (Where beams take most of that noise paths cannot be shared, see `beams::targets`.) Without
 /// a tree rays are cheap, and lanes wait for each other instead, which does not pay where a driver executes the branches that
 /// no lane takes (twice the time of one that skips them). Brute force is for comparison, not for speed.
 ///
@@ -39,6 +39,7 @@ pub(super) fn may_reuse(needed: &Features, settings: &RenderSettings, facts: &Dr
             // Who waits for a time or a noise gets samples at once.
             (Reuse::Auto, Sharers::Threads) => {
                 settings.samples >= fewest_samples(needed, settings.reuse, facts)
+                    && !needed.reuse_is_unlikely_to_pay()
                     && (settings.adaptive.is_none() && settings.time_limit.is_none())
                     && !(needed.tree && needed.emitter)
             }
