@@ -359,7 +359,7 @@ void add_noted(uint tile, uint complete, bool reusing, inout Added added) {
     }
     if (!SHARED_BY_LANES && reusing) {
         share_notes();
-        subgroupBarrier();
+        if (!THREADS) subgroupBarrier();
         for (uint p = gl_SubgroupInvocationID; p < work_pixels; p += gl_SubgroupSize) {
             uvec2 at;
             uint slot = slot_of_tile(tile, p);

@@ -127,7 +127,7 @@ const uint COUNT_STEPS = 4u;       // steps through the tree (with PATH_STATS)
 const uint COUNT_TRUNCATED = 5u;   // loops that nothing in the shader ended
 const uint COUNT_REUSED = 6u;      // samples made with paths that serve several pixels
 const uint COUNTERS = 7u;          // so many of every invocation
-const uint COUNT_MISFITS = 7u;     // workgroups cut into other subgroups than were asked for
+const uint COUNT_MISFITS = 7u;     // subgroups that are not as large as was asked for
 const uint COUNT_DRAWN = 8u;       // pieces of work, or parts of them, that have been drawn, see work.glsl
 
 layout(push_constant, std430) uniform Push {

@@ -23,9 +23,9 @@ void main() {
     load_scene();
     uint first = gl_WorkGroupID.x * RUN;
     uint total = min(RUN, end_slot - first);
-    // A workgroup that a driver cuts up must not go on: the host is told.
+    // A workgroup that a driver cuts up must not go on: the host is told by a 2.
     if (gl_NumSubgroups != 1u || gl_SubgroupSize != gl_WorkGroupSize.x) {
-        for (uint i = gl_LocalInvocationIndex; i < total; i += gl_WorkGroupSize.x) probe_out[first + i] = uvec4(0u, 0u, 1u, 0u);
+        for (uint i = gl_LocalInvocationIndex; i < total; i += gl_WorkGroupSize.x) probe_out[first + i] = uvec4(0u, 0u, 2u, 0u);
         return;
     }
     uint next = gl_SubgroupSize;

@@ -174,6 +174,10 @@ impl Timeline {
 
 impl Drop for Timeline {
     fn drop(&mut self) {
+        // Why it was given up has been told.
+        if self.device.is_given_up() {
+            return;
+        }
         if let Err(error) = self.wait_all() {
             log::error!("{error}");
         }

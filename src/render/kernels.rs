@@ -37,6 +37,10 @@ const PATH_QUEUE: Kernel =
 pub(crate) const LIGHT_TRACE: Kernel =
     Kernel { name: "light_trace", spirv: include_bytes!(concat!(env!("OUT_DIR"), "/light_trace.spv")) };
 
+/// Traces rays and nothing else, for `bench --rays` (shaders/probe/traverse.comp).
+pub(crate) const TRAVERSE: Kernel =
+    Kernel { name: "traverse", spirv: include_bytes!(concat!(env!("OUT_DIR"), "/traverse.spv")) };
+
 /// The kernel of a scheduler.
 pub(crate) const fn built_in(schedule: Schedule) -> Kernel {
     match schedule {
@@ -46,8 +50,8 @@ pub(crate) const fn built_in(schedule: Schedule) -> Kernel {
     }
 }
 
-/// The names of kernels that may be in the folder of the settings; the last is `bench --rays`'.
-const NAMES: [&str; 5] = [PATH_TRACE.name, PATH_TURNS.name, PATH_QUEUE.name, LIGHT_TRACE.name, "traverse"];
+/// The names of kernels that may be in the folder of the settings.
+const NAMES: [&str; 5] = [PATH_TRACE.name, PATH_TURNS.name, PATH_QUEUE.name, LIGHT_TRACE.name, TRAVERSE.name];
 
 fn file_of(kernel: &str, folder: &Path) -> PathBuf {
     folder.join(kernel).with_extension("spv")

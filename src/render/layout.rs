@@ -94,7 +94,9 @@ pub(crate) mod binding {
     pub const SCENE: u32 = 11;
 }
 
-/// What a dispatch counts, in the order of the shader's indices (which is little-endian, as hosts of GPUs are).
+const _: () = assert!(cfg!(target_endian = "little"), "the words of a counter would change places");
+
+/// What a dispatch counts, in the order of the shader's indices; each is two words there, the lower one first.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, Default, PartialEq, Eq)]
 pub(crate) struct Counters {

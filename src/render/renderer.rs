@@ -21,6 +21,7 @@ mod tried;
 mod twins;
 
 use std::ops::ControlFlow;
+use std::time::Duration;
 use std::time::Instant;
 
 use bytemuck::Zeroable;
@@ -227,8 +228,8 @@ impl Renderer {
         let RenderStatistics { setup_seconds, compile_seconds, .. } = self.statistics;
         self.statistics = RenderStatistics { setup_seconds, compile_seconds, ..RenderStatistics::default() };
         // Beams come last.
-        let for_beams = if self.beams.is_some() { 10 } else { u32::MAX };
-        let limit = self.settings.time_limit.map(|limit| limit - limit / for_beams);
+        let before_beams = |limit: Duration| if self.beams.is_some() { limit - limit / 10 } else { limit };
+        let limit = self.settings.time_limit.map(before_beams);
         let mut watch = Watch::new(limit, &mut on_progress);
         self.clear_film()?;
         let long = self.settings.samples >= self.fewest_reused;
@@ -274,7 +275,7 @@ fn check_size(prepared: &Prepared<'_>) -> Result<(), RenderError> {
     let most = u64::from(u32::MAX) / 2;
     if slot_count(width, height) > most {
         return Err(RenderError::Settings(format!(
-            "an image of {width}×{height} pixels is too large: there may be {most} pixels in all"
+            "an image of {width}×{height} pixels is too large: there may be {most} pixels in all, counted in whole tiles of 8×8"
         )));
     }
     if tables.tree_records() > MAX_RECORDS {

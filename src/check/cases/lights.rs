@@ -43,6 +43,15 @@ pub(super) const CASES: &[Case] = &[
         measure: resampled,
     },
     Case {
+        name: "lights/weak-among-strong",
+        what: "a thousand weak point lights, each of which some thirty numbers of 24 bits choose, among 3,000 strong ones",
+        oracle: "the probability that their light is divided by; all such numbers, with 64 further ones each",
+        quantity: "root mean square of the numbers that choose one too often or too seldom",
+        threshold: 0.15,
+        full_only: false,
+        measure: weak_among_strong,
+    },
+    Case {
         name: "lights/zero-area",
         what: "a point light among lamps without area: points, lines, triangles and spheres too small for single precision",
         oracle: "the point light alone; densities are finite",
@@ -348,6 +357,61 @@ fn resampled(lab: &Lab) -> Result<Measured, CheckError> {
     }
     let tests = distances.len();
     Ok(Measured::new(worst(distances), format!("{tests} places, {n} samples each")))
+}
+
+fn weak_among_strong(lab: &Lab) -> Result<Measured, CheckError> {
+    const STRONG: usize = 3000;
+    const WEAK: usize = 1000;
+    const FURTHER: usize = 64;
+    let mut rng = Rng::new(76);
+    let mut scene = empty();
+    for _ in 0..STRONG {
+        scene.light(v(rng.between(-4.0, 4.0), rng.between(4.0, 6.0), rng.between(-9.0, -5.0)), 1.0);
+    }
+    for _ in 0..WEAK {
+        let at = v(3.0, 5.0, 3.0) + 0.01 * rng.in_ball();
+        scene.light(at, STRONG as f64 / WEAK as f64 / 1024.0);
+    }
+    let (from, normal) = (RenderSpace::of(&scene).point(v(0.0, 0.0, -2.0)), DVec3::Y);
+    let all: Vec<_> = (0..STRONG + WEAK)
+        .map(|light| DensityQuery {
+            from: from.as_vec3().to_array(),
+            light: light as i32,
+            distance: 1.0,
+            cosine: 1.0,
+            unused: [0.0; 6],
+        })
+        .collect();
+    let densities: Vec<Density> = lab.kernel(&scene, Kernel::LIGHT_PDF, 1)?.run(&all)?;
+    let probabilities: Vec<f64> = densities[STRONG..].iter().map(|d| f64::from(d.probability)).collect();
+    let numbers = f64::from(1u32 << 24);
+    let mut kernel = lab.kernel(&scene, Kernel::LIGHT_SAMPLE, 1)?;
+    let is_weak = |s: &LightPoint| s.light >= STRONG as i32;
+    // Where weak lights are chosen, as far as one number of 64 tells.
+    let chosen_by = |number: u32, candidate: f32| LightQuery {
+        candidate,
+        ..query(from, normal, (f64::from(number) / numbers) as f32, [0.5; 2])
+    };
+    let scan: Vec<_> = (0..1 << 18).map(|i| chosen_by(i << 6, 0.5)).collect();
+    let weak: Vec<bool> = kernel.run(&scan)?.iter().map(is_weak).collect();
+    let near = |i: usize| weak[i.saturating_sub(1)..weak.len().min(i + 2)].contains(&true);
+    let found: Vec<u32> =
+        (0..weak.len()).filter(|i| near(*i)).flat_map(|i| (0..64).map(move |j| (i as u32) << 6 | j)).collect();
+    let mut counts = vec![0.0; WEAK];
+    for some in found.chunks(1 << 12) {
+        let queries: Vec<_> = some
+            .iter()
+            .flat_map(|&number| [number; FURTHER])
+            .map(|number| chosen_by(number, rng.uniform() as f32))
+            .collect();
+        for s in kernel.run(&queries)?.iter().filter(|s| is_weak(s)) {
+            counts[s.light as usize - STRONG] += 1.0 / FURTHER as f64;
+        }
+    }
+    let fewest = numbers * probabilities.iter().copied().fold(f64::INFINITY, f64::min);
+    let errors: Vec<f64> = counts.iter().zip(&probabilities).map(|(count, p)| count - numbers * p).collect();
+    let error = (errors.iter().map(|e| e * e).sum::<f64>() / WEAK as f64).sqrt();
+    Ok(Measured::new(error, format!("{fewest:.1} numbers at least choose each of {WEAK} lights")))
 }
 
 /// Points, spheres and triangles that shine.

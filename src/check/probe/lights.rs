@@ -23,7 +23,7 @@ pub(crate) struct LightQuery {
     /// Chooses the light.
     pub choice: f32,
     pub normal: [f32; 3],
-    /// Chooses among candidates.
+    /// Chooses among candidates; a candidate alone is chosen by its lower digits too, which follow those of `choice`.
     pub candidate: f32,
     /// Choose the point on it.
     pub point: [f32; 2],

@@ -4,18 +4,18 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::gpu::Context;
 use crate::render::driver::DriverFacts;
-use crate::render::kernels;
+use crate::render::kernels::{self, TRAVERSE};
 use crate::render::{RenderError, RenderSettings};
 use crate::scene::Scene;
 
 use super::rays::RayInput;
 use super::{CheckError, Kernel, Probe, tables_of};
 
-const NAME: &str = "traverse";
-const TRAVERSE: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/traverse.spv"));
-
 /// Rays of a workgroup on a CPU, of which a lane fetches the next when it is done with one.
 const LONG_RUN: u32 = 512;
+
+/// In [`Traced::truncated`]: the driver has cut the workgroup into several subgroups.
+const CUT_UP: u32 = 2;
 
 /// What is asked of rays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,7 +34,7 @@ pub(crate) struct Traced {
     pub t: f32,
     /// Primitive, or −1.
     pub id: i32,
-    /// The driver or its loop budget ended the walk early.
+    /// 1 if the driver or its loop budget ended the walk early, [`CUT_UP`] if no ray of the workgroup was traced.
     pub truncated: u32,
     /// Steps through the tree, where they are counted.
     pub steps: u32,
@@ -53,14 +53,14 @@ impl Traversal {
         let info = context.info();
         let facts = DriverFacts::of(info);
         let kernel = Kernel {
-            spirv: kernels::spirv(&kernels::Kernel { name: NAME, spirv: TRAVERSE }, settings)?,
+            spirv: kernels::spirv(&TRAVERSE, settings)?,
             workgroup: info.subgroup_size,
             // On a GPU what matters is that there are many workgroups: one that goes on with further rays takes 1.2 to 2.2 times as long
             // for them (H100, 2¹⁸ rays).
             inputs: if facts.threads { info.subgroup_size } else { LONG_RUN },
             loop_budget: facts.loop_budget,
             counts_steps: settings.count_steps,
-            ..Kernel::function(NAME, TRAVERSE, 0)
+            ..Kernel::function(TRAVERSE.name, TRAVERSE.spirv, 0)
         };
         Ok(Self { probe: Probe::new(context, kernel, scene, &tables, settings, 0)?, count: 0 })
     }
@@ -80,6 +80,11 @@ impl Traversal {
     /// What the last trace found.
     pub fn found(&mut self) -> Result<Vec<Traced>, CheckError> {
         let found = self.probe.read(self.count)?;
+        if found.iter().any(|f| f.truncated == CUT_UP) {
+            return Err(
+                RenderError::Driver("it cut workgroups into smaller subgroups than were asked for".to_owned()).into()
+            );
+        }
         match found.iter().filter(|f| f.truncated != 0).count() {
             0 => Ok(found),
             count => Err(RenderError::Truncated { count: count as u64 }.into()),

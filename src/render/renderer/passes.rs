@@ -146,7 +146,7 @@ impl Renderer {
             return Err(RenderError::Truncated { count: counters.truncated });
         }
         if counters.misfits > 0 {
-            let problem = format!("it cut {} workgroups into other subgroups than were asked for", counters.misfits);
+            let problem = format!("{} subgroups are not as large as was asked for", counters.misfits);
             return Err(RenderError::Driver(problem));
         }
         self.statistics.add(&counters, &stages);

@@ -43,7 +43,9 @@ struct Twin {
 }
 
 impl Twin {
-    /// Has reached a rung. The variance is estimated as in [`Tile::read`](super::super::tiles::Tile::read).
+    /// Has reached a rung. The variance is estimated as in [`Tile::read`](super::super::tiles::Tile::read), but relative to the smaller
+    /// of the two films' radiances (`twin_films::change`): the earlier film is part of the later one, and gradients make one of them
+    /// from all pixels together, so that there are no two estimates without common samples to be multiplied.
     fn look(&mut self, film: Film, stopping: &Stopping) {
         if let Some((before, last)) = &self.last {
             self.variance = Some(change(last, &film) * f64::from(*before) / f64::from(self.samples - before));
