@@ -85,15 +85,10 @@ fn temporary_beside(target: &Path) -> io::Result<NamedTempFile> {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".photolith-").suffix(".tmp");
-    #[cfg(unix)]
-    {
-        // As for any new file: read and write for all, less the umask (temporary files are private otherwise).
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(fs::Permissions::from_mode(0o666));
-    }
-    builder.tempfile_in(directory)
+    // Made here and not by `tempfile_in`: with the permissions of any new file (it makes private ones), and with errors that do
+    // not tell a temporary name to whoever asked for another file.
+    let create = |path: &Path| File::options().read(true).write(true).create_new(true).open(path);
+    tempfile::Builder::new().prefix(".photolith-").suffix(".tmp").make_in(directory, create)
 }
 
 #[cfg(test)]
@@ -136,7 +131,8 @@ mod tests {
         fs::write(&file, "").unwrap();
         let vanished = directory.path().join("gone/a.png");
         for path in [directory.path(), &vanished, &file.join("a.png")] {
-            assert!(check_writable(path).is_err(), "{}", path.display());
+            let error = check_writable(path).unwrap_err();
+            assert!(!error.source.to_string().contains("at path"), "{}", error.source);
             assert!(write_whole(path, |w| w.write_all(b"x")).is_err(), "{}", path.display());
         }
         assert_eq!(names(directory.path()), ["file"]);

@@ -116,6 +116,8 @@ fn bad_options_are_code_2() {
         ("render ball.toml --seed -1", &["-1"]),
         ("render ball.toml --time-limit 0", &["'0' is not a time"]),
         ("render ball.toml --time-limit nan", &["'nan' is not a time"]),
+        ("render ball.toml --time-limit 1e30", &["'1e30' is not a time, expected seconds above 0 and below 1.8e19"]),
+        ("compare a.pfm a.pfm --heatmap map.jpg", &["map.jpg: an error map is written as .png"]),
         ("render ball.toml --accel grid", &["grid", "bvh", "none"]),
         ("render ball.toml --intersection fast", &["fast", "watertight", "moller-trumbore"]),
         ("render ball.toml -o out.jpg", &["out.jpg", ".png, .exr, .hdr, .pfm"]),

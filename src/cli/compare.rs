@@ -119,7 +119,7 @@ struct Heatmap {
 /// without noise estimates: exit code 2.
 pub fn run(args: &CompareArgs) -> Result<ExitCode> {
     if let Some(path) = &args.heatmap {
-        if Format::from_path(path)? != Format::Png {
+        if !matches!(Format::from_path(path), Ok(Format::Png)) {
             bail!("{}: an error map is written as .png", path.display());
         }
         check_writable(path)?;

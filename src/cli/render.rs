@@ -91,7 +91,8 @@ fn seconds(text: &str) -> Result<Duration, String> {
         .ok()
         .filter(|s| *s > 0.0)
         .and_then(|s| Duration::try_from_secs_f64(s).ok())
-        .ok_or_else(|| format!("'{text}' is not a time, expected seconds > 0"))
+        // As many seconds as there are in 64 bits.
+        .ok_or_else(|| format!("'{text}' is not a time, expected seconds above 0 and below 1.8e19"))
 }
 
 /// Renders and writes the image.
