@@ -157,6 +157,16 @@ fn no_device_is_code_3() {
             .unwrap();
         assert_fails(&output, 3, &["no Vulkan device found", "mesa-vulkan-drivers"], command);
     }
+    let output = program(directory.path())
+        .args(["devices", "--json"])
+        .env("VK_DRIVER_FILES", "/nonexistent")
+        .env("VK_ICD_FILENAMES", "/nonexistent")
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(3), "{output:?}");
+    assert!(text(&output.stderr).contains("no Vulkan device found"), "{output:?}");
+    let json = one_line(&output);
+    assert_eq!((&json["devices"], &json["picked"]), (&Value::Array(Vec::new()), &Value::Null));
     assert_eq!(names(directory.path()), ["ball.toml"]);
 }
 

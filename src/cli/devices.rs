@@ -25,7 +25,9 @@ pub struct DevicesArgs {
 
 /// Lists the devices; exit code 3 if none can be used.
 pub fn run(args: &DevicesArgs) -> anyhow::Result<ExitCode> {
-    let (devices, choice) = Context::devices(args.device.as_deref())?;
+    // Where there is no Vulkan at all, the list is empty.
+    let found = Context::devices(args.device.as_deref());
+    let (devices, choice) = found.unwrap_or_else(|error| (Vec::new(), Err(error)));
     let text = if args.json { format!("{}\n", as_json(&devices, &choice)) } else { as_text(&devices, &choice) };
     output::print(&text)?;
     choice?;
