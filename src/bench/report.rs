@@ -250,11 +250,12 @@ impl SceneReport {
         }
         let _ = writeln!(
             out,
-            "{}×{}, depth {}, {} seeds; reference: {origin}{samples}, noise {}",
+            "{}×{}, depth {}, {} {}; reference: {origin}{samples}, noise {}",
             self.width,
             self.height,
             self.max_depth,
             self.seeds,
+            if self.seeds == 1 { "seed" } else { "seeds" },
             significant(Some(r.noise_rmse))
         );
         for c in &self.configurations {

@@ -52,9 +52,12 @@ pub struct TimeToTarget {
     pub seconds: f64,
     /// Samples per pixel.
     pub samples: f64,
-    /// The target lies outside of what was measured.
+    /// The target lies below all errors that were measured.
     pub extrapolated: bool,
 }
+
+/// Times are told up to so many times the largest number of samples that was measured.
+const FARTHEST: f64 = 4.0;
 
 /// A configuration measured.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -111,21 +114,29 @@ impl ConfigurationSummary {
         self.rows.iter().filter_map(|r| r.rmse).min_by(f64::total_cmp)
     }
 
-    /// Fills in the time to `target` (RMSE): interpolated between rows, beyond them by the last two, in logarithms.
+    /// Fills in the time to `target` (RMSE), in logarithms: that of a row, interpolated between rows, or beyond the last by the
+    /// last two, up to four times its samples. Where the first row is already below the target, the time cannot be told.
     pub fn reach(&mut self, target: f64) {
         let points: Vec<_> =
             self.rows.iter().filter_map(|r| Some((r.rmse?, r.render_s, f64::from(r.samples)))).collect();
-        let bracket = points.windows(2).find(|w| w[0].0 >= target && target >= w[1].0);
-        let ends = || if points.first()?.0 < target { points.get(..2) } else { points.rchunks(2).next() };
-        self.time_to_target = bracket.or_else(ends).and_then(|pair| {
-            let &[(e0, t0, n0), (e1, t1, n1)] = pair else { return None };
-            let u = (target / e0).ln() / (e1 / e0).ln();
-            let between = |a: f64, b: f64| a * (b / a).powf(u);
-            let found =
-                TimeToTarget { seconds: between(t0, t1), samples: between(n0, n1), extrapolated: bracket.is_none() };
-            (found.seconds.is_finite() && found.samples.is_finite()).then_some(found)
-        });
+        let met = points.iter().find(|p| p.0 == target);
+        let measured = met.map(|&(_, seconds, samples)| TimeToTarget { seconds, samples, extrapolated: false });
+        let between = || points.windows(2).find(|w| w[0].0 > target && target > w[1].0)?.try_into().ok();
+        let beyond = || points.last_chunk().filter(|_| points.iter().all(|p| p.0 > target)).copied();
+        self.time_to_target = measured
+            .or_else(|| Some(on_line(between()?, target, false)))
+            .or_else(|| Some(on_line(beyond()?, target, true)))
+            // Errors that do not fall have no line that reaches the target.
+            .filter(|t| t.seconds.is_finite() && points.first().is_some_and(|p| t.samples >= p.2))
+            .filter(|t| points.last().is_some_and(|p| t.samples <= FARTHEST * p.2));
     }
+}
+
+/// Where the line through two points (error, seconds, samples), straight in logarithms, has the error `target`.
+fn on_line([(e0, t0, n0), (e1, t1, n1)]: [(f64, f64, f64); 2], target: f64, extrapolated: bool) -> TimeToTarget {
+    let u = (target / e0).ln() / (e1 / e0).ln();
+    let at = |a: f64, b: f64| a * (b / a).powf(u);
+    TimeToTarget { seconds: at(t0, t1), samples: at(n0, n1), extrapolated }
 }
 
 /// Configurations alternate, so that what the machine does meanwhile meets both of a pair.
@@ -266,18 +277,38 @@ mod tests {
             time_to_target: None,
             rows,
         };
-        for (target, seconds, extrapolated) in
-            [(1.0, 1.0, false), (2f64.sqrt() / 4.0, 8.0, false), (0.125, 64.0, true), (2.0, 0.25, true)]
-        {
+        for (target, seconds, extrapolated) in [
+            (1.0, 1.0, false),
+            (0.5, 4.0, false),
+            (2f64.sqrt() / 4.0, 8.0, false),
+            (0.25, 16.0, false),
+            (0.5f64.sqrt() / 4.0, 32.0, true),
+        ] {
             summary.reach(target);
             let found = summary.time_to_target.unwrap();
             assert!((found.seconds / seconds - 1.0).abs() < 1e-9, "{target}: {found:?}");
             assert!((found.samples / seconds - 1.0).abs() < 1e-9);
             assert_eq!(found.extrapolated, extrapolated);
         }
+        // Fewer samples than the least, and more than four times the most: nobody knows.
+        for target in [2.0, 100.0, 0.12, 1e-9] {
+            summary.reach(target);
+            assert_eq!(summary.time_to_target, None, "{target}");
+        }
         assert_eq!(summary.smallest_rmse(), Some(0.25));
+        // Errors that rise: what was measured is known, and nothing beyond it.
+        summary.rows.remove(0);
+        summary.rows[1].rmse = Some(0.6);
+        summary.reach(0.5);
+        assert!(summary.time_to_target.is_some_and(|t| t.samples == 4.0 && !t.extrapolated));
+        for target in [0.4, 0.55, 0.7] {
+            summary.reach(target);
+            assert_eq!(summary.time_to_target, None, "{target}");
+        }
         summary.rows.truncate(1);
         summary.reach(0.5);
+        assert!(summary.time_to_target.is_some_and(|t| !t.extrapolated));
+        summary.reach(0.4);
         assert_eq!(summary.time_to_target, None);
     }
 }
