@@ -311,6 +311,11 @@ fn bad_input_is_code_2_and_says_why() {
         assert!(command.current_dir(folder.path()).status().unwrap().success());
     };
     render("bare.pfm");
+    let mut nan = std::fs::read(folder.path().join("bare.pfm")).unwrap();
+    let last = nan.len() - 4;
+    nan[last..].copy_from_slice(&f32::NAN.to_le_bytes());
+    nan[last - 12..last - 8].copy_from_slice(&f32::INFINITY.to_le_bytes());
+    std::fs::write(folder.path().join("nan.pfm"), nan).unwrap();
     std::fs::write(folder.path().join("torn.md"), "<!-- begin a -->\n").unwrap();
     for (arguments, said) in [
         ("", "SCENE"),
@@ -318,6 +323,7 @@ fn bad_input_is_code_2_and_says_why() {
         ("scene.toml --samples 0", "expected N, A..B or A,B,C"),
         ("scene.toml --vary colour=red", "unknown setting 'colour'"),
         ("scene.toml --vary sampler=halton", "expected sobol, independent or pcg"),
+        ("scene.toml --reference nan.pfm --reference-noise 0.1", "nan.pfm: 2 pixel(s) of the reference are NaN or inf"),
         ("scene.toml --plot a.pdf", "a plot is written as .svg"),
         ("scene.toml --reference bare.pfm", "carries no estimate of its noise"),
         ("scene.toml --reference bare.pfm --reference-noise 0.1 --size 8x8", "24x16"),
@@ -370,6 +376,22 @@ fn what_cannot_be_written_keeps_nothing_else_from_it() {
     assert_eq!(found["rays"][0]["rates"][0]["rays"], 64);
     let read = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
     assert!(read("a.md").ends_with(b"<!-- end bench -->\n") && read("a.bin").starts_with(b"photolith-rays-1"));
+}
+
+#[test]
+fn radiance_beyond_single_precision_has_no_errors_and_no_advice() {
+    let folder = folder();
+    std::fs::write(folder.path().join("scene.toml"), SCENE.replace("[0.5, 0.7, 1.0]", "[1e30, 1e30, 1e30]")).unwrap();
+    let output = bench(folder.path(), "scene.toml --samples 1,2 --seeds 2 --csv a.csv --plot a.svg --markdown a.md");
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("noise of the reference is not finite") && !said.contains("--reference-noise"), "{said}");
+    assert!(said.contains("a.svg is not written: there is no point to draw"), "{said}");
+    let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
+    for line in read("a.csv").lines().skip(1) {
+        assert!(line.split(',').all(|cell| !["NaN", "inf", "-inf"].contains(&cell)), "{line}");
+    }
+    assert!(!read("a.md").contains("a.svg)") && !folder.path().join("a.svg").exists());
 }
 
 #[test]

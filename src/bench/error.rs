@@ -68,6 +68,29 @@ pub enum BenchError {
         /// The file.
         path: PathBuf,
     },
+    /// A reference that says nothing about some pixels.
+    #[error("{}: {count} pixel(s) of the reference are NaN or infinite, or their variance is", path.display())]
+    NonFinite {
+        /// The file.
+        path: PathBuf,
+        /// How many there are.
+        count: usize,
+    },
+    /// The reference cannot become as exact as is wanted.
+    #[error(
+        "{scene}: a reference with a noise of {wanted:.3e} needs about {needed:.1e} samples per pixel, more than the {most} that \
+         there are; raise --reference-noise"
+    )]
+    ReferenceSamples {
+        /// The scene.
+        scene: String,
+        /// Root of the mean variance, radiance, as wanted.
+        wanted: f64,
+        /// Samples per pixel that it needs.
+        needed: f64,
+        /// Samples per pixel that there are.
+        most: u64,
+    },
     /// The reference does not become as exact as is wanted.
     #[error(
         "{scene}: the reference has a noise of {reached:.3e} after {samples} samples per pixel, wanted {wanted:.3e}"

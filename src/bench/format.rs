@@ -54,9 +54,9 @@ pub(super) fn exponent(law: Option<&PowerLaw>) -> String {
     )
 }
 
-/// A CSV field; empty for what is not known.
-pub(super) fn cell(value: Option<impl ToString>) -> String {
-    value.map_or_else(String::new, |v| v.to_string())
+/// A CSV field of a number; empty for what is not known or not finite.
+pub(super) fn cell(value: impl Into<Option<f64>>) -> String {
+    value.into().filter(|v| v.is_finite()).map_or_else(String::new, |v| v.to_string())
 }
 
 /// A CSV field that may hold commas or quotes (RFC 4180).
@@ -90,5 +90,7 @@ mod tests {
         assert_eq!(table(&columns, &[3], true), "| n | square |\n| --: | -----: |\n| 3 |      9 |\n");
         assert_eq!(quoted("a, \"b\""), "\"a, \"\"b\"\"\"");
         assert_eq!(quoted("plain"), "plain");
+        assert_eq!([0.5, 12.0, f64::NAN, f64::INFINITY].map(cell), ["0.5", "12", "", ""]);
+        assert_eq!(cell(None), "");
     }
 }

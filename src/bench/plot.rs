@@ -97,14 +97,16 @@ pub fn check_path(path: &Path) -> Result<(), BenchError> {
 }
 
 impl Panel {
+    /// Whether there is anything to draw.
+    pub fn has_points(&self) -> bool {
+        self.series.iter().flat_map(|s| &s.points).any(drawable)
+    }
+
     fn draw<B: DrawingBackend>(&self, area: &DrawingArea<B, plotters::coord::Shift>) -> Result<(), String> {
         let series: Vec<(&str, Vec<(f64, f64)>)> = self
             .series
             .iter()
-            .map(|s| {
-                let positive = |v: f64| v > 0.0 && v.is_finite();
-                (s.label.as_str(), s.points.iter().copied().filter(|p| positive(p.0) && positive(p.1)).collect())
-            })
+            .map(|s| (s.label.as_str(), s.points.iter().copied().filter(drawable).collect()))
             .collect();
         let points = || series.iter().flat_map(|s| &s.1);
         if points().next().is_none() {
@@ -161,6 +163,11 @@ impl Panel {
         }
         Ok(())
     }
+}
+
+/// Whether a point has a place on logarithmic axes.
+fn drawable(point: &(f64, f64)) -> bool {
+    [point.0, point.1].iter().all(|&v| v > 0.0 && v.is_finite())
 }
 
 /// Smallest and largest value with a margin, at least a factor of ten apart so that there are ticks.
@@ -226,6 +233,8 @@ mod tests {
 
     #[test]
     fn nothing_to_draw_is_an_error() {
+        assert!(!figure(vec![(1.0, 0.0), (f64::NAN, 1.0)]).panels[0].has_points());
+        assert!(figure(vec![(1.0, 1.0)]).panels[0].has_points());
         assert!(figure(vec![(1.0, 0.0)]).svg().unwrap_err().contains("A & B"));
         let error = figure(vec![(1.0, 1.0)]).write(Path::new("plot.pdf")).unwrap_err().to_string();
         assert!(error.contains("plot.pdf") && error.contains(".svg"), "{error}");

@@ -59,15 +59,22 @@ impl Reference {
     /// From an image; `noise` (root mean variance, radiance) for one that does not carry its variance.
     ///
     /// # Errors
-    /// [`BenchError::UnknownNoise`] if it carries none and none is stated.
+    /// It cannot be read, [`BenchError::NonFinite`] if a pixel or its variance is not finite, [`BenchError::UnknownNoise`]
+    /// if it carries no variance and no noise is stated.
     pub fn given(path: &Path, noise: Option<f64>) -> Result<Self, BenchError> {
         let (image, metadata) = image::read(path)
             .map_err(|source| BenchError::Image { what: format!("reference {}", path.display()), source })?;
+        let finite = |values: &[[f32; 3]], i: usize| values[i].iter().all(|v| v.is_finite());
+        let good = |&i: &usize| finite(image.pixels(), i) && image.variance().is_none_or(|v| finite(&v.of_mean, i));
+        let pixels = image.pixels().len();
+        let good = (0..pixels).filter(good).count();
+        if good < pixels {
+            return Err(BenchError::NonFinite { path: path.to_owned(), count: pixels - good });
+        }
         let samples = metadata.get("Samples").and_then(|s| s.parse::<f64>().ok()).map(|mean| mean.round() as u64);
         let file = Some(path.to_owned());
         match (noise, image.variance().is_some()) {
             (Some(noise), _) => {
-                let pixels = image.pixels().len();
                 let of_mean = vec![[(noise * noise) as f32; 3]; pixels];
                 Ok(Self::new(image, &of_mean, Origin::Given, file, samples))
             }

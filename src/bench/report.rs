@@ -165,15 +165,15 @@ impl Report {
                     "{},{},{},{},{},{},{},{},{},{},{},{}",
                     growth.grows.name(),
                     r.size,
-                    r.setup_s,
+                    cell(r.setup_s),
                     cell(r.build_s),
                     cell(r.bytes_per_primitive),
-                    cell(r.tree_depth),
+                    cell(r.tree_depth.map(f64::from)),
                     cell(r.steps_per_ray),
-                    r.rays_per_sample,
-                    r.render_s,
-                    r.ns_per_sample,
-                    r.mrays_per_s,
+                    cell(r.rays_per_sample),
+                    cell(r.render_s),
+                    cell(r.ns_per_sample),
+                    cell(r.mrays_per_s),
                     r.device_bytes
                 );
             }
@@ -202,12 +202,12 @@ impl Report {
                         quoted(&scene.scene),
                         quoted(&c.label),
                         r.samples,
-                        c.setup_s,
-                        c.compile_s,
-                        r.render_s,
+                        cell(c.setup_s),
+                        cell(c.compile_s),
+                        cell(r.render_s),
                         cell(r.device_s),
-                        r.msamples_per_s,
-                        r.mrays_per_s,
+                        cell(r.msamples_per_s),
+                        cell(r.mrays_per_s),
                         cell(c.steps_per_ray),
                         cell(r.mse),
                         cell(r.rmse),
@@ -215,7 +215,7 @@ impl Report {
                         cell(r.rel_mse),
                         cell(r.mape),
                         cell(r.flip),
-                        r.bias,
+                        cell(r.bias),
                         cell(r.bias_half_width),
                         cell(r.efficiency)
                     );
@@ -225,12 +225,20 @@ impl Report {
         out
     }
 
-    /// Error over samples and over time for each scene; time, building and steps over size.
-    pub fn figure(&self) -> Figure {
-        match &self.growth {
-            Some(growth) => Figure { panels: growth.panels(), columns: growth.panels().len() },
-            None => Figure { panels: self.scenes.iter().flat_map(SceneReport::panels).collect(), columns: 2 },
-        }
+    /// Error over samples and over time for each scene; time, building and steps over size. Panels without a point are left
+    /// out; `None` if no other is there.
+    pub fn figure(&self) -> Option<Figure> {
+        let (panels, columns) = match &self.growth {
+            Some(growth) => (growth.panels(), usize::MAX),
+            None => (self.scenes.iter().flat_map(SceneReport::panels).collect(), 2),
+        };
+        let panels: Vec<_> = panels.into_iter().filter(Panel::has_points).collect();
+        (!panels.is_empty()).then(|| Figure { columns: columns.min(panels.len()), panels })
+    }
+
+    /// Whether nothing was measured.
+    pub fn is_empty(&self) -> bool {
+        self.scenes.is_empty() && self.rays.is_empty() && self.growth.as_ref().is_none_or(|g| g.rows.is_empty())
     }
 }
 
@@ -353,7 +361,6 @@ impl GrowthReport {
                     points: self.rows.iter().filter_map(|r| Some((r.size as f64, value(r)?))).collect(),
                 }],
             })
-            .filter(|p| !p.series[0].points.is_empty())
             .collect()
     }
 }

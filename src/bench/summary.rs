@@ -165,7 +165,9 @@ fn row(seeds: &[Measurement], reference: &Reference) -> Row {
     let squared = Mean::of(&column(|m| m.mse));
     let mse = squared.mean - reference.noise_mse;
     let rel_mse = mean(|m| m.rel_mse) - reference.noise_rel_mse;
-    let below = mse < reference.noise_mse || rel_mse < reference.noise_rel_mse;
+    // A NaN, as where the noise of the reference is infinite, tells no more than an error below it.
+    let tells = mse >= reference.noise_mse && rel_mse >= reference.noise_rel_mse;
+    let below = !tells;
     let known = |v: f64| (!below).then_some(v);
 
     let bias = Mean::of(&column(|m| m.bias));
@@ -247,6 +249,9 @@ mod tests {
         // 0.06 measured, 0.031 of it the reference's: what is left is less than that.
         let r = row(&seeds, &reference(0.031));
         assert!(r.below_noise_floor && r.mse.is_none() && r.flip.is_none() && r.efficiency.is_none());
+        // ∞ − ∞ is no error.
+        let lost = row(&[measurement(4, 1, 1.0, f64::INFINITY)], &reference(f64::INFINITY));
+        assert!(lost.below_noise_floor && lost.mse.is_none() && lost.rmse_half_width.is_none());
         assert!((r.bias - 0.02).abs() < 1e-12);
     }
 

@@ -210,6 +210,14 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
     for scene in &report.scenes {
         let withheld = scene.withheld();
         if let Some((label, samples)) = withheld.first() {
+            if !scene.reference.noise_rmse.is_finite() {
+                bail!(
+                    "{}: {} error(s) withheld, because the noise of the reference is not finite: radiance is too large for \
+                     its square in single precision",
+                    scene.scene,
+                    withheld.len()
+                );
+            }
             bail!(
                 "{}: {} error(s) withheld, because they are below the noise of the reference ({:.3e}), the first of \
                  {label} at {samples} samples; lower --reference-noise, or give a better --reference",
