@@ -323,6 +323,10 @@ fn bad_input_is_code_2_and_says_why() {
         ("scene.toml --samples 0", "expected N, A..B or A,B,C"),
         ("scene.toml --vary colour=red", "unknown setting 'colour'"),
         ("scene.toml --vary sampler=halton", "expected sobol, independent or pcg"),
+        (
+            "scene.toml --reference-noise 1e-12",
+            "samples per pixel, more than the 8589934592 that there are; raise --ref",
+        ),
         ("scene.toml --reference nan.pfm --reference-noise 0.1", "nan.pfm: 2 pixel(s) of the reference are NaN or inf"),
         ("scene.toml --plot a.pdf", "a plot is written as .svg"),
         ("scene.toml --reference bare.pfm", "carries no estimate of its noise"),
@@ -376,6 +380,33 @@ fn what_cannot_be_written_keeps_nothing_else_from_it() {
     assert_eq!(found["rays"][0]["rates"][0]["rays"], 64);
     let read = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
     assert!(read("a.md").ends_with(b"<!-- end bench -->\n") && read("a.bin").starts_with(b"photolith-rays-1"));
+}
+
+/// A cache that cannot be used costs the time to make the reference, and no result.
+#[test]
+fn a_broken_cache_is_a_warning() {
+    let folder = folder();
+    let line = "scene.toml --samples 1,4 --seeds 1 --reference-noise 0.02";
+    let measured = |warning: &str| {
+        let output = bench(folder.path(), line);
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        let (text, said) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        assert!(text.contains("1 seed; reference: renderer"), "{text}");
+        assert!(said.contains(warning) && said.is_empty() == warning.is_empty(), "{said}");
+    };
+    let cache = folder.path().join("cache");
+    std::fs::write(&cache, "no folder").unwrap();
+    measured("the reference is not kept: cannot write");
+    std::fs::remove_file(&cache).unwrap();
+    measured("");
+    let kept = std::fs::read_dir(&cache).unwrap().next().unwrap().unwrap().path();
+    std::fs::write(&kept, "no image").unwrap();
+    measured("not a valid OpenEXR file");
+    measured("");
+    std::fs::remove_file(&kept).unwrap();
+    std::fs::create_dir(&kept).unwrap();
+    measured("Is a directory (os error 21); it is made anew");
+    measured("the reference is not kept: cannot write cache/");
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! The image that errors are measured against, and how noisy it is itself.
 
+use std::error::Error;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
@@ -7,9 +8,9 @@ use serde::Serialize;
 
 use crate::files::WriteError;
 use crate::image::metrics::RELATIVE_OFFSET;
-use crate::image::{self, Image, Metadata, Variance};
+use crate::image::{self, Image, ImageError, Metadata, Variance};
 use crate::oracle::{self, OracleSettings};
-use crate::render::{RenderSettings, Renderer, Sampler};
+use crate::render::{MAX_SAMPLES, RenderSettings, Renderer, Sampler};
 use crate::scene::Scene;
 use crate::{Context, bench::fingerprint};
 
@@ -83,7 +84,8 @@ impl Reference {
         }
     }
 
-    /// From the cache folder if a good enough one is there, else made and, if there is a folder, kept.
+    /// From the cache folder if a good enough one is there, else made and, if there is a folder, kept: a cache that cannot be
+    /// read or written costs a warning and the time to make the reference.
     ///
     /// `noise` is the largest allowed root mean variance, radiance; `on_progress` is told the samples per pixel that
     /// are to be rendered.
@@ -108,26 +110,20 @@ impl Reference {
                 Ok(found) if found.noise_mse.sqrt() <= noise => return Ok(Self { origin, ..found }),
                 Ok(_) => {}
                 // A damaged file is replaced.
-                Err(error) => log::warn!("{error}; it is made anew"),
+                Err(error) => log::warn!("{}; it is made anew", with_causes(&error)),
             }
         }
         let (image, samples) = match origin {
             Origin::Oracle => by_oracle(scene, noise, &mut on_progress)?,
             Origin::Given | Origin::Renderer => by_renderer(context, scene, noise, &mut on_progress)?,
         };
-        if let (Some(folder), Some(path)) = (cache, &file) {
-            let what = || format!("reference {}", path.display());
-            std::fs::create_dir_all(folder).map_err(|source| BenchError::Image {
-                what: what(),
-                source: WriteError { path: folder.to_owned(), source }.into(),
-            })?;
-            let mut metadata = Metadata::new();
-            metadata.push("Software", concat!("photolith ", env!("CARGO_PKG_VERSION")));
-            metadata.push("Scene", &scene.source);
-            metadata.push("Samples", samples);
-            image::write(path, &image, &metadata, scene.film.transfer)
-                .map_err(|source| BenchError::Image { what: what(), source })?;
-        }
+        let file = file.filter(|path| match keep(path, &image, scene, samples) {
+            Ok(()) => true,
+            Err(error) => {
+                log::warn!("the reference is not kept: {}", with_causes(&error));
+                false
+            }
+        });
         Ok(Self::with_variance(image, origin, file, Some(samples)))
     }
 
@@ -159,6 +155,24 @@ impl Reference {
             image,
         }
     }
+}
+
+/// Writes a reference into the cache folder, which is made if it is not there.
+fn keep(path: &Path, image: &Image, scene: &Scene, samples: u64) -> Result<(), ImageError> {
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder).map_err(|source| WriteError { path: folder.to_owned(), source })?;
+    }
+    let mut metadata = Metadata::new();
+    metadata.push("Software", concat!("photolith ", env!("CARGO_PKG_VERSION")));
+    metadata.push("Scene", &scene.source);
+    metadata.push("Samples", samples);
+    image::write(path, image, &metadata, scene.film.transfer).map(drop)
+}
+
+/// An error and what caused it, on one line.
+fn with_causes(error: &dyn Error) -> String {
+    let causes = std::iter::successors(Some(error), |&e| e.source());
+    causes.map(ToString::to_string).collect::<Vec<_>>().join(": ")
 }
 
 /// Means of equally large independent batches, accumulated (Welford's update).
@@ -195,7 +209,7 @@ impl Batches {
         f64::from(self.count) * f64::from(self.count - 1)
     }
 
-    fn image(&self, width: u32, height: u32) -> Result<Image, image::ImageError> {
+    fn image(&self, width: u32, height: u32) -> Result<Image, ImageError> {
         let single = |values: &[[f64; 3]], scale: f64| values.iter().map(|v| v.map(|x| (x * scale) as f32)).collect();
         Image::from_pixels(width, height, single(&self.mean, 1.0))?
             .with_variance(Variance { of_mean: single(&self.squares, 1.0 / self.denominator()), batches: self.count })
@@ -230,7 +244,16 @@ fn by_batches(
         }
         // A tenth more than the estimate asks for.
         let factor = 1.1 * (reached / noise).powi(2);
-        samples = (f64::from(samples) * factor).ceil().min(f64::from(1u32 << 30)) as u32;
+        let needed = (f64::from(samples) * factor).ceil();
+        if needed > f64::from(MAX_SAMPLES) {
+            return Err(BenchError::ReferenceSamples {
+                scene: scene.source.clone(),
+                wanted: noise,
+                needed: needed * f64::from(BATCHES),
+                most: u64::from(MAX_SAMPLES) * u64::from(BATCHES),
+            });
+        }
+        samples = needed as u32;
     }
     Err(BenchError::ReferenceNoise {
         scene: scene.source.clone(),
