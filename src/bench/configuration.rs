@@ -9,6 +9,9 @@ use crate::render::{
 
 use super::error::BenchError;
 
+/// Mean number of samples per pixel that adaptive sampling needs.
+pub(super) const LEAST_ADAPTIVE: u32 = 4;
+
 /// One way to render a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Configuration {
@@ -137,6 +140,27 @@ impl Key {
     }
 }
 
+impl Vary {
+    /// Checks settings that are to be varied together: each once.
+    ///
+    /// # Errors
+    /// [`BenchError::Vary`] for one that is there again.
+    pub fn check(varied: &[Self]) -> Result<(), BenchError> {
+        let again = varied.iter().enumerate().find(|(i, v)| varied[..*i].iter().any(|earlier| earlier.key == v.key));
+        again.map_or(Ok(()), |(_, vary)| {
+            let name = vary.key.name();
+            let problem = format!("'{name}' is given twice, expected all its values in one list");
+            Err(BenchError::Vary { text: format!("{name}={}", vary.values.join(",")), problem })
+        })
+    }
+
+    /// The fewest samples per pixel that all values can render.
+    pub fn least_samples(&self) -> u32 {
+        let adaptive = self.key == Key::Sampling && self.values.iter().any(|v| v == "adaptive");
+        if adaptive { LEAST_ADAPTIVE } else { 1 }
+    }
+}
+
 impl FromStr for Vary {
     type Err = BenchError;
 
@@ -151,7 +175,10 @@ impl FromStr for Vary {
             .ok_or_else(|| error(format!("unknown setting '{key}', expected one of {}", names())))?;
         let values: Vec<_> = values.split(',').map(|v| v.trim().to_owned()).collect();
         let mut scratch = Configuration::plain(&RenderSettings::default());
-        for value in &values {
+        for (i, value) in values.iter().enumerate() {
+            if values[..i].contains(value) {
+                return Err(error(format!("the value '{value}' twice, expected different ones")));
+            }
             if !key.set(value, &mut scratch) {
                 return Err(error(format!("the value '{value}', expected {expected}")));
             }
@@ -225,9 +252,14 @@ mod tests {
             ("roulette=0", "'0', expected off or the first hit"),
             ("features=+halo", "'+halo', expected specialised, general, or + and one of"),
             ("device=", "'', expected an index"),
+            ("sampler=sobol,pcg,sobol", "the value 'sobol' twice"),
         ] {
             let error = text.parse::<Vary>().unwrap_err().to_string();
             assert!(error.contains(said), "{error}");
         }
+        let varied = ["sampler=sobol", "accel=bvh", "sampler=pcg"].map(|t| t.parse::<Vary>().unwrap());
+        assert!(Vary::check(&varied[..2]).is_ok());
+        let error = Vary::check(&varied).unwrap_err().to_string();
+        assert!(error.contains("'sampler=pcg' cannot be varied: 'sampler' is given twice"), "{error}");
     }
 }

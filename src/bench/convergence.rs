@@ -9,7 +9,7 @@ use crate::render::{Adaptive, Film, MAX_SAMPLES, RenderError, RenderSettings, Re
 use crate::scene::Scene;
 use crate::{Context, ContextOptions};
 
-use super::configuration::Configuration;
+use super::configuration::{Configuration, LEAST_ADAPTIVE};
 use super::error::BenchError;
 use super::reference::Reference;
 
@@ -18,8 +18,8 @@ const COUNTED_SAMPLES: u32 = 16;
 /// Where no noise is wanted of a reference, its variance is this share of the smallest mean squared error.
 const REFERENCE_SHARE: f64 = 0.25;
 
-/// Samples of a rendering that is not timed: adaptive sampling takes no fewer.
-const UNTIMED_SAMPLES: u32 = 4;
+/// Samples of a rendering that is not timed.
+const UNTIMED_SAMPLES: u32 = LEAST_ADAPTIVE;
 /// With adaptive sampling, a pixel gets at most so many times the mean number of samples.
 const MOST_OVER_MEAN: u32 = 16;
 

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::Context;
 use crate::render::{RenderError, RenderSettings, Renderer};
-use crate::scene::Scene;
+use crate::scene::{MAX_DEPTH, MAX_IMAGE_SIDE, Scene};
 
 use super::error::BenchError;
 use super::generate;
@@ -44,16 +44,30 @@ impl Growth {
         }
     }
 
+    /// The largest size that a scene can have; a device's memory may end a series before.
+    fn limit(self) -> u64 {
+        match self {
+            // What shaders count things with has a sign.
+            Self::Triangles | Self::Spheres | Self::Lights => i32::MAX as u64,
+            Self::Pixels => u64::from(MAX_IMAGE_SIDE).pow(2),
+            Self::Depth => u64::from(MAX_DEPTH),
+        }
+    }
+
     /// Sizes from the smallest to `max` (`None`: a default that takes less than a minute on two cores).
     ///
     /// # Errors
-    /// [`BenchError::Settings`] if `max` is below the smallest.
+    /// [`BenchError::Settings`] if `max` is below the smallest, or beyond what a scene can have.
     pub fn sizes(self, max: Option<u64>) -> Result<Vec<u64>, BenchError> {
         let (least, most, factor) = self.range();
         let most = max.unwrap_or(most);
         if most < least {
             let name = self.name();
             let problem = format!("{name} up to {most}, expected at least {least}, the smallest size");
+            return Err(BenchError::Settings(problem));
+        }
+        if most > self.limit() {
+            let problem = format!("{} up to {most}, expected at most {}", self.name(), self.limit());
             return Err(BenchError::Settings(problem));
         }
         Ok((0..).map(|i| (least as f64 * f64::powi(factor, i)).round() as u64).take_while(|&n| n <= most).collect())
@@ -231,6 +245,13 @@ mod tests {
         assert_eq!(sizes(Growth::Triangles, Some(1000)), [1000]);
         let error = Growth::Triangles.sizes(Some(999)).unwrap_err().to_string();
         assert!(error.contains("triangles up to 999, expected at least 1000, the smallest size"), "{error}");
+        for (grows, most) in
+            [(Growth::Depth, 65_535), (Growth::Pixels, 65_536 * 65_536), (Growth::Triangles, 2_147_483_647)]
+        {
+            assert!(sizes(grows, Some(most)).last().is_some_and(|&n| n <= most));
+            let error = grows.sizes(Some(most + 1)).unwrap_err().to_string();
+            assert!(error.ends_with(&format!("up to {}, expected at most {most}", most + 1)), "{error}");
+        }
         assert_eq!(sizes(Growth::Depth, None), [1, 2, 4, 8, 16, 32, 64]);
         assert_eq!(sizes(Growth::Pixels, None).len(), 5);
     }

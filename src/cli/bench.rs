@@ -8,7 +8,7 @@ mod samples;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::bail;
+use anyhow::{anyhow, bail};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use photolith::bench::convergence::{self, Contender, Schedule};
@@ -45,7 +45,7 @@ pub struct BenchArgs {
     scenes: Vec<PathBuf>,
 
     /// Samples per pixel: N (1 to N, doubling), A..B (A to B, doubling), or a list; with --growth one number
-    /// [default: 1..64, with --growth 4]
+    /// [default: 1..64, with --growth 4]; adaptive sampling takes 4 or more, and begins there
     #[arg(long, value_name = "LIST")]
     samples: Option<SampleCounts>,
 
@@ -166,6 +166,8 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
         bail!("--dump-rays has no rays to write: expected --rays");
     }
     let series = Series::of(args)?;
+    Vary::check(&args.vary)?;
+    let samples = sample_counts(args)?;
     outputs::check(args)?;
     // As `photolith render` does; the width is one for the whole process.
     let loaded = args.scenes.iter().map(|path| load(args, path)).collect::<Result<Vec<_>, _>>()?;
@@ -195,7 +197,7 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
             report.rays.push(rates);
             traced = Some((scene, sets));
         } else {
-            report.scenes.push(measure_scene(args, scene, settings, &context)?);
+            report.scenes.push(measure_scene(args, &samples, scene, settings, &context)?);
         }
     }
     outputs::write(args, &report, traced.as_ref().map(|(scene, sets)| (*scene, sets.as_slice())))?;
@@ -230,6 +232,13 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::from(exit::OK))
 }
 
+/// Samples per pixel, with which all configurations can be rendered.
+fn sample_counts(args: &BenchArgs) -> anyhow::Result<Vec<u32>> {
+    let least = args.vary.iter().map(Vary::least_samples).max().unwrap_or(1);
+    let counts = args.samples.clone().unwrap_or_else(|| SampleCounts::usual(least));
+    counts.doubling(least).map_err(|problem| anyhow!("--samples: {problem}, which adaptive sampling needs"))
+}
+
 fn load(args: &BenchArgs, path: &Path) -> anyhow::Result<(Scene, RenderSettings)> {
     let options = SceneOptions {
         size: args.size,
@@ -254,19 +263,19 @@ fn load(args: &BenchArgs, path: &Path) -> anyhow::Result<(Scene, RenderSettings)
 
 fn measure_scene(
     args: &BenchArgs,
+    samples: &[u32],
     scene: &Scene,
     settings: &RenderSettings,
     context: &Context,
 ) -> anyhow::Result<SceneReport> {
     let configurations = bench::combine(settings, &args.vary);
-    let samples = args.samples.clone().unwrap_or_default().doubling();
     let most = samples.last().copied().unwrap_or(1);
     let bar = Progress::new(configurations.len() * samples.len() * args.seeds as usize);
     bar.say("compiling");
     let mut contenders =
         configurations.iter().map(|c| Contender::new(c, context, scene, most)).collect::<Result<Vec<_>, _>>()?;
     let reference = obtain_reference(&args.reference, context, scene, &mut contenders, most, &bar)?;
-    let schedule = Schedule { samples, seeds: args.seeds, flip_ppd: args.ppd };
+    let schedule = Schedule { samples: samples.to_vec(), seeds: args.seeds, flip_ppd: args.ppd };
     let measurements = convergence::measure(&mut contenders, &schedule, &reference, |done, _| {
         bar.set(done, &scene.source);
     })?;

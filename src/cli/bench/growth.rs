@@ -48,7 +48,7 @@ impl Series {
     /// The series that was asked for, if one was.
     ///
     /// # Errors
-    /// The largest size is below the smallest, or there are several numbers of samples.
+    /// The largest size is below the smallest or beyond what a scene can have, or there are several numbers of samples.
     pub fn of(args: &BenchArgs) -> anyhow::Result<Option<Self>> {
         let Some(grows) = args.growth.map(Growth::from) else { return Ok(None) };
         let sizes = grows.sizes(args.max).context("--max")?;

@@ -6,19 +6,23 @@ use std::str::FromStr;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SampleCounts(Vec<u32>, bool);
 
-impl Default for SampleCounts {
-    fn default() -> Self {
-        Self(double(1, 64), false)
-    }
-}
-
 impl SampleCounts {
-    /// The counts, increasing; a single N means 1 to N, doubling.
-    pub fn doubling(self) -> Vec<u32> {
-        match (self.single(), self.0) {
-            (Some(most), _) => double(1, most),
-            (None, counts) => counts,
+    /// The counts, increasing, where `least` can be rendered; a single N means `least` to N, doubling.
+    ///
+    /// # Errors
+    /// There are fewer, or none.
+    pub fn doubling(self, least: u32) -> Result<Vec<u32>, String> {
+        let fewest = self.0.first().copied().unwrap_or(0);
+        match self.single() {
+            _ if fewest < least => Err(format!("found {fewest}, expected at least {least} samples per pixel")),
+            Some(most) => Ok(double(least, most)),
+            None => Ok(self.0),
         }
+    }
+
+    /// What is measured if nothing else is asked for: `least` to 64.
+    pub fn usual(least: u32) -> Self {
+        Self(double(least, 64), false)
     }
 
     /// The number, if only one was given.
@@ -57,12 +61,16 @@ mod tests {
     #[test]
     fn lists() {
         let parse = |t: &str| t.parse::<SampleCounts>().unwrap();
-        assert_eq!(parse("20").doubling(), [1, 2, 4, 8, 16]);
+        assert_eq!(parse("20").doubling(1).unwrap(), [1, 2, 4, 8, 16]);
+        assert_eq!(parse("20").doubling(4).unwrap(), [4, 8, 16]);
         assert_eq!(parse("20").single(), Some(20));
-        assert_eq!(parse("3..24").doubling(), [3, 6, 12, 24]);
-        assert_eq!(parse("16,4,4").doubling(), [4, 16]);
+        assert_eq!(parse("3..24").doubling(1).unwrap(), [3, 6, 12, 24]);
+        assert_eq!(parse("16,4,4").doubling(4).unwrap(), [4, 16]);
+        for few in ["3", "2..64", "16,3"] {
+            assert!(parse(few).doubling(4).unwrap_err().contains("expected at least 4"), "{few}");
+        }
         assert_eq!(parse("16,4").single(), None);
-        assert_eq!(SampleCounts::default().doubling().last(), Some(&64));
+        assert_eq!(SampleCounts::usual(4).doubling(4).unwrap(), [4, 8, 16, 32, 64]);
         for bad in ["", "0", "x", "1,,2", "8..4", "1..", "2000000"] {
             assert!(bad.parse::<SampleCounts>().is_err(), "{bad}");
         }
