@@ -1,7 +1,9 @@
 //! `photolith bench` from outside: slopes, fields, and what it refuses.
 
+use std::ops::ControlFlow;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
 
 use photolith::bench::growth::{Growth, measure};
 use photolith::{Context, ContextOptions, RenderError, RenderSettings, Validation};
@@ -435,6 +437,87 @@ fn radiance_beyond_single_precision_has_no_errors_and_no_advice() {
 }
 
 #[test]
+fn what_fails_keeps_what_was_measured_before_it() {
+    let folder = folder();
+    // Adaptive sampling cannot tell the noise of a single pixel.
+    let pixel = SCENE.replace("width = 24", "width = 1").replace("height = 16", "height = 1");
+    std::fs::write(folder.path().join("pixel.toml"), pixel).unwrap();
+    let line = "scene.toml pixel.toml --samples 4 --seeds 2 --vary sampling=adaptive --json --csv a.csv";
+    let output = bench(folder.path(), line);
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    assert!(String::from_utf8_lossy(&output.stderr).contains("pixel.toml"), "{output:?}");
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let scenes: Vec<_> = found["scenes"].as_array().unwrap().iter().map(|s| s["scene"].as_str().unwrap()).collect();
+    assert_eq!(scenes, ["scene.toml"]);
+    assert_eq!(std::fs::read_to_string(folder.path().join("a.csv")).unwrap().lines().count(), 2);
+}
+
+/// Runs until `ready`, and some more; then sends Ctrl-C.
+#[cfg(unix)]
+fn interrupted(folder: &Path, arguments: &str, ready: impl Fn() -> bool) -> Output {
+    let child = Command::new(env!("CARGO_BIN_EXE_photolith"))
+        .arg("bench")
+        .args(arguments.split_ascii_whitespace())
+        .current_dir(folder)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let start = Instant::now();
+    while !ready() && start.elapsed() < Duration::from_secs(60) {
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    std::thread::sleep(Duration::from_secs(3));
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let sent = Instant::now();
+    let output = child.wait_with_output().unwrap();
+    assert!(sent.elapsed() < Duration::from_secs(30), "{:?}", sent.elapsed());
+    assert_eq!(output.status.code(), Some(130), "{output:?}");
+    output
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_writes_the_seeds_that_are_complete() {
+    let folder = folder();
+    let line =
+        "scene.toml --size 64x48 --samples 1..64 --seeds 1000 --reference-noise 0.02 --cache cache --json --csv a.csv";
+    let made = || std::fs::read_dir(folder.path().join("cache")).is_ok_and(|mut files| files.next().is_some());
+    let output = interrupted(folder.path(), line, made);
+    assert!(
+        String::from_utf8_lossy(&output.stderr).contains("interrupted; what was complete is written"),
+        "{output:?}"
+    );
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let seeds = found["scenes"][0]["seeds"].as_u64().unwrap();
+    assert!((1..1000).contains(&seeds), "{seeds}");
+    assert_eq!(found["scenes"][0]["configurations"][0]["rows"].as_array().unwrap().len(), 7);
+    assert_eq!(std::fs::read_to_string(folder.path().join("a.csv")).unwrap().lines().count(), 8);
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_writes_the_sizes_that_are_complete() {
+    let folder = folder();
+    // The last of them take hours.
+    let output = interrupted(folder.path(), "--growth depth --max 65535 --samples 16 --json", || true);
+    let growth = &serde_json::from_slice::<Value>(&output.stdout).unwrap()["growth"];
+    assert!((1..17).contains(&growth["rows"].as_array().unwrap().len()), "{growth}");
+    assert!(growth["ended"].as_str().unwrap().ends_with(" depth: interrupted"), "{growth}");
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_before_anything_is_measured_writes_nothing() {
+    let folder = folder();
+    // A reference that takes hours.
+    let line = "scene.toml --size 512x512 --seeds 1 --reference-noise 1e-4 --cache cache --json --csv a.csv";
+    let output = interrupted(folder.path(), line, || true);
+    assert!(String::from_utf8_lossy(&output.stderr).contains("interrupted before anything was measured"), "{output:?}");
+    assert!(output.stdout.is_empty() && !folder.path().join("a.csv").exists(), "{output:?}");
+}
+
+#[test]
 fn growth_of_triangles() {
     let folder = folder();
     let found =
@@ -462,7 +545,7 @@ fn a_series_that_cannot_go_on_says_where_and_why() {
     let context = Context::new(&ContextOptions { validation: Validation::Core, ..ContextOptions::default() }).unwrap();
     // Two iterations are enough for no path: what a limit of the driver would do.
     let settings = RenderSettings { samples: 1, loop_budget: Some(2), ..RenderSettings::default() };
-    let (report, error) = measure(&context, Growth::Triangles, &[100, 200], &settings, |_| ());
+    let (report, error) = measure(&context, Growth::Triangles, &[100, 200], &settings, |_| ControlFlow::Continue(()));
     assert!(matches!(error, Some(RenderError::Stuck { budget: 2 })), "{error:?}");
     assert!(report.rows.is_empty() && report.time_exponent.is_none());
     let ended = report.ended.unwrap();

@@ -407,6 +407,29 @@ fn ctrl_c_writes_what_there_is() {
     assert!(metadata.get("Samples").unwrap().parse::<f64>().unwrap() >= 1.0);
 }
 
+#[cfg(unix)]
+#[test]
+fn ctrl_c_lets_the_running_case_end_and_reports_the_others_as_not_run() {
+    let directory = directory();
+    let mut child = program(directory.path())
+        .args(["check", "--jobs", "1", "--json", "--junit", "report.xml"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_secs(4));
+    assert!(child.try_wait().unwrap().is_none(), "the program ended by itself");
+    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130), "{output:?}");
+    let cases = &one_line(&output)["devices"][0]["cases"];
+    let cases = cases.as_array().unwrap();
+    let left: Vec<_> = cases.iter().filter(|c| c["verdict"] == "not_run").collect();
+    assert!(!left.is_empty() && left.iter().all(|c| c["message"] == "interrupted"), "{output:?}");
+    assert!(fs::read_to_string(directory.path().join("report.xml")).unwrap().contains("interrupted"));
+}
+
 #[test]
 fn vectors_of_any_width_give_the_same_bits() {
     let directory = directory();

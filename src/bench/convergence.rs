@@ -111,7 +111,7 @@ impl<'a> Contender<'a> {
             Some(_) => Some(steps_per_ray(&context, &scene, &settings).map_err(fail)?),
         };
         // One rendering that is not timed: first-use costs of the driver.
-        render(&mut renderer, most_samples.min(UNTIMED_SAMPLES), 0).map_err(fail)?;
+        render(&mut renderer, most_samples.min(UNTIMED_SAMPLES), 0, || ControlFlow::Continue(())).map_err(fail)?;
         Ok(Self {
             configuration,
             device: [context.info().name.clone(), context.info().driver.clone()],
@@ -122,10 +122,27 @@ impl<'a> Contender<'a> {
         })
     }
 
-    fn image(&mut self, samples: u32, seed: u32) -> Result<Image, BenchError> {
+    /// [`BenchError::Interrupted`] if `on_progress` breaks.
+    fn image(
+        &mut self,
+        samples: u32,
+        seed: u32,
+        mut on_progress: impl FnMut() -> ControlFlow<()>,
+    ) -> Result<Image, BenchError> {
         let what = || format!("configuration {}", self.configuration.label);
-        let film =
-            render(&mut self.renderer, samples, seed).map_err(|source| BenchError::Render { what: what(), source })?;
+        let mut go_on = on_progress();
+        if go_on.is_break() {
+            return Err(BenchError::Interrupted);
+        }
+        let watched = || {
+            go_on = on_progress();
+            go_on
+        };
+        let film = render(&mut self.renderer, samples, seed, watched)
+            .map_err(|source| BenchError::Render { what: what(), source })?;
+        if go_on.is_break() {
+            return Err(BenchError::Interrupted);
+        }
         Image::from_pixels(film.width(), film.height(), film.mean())
             .map_err(|source| BenchError::Image { what: what(), source })
     }
@@ -138,12 +155,17 @@ fn with_samples(settings: &RenderSettings, samples: u32) -> RenderSettings {
     RenderSettings { samples: most, adaptive, ..settings.clone() }
 }
 
-fn render(renderer: &mut Renderer, samples: u32, seed: u32) -> Result<Film, RenderError> {
+fn render(
+    renderer: &mut Renderer,
+    samples: u32,
+    seed: u32,
+    mut on_progress: impl FnMut() -> ControlFlow<()>,
+) -> Result<Film, RenderError> {
     let settings = with_samples(renderer.settings(), samples);
     renderer.set_samples(settings.samples)?;
     renderer.set_adaptive(settings.adaptive)?;
     renderer.set_seed(seed);
-    renderer.render(|_| ControlFlow::Continue(()))
+    renderer.render(|_| on_progress())
 }
 
 /// Counted in a pipeline of its own, since counting takes time.
@@ -157,15 +179,19 @@ fn steps_per_ray(context: &Context, scene: &Scene, settings: &RenderSettings) ->
 }
 
 /// The noise that a reference should not exceed: half the smallest error that will be met, found from two renderings
-/// of each configuration.
+/// of each configuration. `on_progress` is asked between and during renderings whether to go on.
 ///
 /// # Errors
-/// A rendering fails.
-pub fn wanted_noise(contenders: &mut [Contender<'_>], most_samples: u32) -> Result<f64, BenchError> {
+/// A rendering fails, or [`BenchError::Interrupted`] if `on_progress` breaks.
+pub fn wanted_noise(
+    contenders: &mut [Contender<'_>],
+    most_samples: u32,
+    mut on_progress: impl FnMut() -> ControlFlow<()>,
+) -> Result<f64, BenchError> {
     let mut smallest = f64::INFINITY;
     for contender in contenders {
-        let a = contender.image(most_samples, 1)?;
-        let b = contender.image(most_samples, 2)?;
+        let a = contender.image(most_samples, 1, &mut on_progress)?;
+        let b = contender.image(most_samples, 2, &mut on_progress)?;
         // Var(a − b) is twice the variance of each.
         let mse = metrics::compare(&a, &b, &CompareOptions::default()).map_err(image_error)?.pointwise.mse / 2.0;
         smallest = smallest.min(mse);
@@ -176,25 +202,35 @@ pub fn wanted_noise(contenders: &mut [Contender<'_>], most_samples: u32) -> Resu
 /// Times every configuration at every number of samples with every seed: configurations alternate innermost and seeds
 /// outermost, so that a drift of the machine's speed meets all configurations and all numbers of samples alike.
 ///
+/// `on_progress` is told, between and during renderings, how many are done, and of how many. If it breaks, the seeds that are
+/// complete are returned.
+///
 /// # Errors
-/// A rendering fails, or the reference has another size.
+/// A rendering fails, the reference has another size, or [`BenchError::Interrupted`] if `on_progress` breaks before a seed is
+/// complete.
 pub fn measure(
     contenders: &mut [Contender<'_>],
     schedule: &Schedule,
     reference: &Reference,
-    mut on_progress: impl FnMut(usize, usize),
+    mut on_progress: impl FnMut(usize, usize) -> ControlFlow<()>,
 ) -> Result<Vec<Measurement>, BenchError> {
     if contenders.is_empty() || schedule.samples.is_empty() || schedule.seeds == 0 {
         return Err(BenchError::Settings("nothing to measure: expected configurations, samples and seeds".to_owned()));
     }
-    let total = contenders.len() * schedule.samples.len() * schedule.seeds as usize;
+    let of_a_seed = contenders.len() * schedule.samples.len();
+    let total = of_a_seed * schedule.seeds as usize;
     let options = CompareOptions { flip_ppd: schedule.flip_ppd, ..CompareOptions::default() };
     let mut done = Vec::with_capacity(total);
     for seed in 1..=schedule.seeds {
         for &samples in &schedule.samples {
             for (configuration, contender) in contenders.iter_mut().enumerate() {
-                on_progress(done.len(), total);
-                let image = contender.image(samples, seed)?;
+                let image = match contender.image(samples, seed, || on_progress(done.len(), total)) {
+                    Err(BenchError::Interrupted) if done.len() >= of_a_seed => {
+                        done.truncate(done.len() / of_a_seed * of_a_seed);
+                        return Ok(done);
+                    }
+                    image => image?,
+                };
                 let found = metrics::compare(&image, &reference.image, &options).map_err(image_error)?;
                 let s = contender.renderer.statistics();
                 let luminance = found.bias.luminance;
@@ -214,7 +250,6 @@ pub fn measure(
             }
         }
     }
-    on_progress(total, total);
     Ok(done)
 }
 

@@ -105,6 +105,9 @@ pub enum BenchError {
         /// Samples per pixel that were spent.
         samples: u64,
     },
+    /// It was asked to stop before there was a result.
+    #[error("interrupted")]
+    Interrupted,
     /// Nothing to measure: no samples, seeds or configurations, or an image without a finite pixel.
     #[error("{0}")]
     Settings(String),

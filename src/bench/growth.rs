@@ -156,27 +156,40 @@ pub struct GrowthReport {
     pub ended: Option<String>,
 }
 
-/// Renders scene after scene. A failure ends the series and is kept in [`GrowthReport::ended`], with the error beside.
+/// Renders scene after scene. A failure ends the series and is kept in [`GrowthReport::ended`], with the error beside; so does
+/// `on_progress`, which is told the size between and during renderings, if it breaks.
 pub fn measure(
     context: &Context,
     grows: Growth,
     sizes: &[u64],
     settings: &RenderSettings,
-    mut on_progress: impl FnMut(u64),
+    mut on_progress: impl FnMut(u64) -> ControlFlow<()>,
 ) -> (GrowthReport, Option<RenderError>) {
     let mut rows = Vec::new();
     let mut failure = None;
     let mut ended = None;
     for &size in sizes {
-        on_progress(size);
-        let scene = grows.scene(size);
-        match row(context, grows, &scene, settings) {
-            Ok(row) => rows.push(row),
-            Err(error) => {
-                ended = Some(format!("{} {}: {error}", grows.size_of(&scene), grows.name()));
-                failure = Some(error);
-                break;
+        let mut asked = on_progress(size);
+        if asked.is_continue() {
+            let scene = grows.scene(size);
+            let go_on = || {
+                asked = on_progress(size);
+                asked
+            };
+            match row(context, grows, &scene, settings, go_on) {
+                // Times of renderings that were broken off are none.
+                Ok(row) if asked.is_continue() => rows.push(row),
+                Ok(_) => {}
+                Err(error) => {
+                    ended = Some(format!("{} {}: {error}", grows.size_of(&scene), grows.name()));
+                    failure = Some(error);
+                    break;
+                }
             }
+        }
+        if asked.is_break() {
+            ended = Some(format!("{size} {}: interrupted", grows.name()));
+            break;
         }
     }
     let fit = |value: fn(&GrowthRow) -> Option<f64>| {
@@ -195,12 +208,19 @@ pub fn measure(
     (report, failure)
 }
 
-fn row(context: &Context, grows: Growth, scene: &Scene, settings: &RenderSettings) -> Result<GrowthRow, RenderError> {
+/// Measures a scene; where `go_on` breaks, the row means nothing.
+fn row(
+    context: &Context,
+    grows: Growth,
+    scene: &Scene,
+    settings: &RenderSettings,
+    mut go_on: impl FnMut() -> ControlFlow<()>,
+) -> Result<GrowthRow, RenderError> {
     let steps_per_ray = {
         // Counting takes time, so it has a pipeline of its own, and one sample is enough.
         let counting = RenderSettings { count_steps: true, samples: 1, ..settings.clone() };
         let mut renderer = Renderer::new(context, scene, &counting)?;
-        renderer.render(|_| ControlFlow::Continue(()))?;
+        renderer.render(|_| go_on())?;
         let s = renderer.statistics();
         renderer.tree().map(|_| s.tree_steps as f64 / (s.rays + s.shadow_rays).max(1) as f64)
     };
@@ -208,7 +228,7 @@ fn row(context: &Context, grows: Growth, scene: &Scene, settings: &RenderSetting
     let mut seconds = Vec::new();
     for seed in 0..REPEATS {
         renderer.set_seed(seed);
-        renderer.render(|_| ControlFlow::Continue(()))?;
+        renderer.render(|_| go_on())?;
         seconds.push(renderer.statistics().render_seconds);
     }
     let render_s = median(&seconds);

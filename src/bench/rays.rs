@@ -6,6 +6,8 @@
 
 mod dump;
 
+use std::ops::ControlFlow;
+
 use glam::Vec3;
 use serde::Serialize;
 
@@ -97,14 +99,16 @@ pub struct RaySet {
     found: Vec<Traced>,
 }
 
-/// Makes the rays of a scene and times them.
+/// Makes the rays of a scene and times them. `on_kind` is told each kind before it is timed; if it breaks, those so far are
+/// returned.
 ///
 /// # Errors
-/// The device fails, or its limits or memory are exceeded.
+/// The device fails, or its limits or memory are exceeded; [`BenchError::Interrupted`] if `on_kind` breaks at the first.
 pub fn measure(
     context: &Context,
     scene: &Scene,
     settings: &RenderSettings,
+    mut on_kind: impl FnMut(RayKind) -> ControlFlow<()>,
 ) -> Result<(RaysReport, Vec<RaySet>), BenchError> {
     let fail = |source| BenchError::Rays { scene: scene.source.clone(), source };
     let sets = make(context, scene, settings).map_err(fail)?;
@@ -115,6 +119,9 @@ pub fn measure(
     let mut rates = Vec::new();
     let mut traced = Vec::new();
     for (kind, rays) in RayKind::ALL.into_iter().zip(sets) {
+        if on_kind(kind).is_break() {
+            break;
+        }
         let Times { found, wall, cpu } = time(&mut traversal, &rays, kind).map_err(fail)?;
         let steps = count_steps(&mut counted, &rays, kind).map_err(fail)?;
         let rate = |seconds: f64| (!rays.is_empty()).then(|| rays.len() as f64 / seconds / 1e6);
@@ -128,6 +135,9 @@ pub fn measure(
             cpu_ns_per_ray: (!rays.is_empty()).then(|| median(&cpu) / rays.len() as f64 * 1e9).filter(|&ns| ns > 0.0),
         });
         traced.push(RaySet { rays, found });
+    }
+    if rates.is_empty() {
+        return Err(BenchError::Interrupted);
     }
     let report = RaysReport { scene: scene.source.clone(), triangles: scene.triangle_count(), repeats: REPEATS, rates };
     Ok((report, traced))

@@ -10,7 +10,7 @@ use crate::files::WriteError;
 use crate::image::metrics::RELATIVE_OFFSET;
 use crate::image::{self, Image, ImageError, Metadata, Variance};
 use crate::oracle::{self, OracleSettings};
-use crate::render::{MAX_SAMPLES, RenderSettings, Renderer, Sampler};
+use crate::render::{MAX_SAMPLES, Progress, RenderSettings, Renderer, Sampler};
 use crate::scene::Scene;
 use crate::{Context, bench::fingerprint};
 
@@ -87,18 +87,18 @@ impl Reference {
     /// From the cache folder if a good enough one is there, else made and, if there is a folder, kept: a cache that cannot be
     /// read or written costs a warning and the time to make the reference.
     ///
-    /// `noise` is the largest allowed root mean variance, radiance; `on_progress` is told the samples per pixel that
-    /// are to be rendered.
+    /// `noise` is the largest allowed root mean variance, radiance; `on_progress` is told, between and during renderings, the
+    /// samples per pixel that are being rendered.
     ///
     /// # Errors
-    /// A rendering fails, the noise is not reached, or the cache cannot be written.
+    /// A rendering fails, the noise is not or cannot be reached, or [`BenchError::Interrupted`] if `on_progress` breaks.
     pub fn obtain(
         context: &Context,
         scene: &Scene,
         origin: Origin,
         noise: f64,
         cache: Option<&Path>,
-        mut on_progress: impl FnMut(u64),
+        mut on_progress: impl FnMut(u64) -> ControlFlow<()>,
     ) -> Result<Self, BenchError> {
         let name = match origin {
             Origin::Oracle => "oracle",
@@ -216,12 +216,15 @@ impl Batches {
     }
 }
 
+/// Whether to go on; asked often.
+type GoOn<'a> = dyn FnMut() -> ControlFlow<()> + 'a;
+
 /// Renders batches until their mean is as exact as `noise`. `batch` renders one of so many samples with a seed.
 fn by_batches(
     scene: &Scene,
     noise: f64,
-    on_progress: &mut impl FnMut(u64),
-    mut batch: impl FnMut(u32, u32) -> Result<Vec<[f64; 3]>, BenchError>,
+    on_progress: &mut impl FnMut(u64) -> ControlFlow<()>,
+    mut batch: impl FnMut(u32, u32, &mut GoOn<'_>) -> Result<Vec<[f64; 3]>, BenchError>,
 ) -> Result<(Image, u64), BenchError> {
     let (width, height) = (scene.film.width, scene.film.height);
     let pixels = width as usize * height as usize;
@@ -230,9 +233,13 @@ fn by_batches(
     let mut reached = f64::INFINITY;
     for _ in 0..ATTEMPTS {
         let mut batches = Batches::new(pixels);
-        on_progress(u64::from(samples) * u64::from(BATCHES));
+        let in_all = u64::from(samples) * u64::from(BATCHES);
+        let mut go_on = || on_progress(in_all);
         for _ in 0..BATCHES {
-            batches.add(batch(samples, seed)?.into_iter());
+            if go_on().is_break() {
+                return Err(BenchError::Interrupted);
+            }
+            batches.add(batch(samples, seed, &mut go_on)?.into_iter());
             seed += 1;
         }
         reached = batches.noise();
@@ -240,7 +247,7 @@ fn by_batches(
             let image = batches
                 .image(width, height)
                 .map_err(|source| BenchError::Image { what: format!("reference of {}", scene.source), source })?;
-            return Ok((image, u64::from(samples) * u64::from(BATCHES)));
+            return Ok((image, in_all));
         }
         // A tenth more than the estimate asks for.
         let factor = 1.1 * (reached / noise).powi(2);
@@ -267,23 +274,35 @@ fn by_renderer(
     context: &Context,
     scene: &Scene,
     noise: f64,
-    on_progress: &mut impl FnMut(u64),
+    on_progress: &mut impl FnMut(u64) -> ControlFlow<()>,
 ) -> Result<(Image, u64), BenchError> {
     let fail = |source| BenchError::Render { what: format!("reference of {}", scene.source), source };
     let settings =
         RenderSettings { samples: PILOT_SAMPLES, sampler: Sampler::Independent, ..RenderSettings::of(scene) };
     let mut renderer = Renderer::new(context, scene, &settings).map_err(fail)?;
-    by_batches(scene, noise, on_progress, |samples, seed| {
-        // Independent numbers have no table, and so no bound on the samples.
+    by_batches(scene, noise, on_progress, |samples, seed, go_on| {
+        // Independent numbers have no table, and so no other bound on the samples than the largest.
         renderer.set_samples(samples).map_err(fail)?;
         renderer.set_seed(seed);
-        let film = renderer.render(|_| ControlFlow::Continue(())).map_err(fail)?;
+        let mut asked = ControlFlow::Continue(());
+        let watched = |_: &Progress| {
+            asked = go_on();
+            asked
+        };
+        let film = renderer.render(watched).map_err(fail)?;
+        if asked.is_break() {
+            return Err(BenchError::Interrupted);
+        }
         Ok(film.sums().iter().zip(film.counts()).map(|(s, &n)| s.map(|s| s / f64::from(n))).collect())
     })
 }
 
-fn by_oracle(scene: &Scene, noise: f64, on_progress: &mut impl FnMut(u64)) -> Result<(Image, u64), BenchError> {
-    by_batches(scene, noise, on_progress, |samples, seed| {
+fn by_oracle(
+    scene: &Scene,
+    noise: f64,
+    on_progress: &mut impl FnMut(u64) -> ControlFlow<()>,
+) -> Result<(Image, u64), BenchError> {
+    by_batches(scene, noise, on_progress, |samples, seed, _| {
         Ok(oracle::render(scene, &OracleSettings { samples, seed: u64::from(seed) }).mean)
     })
 }

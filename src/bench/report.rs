@@ -43,7 +43,7 @@ pub struct SceneReport {
     pub height: u32,
     /// Surface hits of a path.
     pub max_depth: u32,
-    /// Renderings of each number of samples.
+    /// Renderings of each number of samples: where the run was interrupted, those of the seeds that were complete.
     pub seeds: u32,
     /// What errors are measured against.
     pub reference: ReferenceReport,

@@ -3,7 +3,7 @@
 use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError, mpsc};
+use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::time::{Duration, Instant};
 
 use crate::gpu::{Context, GpuError, Validation, Violation};
@@ -14,7 +14,7 @@ use super::report::{CaseReport, DeviceReport, Verdict};
 use super::{Case, CheckError, Lab, Measured, cases, facts};
 
 /// How to run the suite.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct RunOptions {
     /// Full sizes.
     pub full: bool,
@@ -26,6 +26,8 @@ pub struct RunOptions {
     pub mutation: Option<Mutation>,
     /// Cases at a time, each on a device of its own: what a validation layer says is known to be said of one case.
     pub jobs: NonZeroUsize,
+    /// Once this is set, from another thread, no further case begins.
+    pub interrupted: Arc<AtomicBool>,
 }
 
 impl Default for RunOptions {
@@ -36,6 +38,7 @@ impl Default for RunOptions {
             timeout: Duration::from_secs(120),
             mutation: None,
             jobs: NonZeroUsize::MIN,
+            interrupted: Arc::default(),
         }
     }
 }
@@ -50,7 +53,8 @@ impl RunOptions {
 
 /// Runs the selected cases on a device. `on_case` is told of each when it is over; the report has them in their order.
 ///
-/// A lost device, or a case that does not end, ends the run: cases that had not begun are reported as not run.
+/// A lost device, a case that does not end, or [`RunOptions::interrupted`] ends the run: cases that had not begun are reported
+/// as not run.
 ///
 /// # Errors
 /// The facts of the driver's arithmetic cannot be probed, or the device cannot be opened once more for another job. What
@@ -112,7 +116,9 @@ impl<F: FnMut(&CaseReport)> Queue<'_, F> {
         loop {
             let index = self.next.fetch_add(1, Ordering::Relaxed);
             let Some(&case) = self.cases.get(index) else { return };
-            let report = if self.usable.load(Ordering::Relaxed) {
+            let report = if options.interrupted.load(Ordering::Relaxed) {
+                CaseReport { message: Some("interrupted".to_owned()), ..report_of(case, Verdict::NotRun) }
+            } else if self.usable.load(Ordering::Relaxed) {
                 run_case(case, lab, options, expectations)
             } else {
                 report_of(case, Verdict::NotRun)

@@ -5,6 +5,7 @@ mod growth;
 mod outputs;
 mod samples;
 
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -12,15 +13,16 @@ use anyhow::{anyhow, bail};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use photolith::bench::convergence::{self, Contender, Schedule};
-use photolith::bench::rays;
+use photolith::bench::rays::{self, RayKind};
 use photolith::bench::report::{self, ReferenceReport, Report, SceneReport};
-use photolith::bench::{self, ConfigurationSummary, Machine, Origin, Reference, Vary};
+use photolith::bench::{self, BenchError, ConfigurationSummary, Machine, Origin, Reference, Vary};
 use photolith::gpu::prefer_wide_vectors;
 use photolith::image::metrics::flip;
 use photolith::render::Features;
 use photolith::scene::Scene;
 use photolith::{Context, RenderSettings, user_cache};
 
+use super::interrupt::Interrupt;
 use super::numbers::{pixels_per_degree, positive};
 use super::options::{
     AccelArg, BeamsArg, DeviceOptions, GlancesArg, GradientsArg, IntersectionArg, LightSamplesArg, ReuseArg,
@@ -38,6 +40,9 @@ const OF_ERRORS: [&str; 8] = ["vary", "target", "seeds", "ppd", "reference", "re
 /// Renders each scene with several seeds at doubling numbers of samples and compares with a reference, whose own
 /// variance is subtracted; errors below its noise are withheld, and the exit code is then 2. Times are medians over
 /// the seeds; configurations (--vary) alternate, so that a drift of the machine's speed meets all alike.
+///
+/// Ctrl-C ends the measuring: what is complete is written (of the running scene the seeds that are, of its rays the kinds,
+/// of --growth the sizes), and the exit code is 130.
 #[derive(Args)]
 pub struct BenchArgs {
     /// Scene files (.toml) or meshes (.obj)
@@ -169,11 +174,12 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
     Vary::check(&args.vary)?;
     let samples = sample_counts(args)?;
     outputs::check(args)?;
+    let interrupt = Interrupt::install()?;
     // As `photolith render` does; the width is one for the whole process.
     let loaded = args.scenes.iter().map(|path| load(args, path)).collect::<Result<Vec<_>, _>>()?;
     let wide = loaded.iter().all(|(scene, settings)| Features::of(scene, settings).suits_wide_vectors(scene));
     if wide && series.is_none() {
-        // SAFETY: other threads only wait for work on meshes, and leave the environment alone.
+        // SAFETY: the other threads wait for a signal, or for work on meshes, and leave the environment alone.
         unsafe { prefer_wide_vectors() };
     }
     let context = Context::new(&args.device.context_options())?;
@@ -184,30 +190,46 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
         growth: None,
         rays: Vec::new(),
     };
-    let mut failure = None;
     let mut traced = None;
-    if let Some(series) = series {
-        let (found, error) = series.measure(&context);
-        report.growth = Some(found);
-        failure = error;
-    }
-    for (scene, settings) in &loaded {
-        if args.rays {
-            let (rates, sets) = rays::measure(&context, scene, settings)?;
-            report.rays.push(rates);
-            traced = Some((scene, sets));
-        } else {
-            report.scenes.push(measure_scene(args, &samples, scene, settings, &context)?);
+    let measured = match series {
+        Some(series) => {
+            let (found, error) = series.measure(&context, &interrupt);
+            report.growth = Some(found);
+            error.map_or(Ok(()), |error| Err(anyhow::Error::new(error).context("the series ended early")))
         }
+        None => loaded.iter().take_while(|_| !interrupt.requested()).try_for_each(|(scene, settings)| {
+            if args.rays {
+                let (rates, sets) = rays::measure(&context, scene, settings, |_| interrupt.go_on())?;
+                report.rays.push(rates);
+                traced = Some((scene, sets)).filter(|(_, sets)| sets.len() == RayKind::ALL.len());
+            } else {
+                report.scenes.push(measure_scene(args, &samples, scene, settings, &context, &interrupt)?);
+            }
+            Ok(())
+        }),
+    };
+    // What was measured is not lost by what could not be.
+    let written = match report.is_empty() {
+        true => Ok(()),
+        false => outputs::write(args, &report, traced.as_ref().map(|(scene, sets)| (*scene, sets.as_slice()))),
+    };
+    if let Err(error) = measured
+        && !matches!(error.downcast_ref(), Some(BenchError::Interrupted))
+    {
+        return Err(error);
     }
-    outputs::write(args, &report, traced.as_ref().map(|(scene, sets)| (*scene, sets.as_slice())))?;
-    if let Some(error) = failure {
-        return Err(anyhow::Error::new(error).context("the series ended early"));
-    }
+    written?;
     let messages = context.messages().all();
     if !messages.is_empty() {
         output::tell(&format!("{} validation message(s); the first: {}", messages.len(), messages[0]));
         return Ok(ExitCode::from(exit::VALIDATION));
+    }
+    if interrupt.requested() {
+        output::tell(match report.is_empty() {
+            true => "interrupted before anything was measured",
+            false => "interrupted; what was complete is written",
+        });
+        return Ok(ExitCode::from(exit::INTERRUPTED));
     }
     for scene in &report.scenes {
         let withheld = scene.withheld();
@@ -267,17 +289,22 @@ fn measure_scene(
     scene: &Scene,
     settings: &RenderSettings,
     context: &Context,
+    interrupt: &Interrupt,
 ) -> anyhow::Result<SceneReport> {
     let configurations = bench::combine(settings, &args.vary);
     let most = samples.last().copied().unwrap_or(1);
     let bar = Progress::new(configurations.len() * samples.len() * args.seeds as usize);
     bar.say("compiling");
-    let mut contenders =
-        configurations.iter().map(|c| Contender::new(c, context, scene, most)).collect::<Result<Vec<_>, _>>()?;
-    let reference = obtain_reference(&args.reference, context, scene, &mut contenders, most, &bar)?;
+    let compile = |c| match interrupt.go_on() {
+        ControlFlow::Continue(()) => Contender::new(c, context, scene, most),
+        ControlFlow::Break(()) => Err(BenchError::Interrupted),
+    };
+    let mut contenders = configurations.iter().map(compile).collect::<Result<Vec<_>, _>>()?;
+    let reference = obtain_reference(&args.reference, context, scene, &mut contenders, most, &bar, interrupt)?;
     let schedule = Schedule { samples: samples.to_vec(), seeds: args.seeds, flip_ppd: args.ppd };
     let measurements = convergence::measure(&mut contenders, &schedule, &reference, |done, _| {
         bar.set(done, &scene.source);
+        interrupt.go_on()
     })?;
     bar.finish();
     let mut summaries: Vec<_> =
@@ -292,7 +319,7 @@ fn measure_scene(
         width: scene.film.width,
         height: scene.film.height,
         max_depth: scene.integrator.max_depth,
-        seeds: args.seeds,
+        seeds: (measurements.len() / (samples.len() * contenders.len())) as u32,
         reference: ReferenceReport::of(&reference),
         target_rmse: target,
         configurations: summaries,
@@ -306,6 +333,7 @@ fn obtain_reference(
     contenders: &mut [Contender<'_>],
     most_samples: u32,
     bar: &Progress,
+    interrupt: &Interrupt,
 ) -> anyhow::Result<Reference> {
     if let Some(path) = &options.reference {
         return Ok(Reference::given(path, options.reference_noise)?);
@@ -314,13 +342,14 @@ fn obtain_reference(
         Some(noise) => noise,
         None => {
             bar.say("finding the noise that the reference may have");
-            convergence::wanted_noise(contenders, most_samples)?
+            convergence::wanted_noise(contenders, most_samples, || interrupt.go_on())?
         }
     };
     let origin = if options.oracle { Origin::Oracle } else { Origin::Renderer };
     let cache = options.cache.clone().or_else(|| Some(user_cache()?.join("references")));
     Ok(Reference::obtain(context, scene, origin, noise, cache.as_deref(), |samples| {
         bar.say(&format!("making the reference, {samples} samples per pixel"));
+        interrupt.go_on()
     })?)
 }
 
@@ -344,11 +373,6 @@ impl Progress {
     fn set(&self, done: usize, message: &str) {
         self.0.set_position(done as u64);
         self.say(message);
-    }
-
-    fn step(&self, message: &str) {
-        self.say(message);
-        self.0.inc(1);
     }
 
     fn finish(&self) {

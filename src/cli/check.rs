@@ -17,6 +17,7 @@ use photolith::files;
 use photolith::gpu::DeviceKind;
 use photolith::{Context, ContextOptions, Validation};
 
+use super::interrupt::Interrupt;
 use super::options::DeviceOptions;
 use super::{exit, output};
 
@@ -25,7 +26,8 @@ mod table;
 /// Measure the accuracy of this renderer on a Vulkan device, case by case against oracles
 ///
 /// Exits with 0 when every case passes, 1 when one fails (or passes although it is declared to fail), 3 without a
-/// device, 4 on a validation message, 5 when the device is lost, 6 when a case takes too long.
+/// device, 4 on a validation message, 5 when the device is lost, 6 when a case takes too long. Ctrl-C lets the running
+/// cases end, reports the others as not run, and exits with 130.
 #[derive(Args)]
 pub struct CheckArgs {
     #[command(flatten)]
@@ -102,14 +104,20 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<ExitCode> {
     };
     let earlier = args.with.iter().map(read_report).collect::<anyhow::Result<Vec<_>>>()?;
 
+    let interrupt = Interrupt::install()?;
+    let options = RunOptions { interrupted: interrupt.flag(), ..options };
     let mut table = table::Table::new(args.json);
     let mut devices = Vec::new();
-    for wanted in wanted_devices(args)? {
-        devices.push(check_device(wanted, args, &options, &expectations, &mut table)?);
-    }
+    let mut wanted = wanted_devices(args)?.into_iter().take_while(|_| !interrupt.requested());
+    let checked = wanted.try_for_each(|device| {
+        devices.push(check_device(device, args, &options, &expectations, &mut table)?);
+        Ok(())
+    });
     let report = Report::new(devices);
-    write(args, &report, &earlier, table)?;
-    Ok(ExitCode::from(code(&report)))
+    // What was measured is not lost by a device that could not be.
+    let written = if report.devices.is_empty() { Ok(()) } else { write(args, &report, &earlier, table) };
+    checked.and(written)?;
+    Ok(ExitCode::from(code(&report, &interrupt)))
 }
 
 /// Writes what was asked for, each whatever becomes of the others; the first error counts.
@@ -197,8 +205,8 @@ fn read_report(path: &PathBuf) -> anyhow::Result<Report> {
     Ok(report)
 }
 
-/// The gravest finding decides.
-fn code(report: &Report) -> u8 {
+/// The gravest finding decides; whether cases pass is not known after an interruption.
+fn code(report: &Report, interrupt: &Interrupt) -> u8 {
     let any = |verdict| report.devices.iter().any(|d| d.count(verdict) > 0);
     if any(Verdict::DeviceLost) {
         exit::DEVICE_LOST
@@ -206,6 +214,8 @@ fn code(report: &Report) -> u8 {
         exit::TIMEOUT
     } else if any(Verdict::Validation) {
         exit::VALIDATION
+    } else if interrupt.requested() {
+        exit::INTERRUPTED
     } else if report.devices.iter().all(DeviceReport::passes) {
         exit::OK
     } else {

@@ -17,7 +17,7 @@ pub const VALIDATION: u8 = 4;
 pub const DEVICE_LOST: u8 = 5;
 /// Something took too long.
 pub const TIMEOUT: u8 = 6;
-/// Stopped by Ctrl-C (the image so far is written).
+/// Stopped by Ctrl-C (what was done is written).
 pub const INTERRUPTED: u8 = 130;
 
 /// Shown under every help text of the program.

@@ -6,6 +6,7 @@ mod compare;
 mod devices;
 mod exit;
 mod info;
+mod interrupt;
 mod numbers;
 mod options;
 mod output;

@@ -1,11 +1,8 @@
 //! `photolith render`.
 
 use std::mem::forget;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use anyhow::{Context as _, anyhow};
@@ -17,6 +14,7 @@ use photolith::scene::Scene;
 use photolith::{Context, Image, RenderSettings, Renderer, Validation};
 use serde_json::json;
 
+use super::interrupt::Interrupt;
 use super::options::{DeviceOptions, SceneOptions};
 use super::progress::Bar;
 use super::{exit, output};
@@ -115,16 +113,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     settings.count_steps = args.count_steps;
     settings.spirv_folder = args.spirv.clone();
 
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupted);
-    ctrlc::set_handler(move || {
-        if flag.swap(true, Ordering::SeqCst) {
-            // Asked twice: whoever insists does not want the image.
-            std::process::exit(i32::from(exit::INTERRUPTED));
-        }
-    })
-    .context("installing the Ctrl-C handler")?;
-
+    let interrupt = Interrupt::install()?;
     let started = std::time::Instant::now();
     if Features::of(&scene, &settings).suits_wide_vectors(&scene) {
         // SAFETY: the other threads wait for a signal, or for work on meshes, and leave the environment alone.
@@ -146,7 +135,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let bar = Bar::new();
     let film = renderer.render(|progress| {
         bar.set(progress);
-        if interrupted.load(Ordering::SeqCst) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        interrupt.go_on()
     })?;
     bar.finish();
 
@@ -154,7 +143,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     if statistics.bad_samples > 0 {
         log::warn!("{} samples were NaN or infinite and count as black", statistics.bad_samples);
     }
-    let was_interrupted = statistics.stopped && interrupted.load(Ordering::SeqCst);
+    let was_interrupted = statistics.stopped && interrupt.requested();
     if statistics.stopped {
         let why = if was_interrupted { "interrupted" } else { "time limit reached" };
         let most = settings.samples;

@@ -6,6 +6,7 @@ use photolith::bench::growth::{self, Growth, GrowthReport};
 use photolith::{Context, RenderError, RenderSettings};
 
 use super::{BenchArgs, Progress};
+use crate::cli::interrupt::Interrupt;
 
 /// Samples per pixel if no other number is asked for.
 const SAMPLES: u32 = 4;
@@ -59,11 +60,14 @@ impl Series {
         Ok(Some(Self { grows, sizes, settings: RenderSettings { samples, ..RenderSettings::default() } }))
     }
 
-    /// Measures, up to the first size that fails; its error comes with what was found so far.
-    pub fn measure(&self, context: &Context) -> (GrowthReport, Option<RenderError>) {
+    /// Measures, up to the first size that fails, whose error comes with what was found so far, or until it is interrupted.
+    pub fn measure(&self, context: &Context, interrupt: &Interrupt) -> (GrowthReport, Option<RenderError>) {
         let bar = Progress::new(self.sizes.len());
-        let step = |size: u64| bar.step(&size.to_string());
-        let result = growth::measure(context, self.grows, &self.sizes, &self.settings, step);
+        let on_progress = |size: u64| {
+            bar.set(self.sizes.iter().filter(|&&s| s < size).count(), &size.to_string());
+            interrupt.go_on()
+        };
+        let result = growth::measure(context, self.grows, &self.sizes, &self.settings, on_progress);
         bar.finish();
         result
     }
