@@ -134,6 +134,23 @@ fn bad_options_are_code_2() {
 }
 
 #[test]
+fn a_folder_of_shaders_must_have_some() {
+    let directory = directory();
+    let render = "render ball.toml --size 8x8 --samples 1 --spirv shaders -o ball.png";
+    assert_fails(&run(directory.path(), render), 2, &["shaders: no shader is there", "path_trace.spv"], "no folder");
+    fs::create_dir(directory.path().join("shaders")).expect("a folder");
+    put(directory.path(), "shaders/other.spv", "");
+    assert_fails(&run(directory.path(), render), 2, &["no shader is there"], "another file");
+    put(directory.path(), "shaders/path_trace.spv", "no SPIR-V at all, but long enough");
+    assert_fails(&run(directory.path(), render), 2, &["path_trace.spv: not a SPIR-V module"], "a text");
+    // The kernel that this rendering needs is not there: the built-in one is used.
+    fs::rename(directory.path().join("shaders/path_trace.spv"), directory.path().join("shaders/path_turns.spv"))
+        .unwrap();
+    assert!(run(directory.path(), render).status.success());
+    assert!(directory.path().join("ball.png").exists());
+}
+
+#[test]
 fn an_image_too_large_for_memory_is_an_error() {
     let directory = directory();
     let output = run(directory.path(), "render ball.toml -o out.png --size 65536x65536");

@@ -14,7 +14,7 @@ pub fn markdown(reports: &[Report]) -> String {
         "# Accuracy\n\n\
          Written by `photolith check --markdown`; `photolith check` measures the same on any Vulkan device. Each case \
          is held against an oracle that shares no code with the shaders; it passes if the measured number is at most \
-         the threshold.\n\n## Devices\n\n| | device | driver | host CPU | sizes | cases | time |\n|---|---|---|---|---|---|---|\n",
+         the threshold. Full sizes, and what GPUs have shown, are in [accuracy-full.md](accuracy-full.md).\n\n## Devices\n\n| | device | driver | host CPU | sizes | cases | time |\n|---|---|---|---|---|---|---|\n",
     );
     // Writing to a String cannot fail.
     for (i, d) in devices.iter().enumerate() {
@@ -122,5 +122,18 @@ fn number(x: f64) -> String {
         0.0 => "0".to_owned(),
         x if x.abs() >= 0.1 && x.abs() < 1e6 => format!("{}", (x * 1000.0).round() / 1000.0),
         x => format!("{x:.1e}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_page_has_every_case_of_the_quick_size() {
+        let page = include_str!("../../docs/accuracy.md");
+        for case in cases().filter(|case| !case.full_only) {
+            assert!(page.contains(&format!("| `{}` |", case.name)), "{}", case.name);
+        }
     }
 }

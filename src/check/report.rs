@@ -27,7 +27,7 @@ pub enum Verdict {
     Timeout,
     /// The device was lost.
     DeviceLost,
-    /// Not begun, because the device was lost or hangs.
+    /// Not begun, because the device was lost or hangs, or the run was interrupted.
     NotRun,
 }
 

@@ -216,21 +216,21 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
     if let Err(error) = measured
         && !matches!(error.downcast_ref(), Some(BenchError::Interrupted))
     {
-        return Err(error);
+        return exit::with(exit::code_of(&error), written).and(Err(error));
     }
-    written?;
     let messages = context.messages().all();
     if !messages.is_empty() {
         output::tell(&format!("{} validation message(s); the first: {}", messages.len(), messages[0]));
-        return Ok(ExitCode::from(exit::VALIDATION));
+        return exit::with(exit::VALIDATION, written);
     }
     if interrupt.requested() {
         output::tell(match report.is_empty() {
             true => "interrupted before anything was measured",
             false => "interrupted; what was complete is written",
         });
-        return Ok(ExitCode::from(exit::INTERRUPTED));
+        return exit::with(exit::INTERRUPTED, written);
     }
+    written?;
     for scene in &report.scenes {
         let withheld = scene.withheld();
         if let Some((label, samples)) = withheld.first() {

@@ -116,8 +116,10 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<ExitCode> {
     let report = Report::new(devices);
     // What was measured is not lost by a device that could not be.
     let written = if report.devices.is_empty() { Ok(()) } else { write(args, &report, &earlier, table) };
-    checked.and(written)?;
-    Ok(ExitCode::from(code(&report, &interrupt)))
+    match checked {
+        Ok(()) => exit::with(code(&report, &interrupt), written),
+        Err(error) => exit::with(exit::code_of(&error), written).and(Err(error)),
+    }
 }
 
 /// Writes what was asked for, each whatever becomes of the others; the first error counts.

@@ -1,7 +1,11 @@
 //! Exit codes, the same for all subcommands.
 
+use std::process::ExitCode;
+
 use photolith::check::CheckError;
 use photolith::{GpuError, RenderError};
+
+use super::output;
 
 /// Success.
 pub const OK: u8 = 0;
@@ -29,6 +33,18 @@ pub const HELP: &str = "Exit codes: 0 done, 1 an image or check is wrong, 2 usag
 #[derive(Debug, thiserror::Error)]
 #[error("validation cannot be trusted")]
 pub struct Deaf;
+
+/// How a command ends that has come to `code`, and to this in writing what it was to write: that is told beside something graver.
+///
+/// # Errors
+/// What could not be written, if all else is well.
+pub fn with(code: u8, written: anyhow::Result<()>) -> anyhow::Result<ExitCode> {
+    match written {
+        Err(error) if code != OK => output::tell(&format!("{error:#}")),
+        written => written?,
+    }
+    Ok(ExitCode::from(code))
+}
 
 /// The exit code for an error, found in its chain of causes.
 pub fn code_of(error: &anyhow::Error) -> u8 {

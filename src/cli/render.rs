@@ -161,9 +161,10 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     if written.non_finite > 0 {
         log::warn!("{}: {} pixels are not finite", path.display(), written.non_finite);
     }
-    if args.json {
-        output::print(&format!("{}\n", report(&context, &settings, &renderer, setup, &path)))?;
-    }
+    let printed = match args.json {
+        true => output::print(&format!("{}\n", report(&context, &settings, &renderer, setup, &path))),
+        false => Ok(()),
+    };
     let messages = context.messages().all();
     let code = match messages.first() {
         Some(first) => {
@@ -177,7 +178,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         // The system takes back at once what would be given back piece by piece.
         forget((renderer, context));
     }
-    Ok(ExitCode::from(code))
+    exit::with(code, printed)
 }
 
 /// What adaptive sampling reached, for people.
