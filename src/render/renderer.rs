@@ -11,6 +11,7 @@ mod launch;
 mod parts;
 mod passes;
 mod repeats;
+mod reuse_policy;
 mod schedule;
 mod shares;
 mod slots;
@@ -19,6 +20,7 @@ mod survey;
 mod trial;
 mod tried;
 mod twins;
+mod verdict;
 
 use std::ops::ControlFlow;
 use std::time::Duration;
@@ -49,7 +51,7 @@ use launch::Launch;
 use parts::Parts;
 use passes::Watch;
 use survey::Places;
-use trial::ReuseTrial;
+use verdict::ReuseTrial;
 
 /// Submissions in flight.
 const IN_FLIGHT: usize = 2;
@@ -136,8 +138,8 @@ impl Renderer {
             beginnings: Beginnings::default(),
             reuse: ReuseTrial::Never,
             reuses: if *reuse { settings.reuse } else { Reuse::Off },
-            fewest_reused: trial::fewest_samples(needed, settings.reuse, facts),
-            reuse_is_worth: trial::worth(needed, facts),
+            fewest_reused: reuse_policy::fewest_samples(needed, settings.reuse, facts),
+            reuse_is_worth: reuse_policy::worth(needed, facts),
             launch,
             stage,
             timeline,

@@ -12,7 +12,7 @@ use super::super::tables::Tables;
 use super::super::tiles::TILE;
 use super::super::view::Rectangle;
 use super::Renderer;
-use super::trial::ReuseTrial;
+use super::verdict::ReuseTrial;
 
 /// Glances of a pixel from which edges are found.
 const FIRST_GLANCES: u32 = 4;

@@ -14,8 +14,8 @@ use super::super::stopping::Stopping;
 use super::Renderer;
 use super::passes::Watch;
 use super::survey::{CLASSES, Places, Side};
-use super::trial::GROUPS_TOGETHER;
 use super::tried::TriedGroup;
+use super::verdict::GROUPS_TOGETHER;
 
 /// Samples of a pixel from which on neighbours can be of one group in some samples and not in others.
 const FEWEST_SAMPLES: u32 = 2;

@@ -16,7 +16,7 @@ use super::buffers::Shape;
 use super::handout::Handout;
 use super::schedule::Job;
 use super::split::{self, Split};
-use super::{beams, glances, repeats, shares, trial};
+use super::{beams, glances, repeats, reuse_policy, shares};
 
 /// What an invocation of path_turns.comp keeps where its workgroup shares memory: a slot of the film.
 const KEPT_BYTES: u32 = size_of::<FilmSlot>() as u32;
@@ -66,7 +66,7 @@ impl Launch {
             features.clone()
         };
         let beam_targets = beams::targets(&needed, tables, settings);
-        let reuse = trial::may_reuse(&needed, settings, &facts) && beam_targets == 0;
+        let reuse = reuse_policy::may_reuse(&needed, settings, &facts) && beam_targets == 0;
         let job = Job {
             features,
             facts: &facts,

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::super::error::RenderError;
 use super::super::layout::{FilmSlot, mode};
 use super::Renderer;
-use super::trial::ReuseTrial;
+use super::verdict::ReuseTrial;
 
 /// Classes of pairs of pixels, see [`Places::class`].
 pub(super) const CLASSES: usize = 8;

@@ -1,92 +1,20 @@
-//! Whether it pays to let paths serve several pixels: decided from a trial (shaders/lib/reuse.glsl).
+//! The trial of a rendering, from which it is decided whether paths serve several pixels (shaders/lib/reuse.glsl), and where samples go.
 
 use std::mem::take;
-use std::ops::{Add, Range};
+use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::super::driver::{DriverFacts, Sharers};
 use super::super::error::RenderError;
-use super::super::features::Features;
 use super::super::film::pixel_of_slot;
 use super::super::layout::{mode, queue};
 use super::super::plan::{Span, Work};
-use super::super::settings::{RenderSettings, Reuse};
 use super::super::sobol::MEMBERS;
-use super::super::tiles::{TILE, half_of};
+use super::super::tiles::TILE;
 use super::Renderer;
 use super::gradients::PairSums;
-use super::tried::{GroupNoise, Noise, TriedGroup};
-
-/// Whether paths may serve several pixels, in a scene that needs these features, on such a device. It depends on neither
-/// scheduler nor on what else is compiled, so that the image does not.
-///
-/// With a tree and lamps together with glass or mirrors it hardly pays: the noise of caustics is left, and a trial that is lost
-/// makes the rest slower (by 1.3). Nor where glass fills the picture (by 1.1 to 1.2, on GPUs by 4). (Where beams take most of that noise paths cannot be shared, see `beams::targets`.) Without
-/// a tree rays are cheap, and lanes wait for each other instead, which does not pay where a driver executes the branches that
-/// no lane takes (twice the time of one that skips them). Brute force is for comparison, not for speed.
-///
-/// On GPUs the host's part of it takes time: for each pixel what 100 to 600 samples take without a tree, and 30 to 100 with one.
-/// Threads that choose among lights and walk a tree hold too much: with lamps a sample takes 7 to 20 times the time (H100).
-pub(super) fn may_reuse(needed: &Features, settings: &RenderSettings, facts: &DriverFacts) -> bool {
-    needed.can_reuse()
-        && !needed.brute_force
-        && match (settings.reuse, facts.reuse) {
-            (Reuse::Off, _) | (Reuse::Auto, Sharers::None) => false,
-            (Reuse::Always, _) => true,
-            (Reuse::Auto, Sharers::Lanes) if needed.tree => !needed.reuse_is_unlikely_to_pay(),
-            (Reuse::Auto, Sharers::Lanes) => facts.skips_branches,
-            // Who waits for a time or a noise gets samples at once.
-            (Reuse::Auto, Sharers::Threads) => {
-                settings.samples >= fewest_samples(needed, settings.reuse, facts)
-                    && !needed.reuse_is_unlikely_to_pay()
-                    && (settings.adaptive.is_none() && settings.time_limit.is_none())
-                    && !(needed.tree && needed.emitter)
-            }
-        }
-}
-
-/// Samples per pixel that a rendering has at least for it to be tried.
-pub(super) fn fewest_samples(needed: &Features, reuse: Reuse, facts: &DriverFacts) -> u32 {
-    match (reuse, facts.reuse) {
-        (Reuse::Auto, Sharers::Threads) if needed.tree => 64,
-        (Reuse::Auto, Sharers::Threads) => 512,
-        _ => 0,
-    }
-}
-
-/// By how much variance must fall in the trial for reuse to pay. With a tree a sample takes 1.4 to 2.3 times the time
-/// (measured on lavapipe, scenes with meshes of 35 thousand to a million triangles); the least of these, since the noise that
-/// reuse does not lower, of edges and of lamps, falls faster with further samples. Without a tree it takes 1.9 to 2.1 times the
-/// time, but the kernel that could reuse paths and does not takes 1.2 times that of one that could not.
-///
-/// On GPUs a sample takes 2.4 to 4 times the time; a room of balls, one of glass, gains 3, one of diffuse balls and a mirror 4.1 to 8.
-pub(super) fn worth(needed: &Features, facts: &DriverFacts) -> f64 {
-    match facts.reuse {
-        Sharers::Threads => 4.0,
-        _ if needed.tree => 1.4,
-        _ => 1.8,
-    }
-}
-
-/// The greatest part of variance that may be of light which is not shared for gradients to pay: they lower the rest only, and
-/// with them random numbers are stratified over fewer samples. With .37 to .52 they take .67 to .95 times as long to the same
-/// error, with .60 .98 to 1.03 (balls and meshes, some of mirror or glass, in a room, terrain; 4 to 64 samples, lavapipe 25.0.7
-/// and 22.3.6).
-const MOST_OWN: f64 = 0.58;
-/// The same where sampling is adaptive: with gradients all pixels get as many samples.
-const MOST_OWN_ADAPTIVE: f64 = 0.35;
-/// The greatest part of variance that gradients may leave, as far as the trial tells, to pay: with .72 of it images from gradients
-/// take 1.13 (4 samples per pixel) to 1.01 (16) times as long to the same error, with .86 1.08 to .98, with .93 1.12 to 1.07, with
-/// .96 1.20 to 1.11 (terrains of 2 thousand to 1.3 million triangles, 25.0.7); the balls and meshes in rooms above have .04 to .57.
-const MOST_LEFT: f64 = 0.8;
-/// The same where all pixels of a group sample lights alike: the noise of these is spread too, which the trial cannot tell. With .96
-/// and .93 images from gradients take 1.41 and 1.28 times as long to the same error at 4 samples, 1.22 and 1.11 at 16 (height fields
-/// under lamps), with .86 .97 and .85 (an armadillo), with .70 to .72 .97 to .51 (a dragon on a plane, an armadillo in a room).
-const MOST_LEFT_ALIKE: f64 = 0.9;
-
-/// Groups that are judged together.
-pub(super) const GROUPS_TOGETHER: usize = 256;
+use super::tried::{GroupNoise, TriedGroup};
+use super::verdict::ReuseTrial;
 
 /// What the seed is changed by (XOR) in the trial.
 const SEED: u32 = 0x3707_3443;
@@ -96,21 +24,6 @@ pub(super) const SET: u32 = queue::SCATTERED_TILES;
 pub(super) const SET_SLOTS: u32 = TILE as u32 * SET;
 /// Slots whose trial is one dispatch: 131,072 samples.
 const DISPATCH_SLOTS: u32 = 1024 * SET_SLOTS;
-
-/// The trial of a rendering and what came of it, apart for the two halves of the image that adaptive sampling keeps
-/// independent of each other.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) enum ReuseTrial {
-    /// No paths are reused.
-    Never,
-    /// All are, whatever it gains.
-    Always,
-    /// It has not been made.
-    #[default]
-    Pending,
-    /// What it shows of each half.
-    Over([Tally; 2]),
-}
 
 /// What came of a trial.
 #[derive(Default)]
@@ -122,117 +35,6 @@ pub(super) struct Tried {
     pub groups: Vec<GroupNoise>,
     /// Some samples were taken again: what they cost is not known.
     pub repeated: bool,
-}
-
-/// Variance in the trial, of all pixels together.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Tally {
-    /// With reuse, and without.
-    with: f64,
-    without: f64,
-    /// With reuse and gradients.
-    smoothed: f64,
-    /// The part of each that light has which is not shared.
-    own: f64,
-}
-
-impl Tally {
-    fn and(self, other: Self) -> Self {
-        Self {
-            with: self.with + other.with,
-            without: self.without + other.without,
-            smoothed: self.smoothed + other.smoothed,
-            own: self.own + other.own,
-        }
-    }
-}
-
-impl ReuseTrial {
-    /// Takes over further groups. They are judged in parallel, and added up in their order.
-    fn judge(&mut self, groups: &[TriedGroup]) {
-        let judged = |groups: &[TriedGroup]| {
-            groups.iter().fold([Tally::default(); 2], |tallies, group| sum(tallies, judge(group)))
-        };
-        let parts: Vec<_> = groups.par_chunks(GROUPS_TOGETHER).map(judged).collect();
-        let before = if let Self::Over(before) = *self { before } else { [Tally::default(); 2] };
-        *self = Self::Over(parts.into_iter().fold(before, sum));
-    }
-
-    /// Before a rendering.
-    pub fn of(reuse: Reuse) -> Self {
-        match reuse {
-            Reuse::Auto => Self::Pending,
-            Reuse::Always => Self::Always,
-            Reuse::Off => Self::Never,
-        }
-    }
-
-    /// With what came of it for both halves together.
-    pub fn together(self) -> Self {
-        match self {
-            Self::Over([a, b]) => Self::Over([a.and(b); 2]),
-            same => same,
-        }
-    }
-
-    /// A bit for each half, whether its paths serve several pixels: if variance falls by `worth` at least, and in the
-    /// trial.
-    pub fn halves(self, worth: f64) -> u32 {
-        match self {
-            Self::Never => 0,
-            Self::Pending | Self::Always => 0b11,
-            // Samples that were not finite leave a NaN, which is not worth anything.
-            Self::Over(halves) => (0..2).map(|h| u32::from(halves[h].with * worth < halves[h].without) << h).sum(),
-        }
-    }
-
-    /// Variance without reuse over that with it, in both halves together.
-    pub fn gain(self) -> Option<f64> {
-        match self {
-            Self::Over([a, b]) => Some(a.and(b)).map(|sum| sum.without / sum.with).filter(|gain| gain.is_finite()),
-            _ => None,
-        }
-    }
-
-    /// Whether enough noise is that of light which is shared for gradients to pay, and they lower it by enough, which is harder to tell
-    /// if lights are sampled alike by all pixels of a group.
-    pub fn suits_gradients(self, adaptive: bool, lights_alike: bool) -> bool {
-        let most_own = if adaptive { MOST_OWN_ADAPTIVE } else { MOST_OWN };
-        let most_left = if lights_alike { MOST_LEFT_ALIKE } else { MOST_LEFT };
-        let suits = |sum: Tally| sum.own < most_own * sum.with && sum.smoothed < most_left * sum.with;
-        match self {
-            Self::Over([a, b]) => suits(a.and(b)),
-            _ => true,
-        }
-    }
-}
-
-/// What a group of pixels tells after the trial, apart for the two halves: how far the two samples of each are apart, and those of
-/// what they gather.
-///
-/// What n pixels gather from the same second hits has the noise of one path divided by n in common. (That of lights which
-/// all sample alike is not divided, but spread over many pixels by gradients, by which it falls at least as much.) What
-/// each has besides shows in the differences between neighbours, to which two contribute. Pixels with glances are left
-/// out: the noise of a lamp's edge falls faster with further samples.
-fn judge(group: &TriedGroup) -> [Tally; 2] {
-    let mut tallies = [Tally::default(); 2];
-    let members = || (0..MEMBERS).filter(|member| group.film[*member].state == 0);
-    let left = members().map(|member| group.noise(member)).fold(Noise::default(), Noise::add).left_by_gradients();
-    for member in members() {
-        let tally = &mut tallies[half_of(group.slot(member) as usize % TILE)];
-        let noise = group.noise(member);
-        *tally = tally.and(Tally {
-            with: noise.reused(1.0),
-            without: noise.alone(),
-            smoothed: noise.reused(left),
-            own: noise.own,
-        });
-    }
-    tallies
-}
-
-fn sum(a: [Tally; 2], b: [Tally; 2]) -> [Tally; 2] {
-    [a[0].and(b[0]), a[1].and(b[1])]
 }
 
 /// How many of the eight groups of each tile take part in the trial of a rendering of so many samples per pixel: it takes a
@@ -365,47 +167,4 @@ fn groups_among(slots: usize, turns: u32) -> Vec<u32> {
 /// What the members of a group have, of slots that are numbered from 0 on.
 fn members_of<T: Copy>(slots: &[T], group: u32) -> [T; MEMBERS] {
     std::array::from_fn(|member| slots[group as usize + member * MEMBERS])
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::super::layout::{FilmSlot, GradientSlot};
-    use super::*;
-
-    /// Slots of pixels with so much noise of their own, in what they gather without each other, and in the differences.
-    fn groups(own: f32, light: f32, difference: f32) -> Vec<TriedGroup> {
-        let film = FilmSlot { trial: own, ..FilmSlot::default() };
-        let gradients = GradientSlot { trial_light: light, trial_down: difference, ..GradientSlot::default() };
-        let group = |first_slot| TriedGroup { first_slot, film: [film; MEMBERS], gradients: [gradients; MEMBERS] };
-        (0..16).map(group).collect()
-    }
-
-    #[test]
-    fn what_lowers_variance_enough_is_reused() {
-        let judge = |groups: &[TriedGroup]| {
-            let mut trial = ReuseTrial::Pending;
-            trial.judge(groups);
-            trial
-        };
-        assert_eq!(judge(&groups(0.0, 1.0, 0.0)).halves(1.4), 0b11);
-        assert_eq!(judge(&groups(0.0, -1.0, 0.0)).gain(), Some(8.0));
-        // 0.25 of their own, 1 to gather, of which an eighth is common, and 0.25 in the differences.
-        let gain = judge(&groups(0.5, 1.0, 0.5)).gain().unwrap();
-        assert!((gain - 1.25 / (0.25 + 0.125 + 0.1)).abs() < 1e-9, "{gain}");
-        assert_eq!(judge(&groups(3.0, 1.0, 0.0)).halves(1.4), 0);
-        assert_eq!(judge(&groups(0.0, 0.0, 0.0)).halves(1.4), 0);
-        assert_eq!(judge(&groups(0.0, 0.0, 0.0)).gain(), None);
-        assert_eq!(judge(&groups(f32::NAN, 1.0, 0.0)).halves(1.4), 0);
-        let suits = |own| [true, false].map(|adaptive| judge(&groups(own, 1.0, 0.0)).suits_gradients(adaptive, false));
-        assert_eq!([0.2, 0.3, 0.5].map(suits), [[true, true], [false, true], [false, false]]);
-        let suits =
-            |difference| [true, false].map(|alike| judge(&groups(0.1, 1.0, difference)).suits_gradients(false, alike));
-        assert_eq!([0.2, 0.5, 0.8].map(suits), [[true, true], [true, false], [false, false]]);
-        assert!(ReuseTrial::Always.suits_gradients(true, false));
-        assert!(!judge(&groups(0.0, 0.0, 0.0)).suits_gradients(false, false));
-        let mut mixed = groups(2.0, 1.0, 0.0);
-        let second = mixed.iter_mut().filter(|group| half_of(group.first_slot as usize) == 1);
-        second.for_each(|group| group.gradients.iter_mut().for_each(|slot| slot.trial_light = 3.0));
-        assert_eq!(judge(&mixed).halves(1.4), 0b10);
-    }
 }
