@@ -22,7 +22,7 @@
 //
 // All that pays where the light at x makes most of the noise; elsewhere it only costs time. So before a rendering there is a
 // trial of TRIAL samples in one group, or a few, of every tile, of which the film notes how far they are from each other
-// (gradient.glsl). The host decides from that (src/render/renderer/trial.rs), apart for the two halves of the image that adaptive
+// (gradient.glsl). The host decides from that (src/render/renderer/verdict.rs), apart for the two halves of the image that adaptive
 // sampling keeps independent of each other (src/render/progression.rs).
 //
 // Where the paths of a group meet depends on the scheduler and the driver: in the lanes of a subgroup (reuse_lanes.glsl) or in
