@@ -49,20 +49,20 @@ fn is_stream(path: &Path) -> bool {
 }
 
 fn write_stream<T>(path: &Path, write: impl FnOnce(&mut Writer<'_>) -> io::Result<T>) -> io::Result<T> {
-    let mut file = File::options().write(true).open(path)?;
-    let mut writer = BufWriter::new(&mut file);
-    let result = write(&mut writer)?;
-    writer.flush()?;
-    Ok(result)
+    fill(&mut File::options().write(true).open(path)?, write)
 }
 
 fn replace<T>(path: &Path, write: impl FnOnce(&mut Writer<'_>) -> io::Result<T>) -> io::Result<T> {
     let (target, mut temporary) = replaceable(path)?;
-    let mut writer = BufWriter::with_capacity(1 << 20, temporary.as_file_mut());
+    let result = fill(temporary.as_file_mut(), write)?;
+    temporary.persist(&target).map_err(|e| e.error)?;
+    Ok(result)
+}
+
+fn fill<T>(file: &mut File, write: impl FnOnce(&mut Writer<'_>) -> io::Result<T>) -> io::Result<T> {
+    let mut writer = BufWriter::with_capacity(1 << 20, file);
     let result = write(&mut writer)?;
     writer.flush()?;
-    drop(writer);
-    temporary.persist(&target).map_err(|e| e.error)?;
     Ok(result)
 }
 

@@ -4,7 +4,7 @@ mod common;
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use common::scene_path;
@@ -397,21 +397,24 @@ fn the_time_limit_leaves_no_pixel_out() {
     assert!(dark < 1024 * 640 / 1000, "{dark} pixels without light");
 }
 
+/// The program at work with such arguments, after Ctrl-C.
 #[cfg(unix)]
-#[test]
-fn ctrl_c_writes_what_there_is() {
-    let directory = directory();
-    let mut child = program(directory.path())
-        .args(format!("render {} {LONG} -o out.png", scene_path("spheres").display()).split(' '))
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    // Compiled and at work by then, even on a busy machine; if not, the first dispatch still runs.
+fn interrupted(directory: &Path, arguments: &str) -> Child {
+    let mut child =
+        program(directory).args(arguments.split(' ')).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    // Compiled and at work by then, even on a busy machine; if not, what it begins with still runs.
     std::thread::sleep(Duration::from_secs(4));
     assert!(child.try_wait().unwrap().is_none(), "the program ended by itself");
     let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(sent.success());
+    child
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_writes_what_there_is() {
+    let directory = directory();
+    let child = interrupted(directory.path(), &format!("render {} {LONG} -o out.png", scene_path("spheres").display()));
     let start = Instant::now();
     let output = child.wait_with_output().unwrap();
     assert!(start.elapsed() < Duration::from_secs(20), "{:?}", start.elapsed());
@@ -428,16 +431,7 @@ fn ctrl_c_writes_what_there_is() {
 #[test]
 fn ctrl_c_lets_the_running_case_end_and_reports_the_others_as_not_run() {
     let directory = directory();
-    let mut child = program(directory.path())
-        .args(["check", "--jobs", "1", "--json", "--junit", "report.xml"])
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    std::thread::sleep(Duration::from_secs(4));
-    assert!(child.try_wait().unwrap().is_none(), "the program ended by itself");
-    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    assert!(sent.success());
+    let child = interrupted(directory.path(), "check --jobs 1 --json --junit report.xml");
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130), "{output:?}");
     let cases = &one_line(&output)["devices"][0]["cases"];

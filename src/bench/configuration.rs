@@ -9,9 +9,6 @@ use crate::render::{
 
 use super::error::BenchError;
 
-/// Mean number of samples per pixel that adaptive sampling needs.
-pub(super) const LEAST_ADAPTIVE: u32 = 4;
-
 /// One way to render a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Configuration {
@@ -157,7 +154,7 @@ impl Vary {
     /// The fewest samples per pixel that all values can render.
     pub fn least_samples(&self) -> u32 {
         let adaptive = self.key == Key::Sampling && self.values.iter().any(|v| v == "adaptive");
-        if adaptive { LEAST_ADAPTIVE } else { 1 }
+        if adaptive { Adaptive::LEAST_MEAN } else { 1 }
     }
 }
 

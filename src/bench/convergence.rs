@@ -9,9 +9,10 @@ use crate::render::{Adaptive, Film, MAX_SAMPLES, RenderError, RenderSettings, Re
 use crate::scene::Scene;
 use crate::{Context, ContextOptions};
 
-use super::configuration::{Configuration, LEAST_ADAPTIVE};
+use super::configuration::Configuration;
 use super::error::BenchError;
 use super::reference::Reference;
+use super::watched;
 
 /// Samples per pixel of the rendering that counts steps through the tree; it is not timed.
 const COUNTED_SAMPLES: u32 = 16;
@@ -19,7 +20,7 @@ const COUNTED_SAMPLES: u32 = 16;
 const REFERENCE_SHARE: f64 = 0.25;
 
 /// Samples of a rendering that is not timed.
-const UNTIMED_SAMPLES: u32 = LEAST_ADAPTIVE;
+const UNTIMED_SAMPLES: u32 = Adaptive::LEAST_MEAN;
 /// With adaptive sampling, a pixel gets at most so many times the mean number of samples.
 const MOST_OVER_MEAN: u32 = 16;
 
@@ -130,19 +131,12 @@ impl<'a> Contender<'a> {
         mut on_progress: impl FnMut() -> ControlFlow<()>,
     ) -> Result<Image, BenchError> {
         let what = || format!("configuration {}", self.configuration.label);
-        let mut go_on = on_progress();
-        if go_on.is_break() {
+        if on_progress().is_break() {
             return Err(BenchError::Interrupted);
         }
-        let watched = || {
-            go_on = on_progress();
-            go_on
-        };
-        let film = render(&mut self.renderer, samples, seed, watched)
-            .map_err(|source| BenchError::Render { what: what(), source })?;
-        if go_on.is_break() {
-            return Err(BenchError::Interrupted);
-        }
+        let film = render(&mut self.renderer, samples, seed, on_progress)
+            .map_err(|source| BenchError::Render { what: what(), source })?
+            .ok_or(BenchError::Interrupted)?;
         Image::from_pixels(film.width(), film.height(), film.mean())
             .map_err(|source| BenchError::Image { what: what(), source })
     }
@@ -159,13 +153,13 @@ fn render(
     renderer: &mut Renderer,
     samples: u32,
     seed: u32,
-    mut on_progress: impl FnMut() -> ControlFlow<()>,
-) -> Result<Film, RenderError> {
+    on_progress: impl FnMut() -> ControlFlow<()>,
+) -> Result<Option<Film>, RenderError> {
     let settings = with_samples(renderer.settings(), samples);
     renderer.set_samples(settings.samples)?;
     renderer.set_adaptive(settings.adaptive)?;
     renderer.set_seed(seed);
-    renderer.render(|_| on_progress())
+    watched::render(renderer, on_progress)
 }
 
 /// Counted in a pipeline of its own, since counting takes time.

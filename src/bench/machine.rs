@@ -7,6 +7,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use serde::Serialize;
 
 use crate::gpu::Context;
+use crate::host::cpu_model;
 
 /// What a measured number depends on besides the program.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -34,7 +35,7 @@ impl Machine {
         Self {
             device: context.info().name.clone(),
             driver: context.info().driver.clone(),
-            cpu: cpu(),
+            cpu: cpu_model(),
             threads: std::thread::available_parallelism().map_or(1, usize::from),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             commit: commit(Path::new(env!("CARGO_MANIFEST_DIR"))),
@@ -52,12 +53,6 @@ pub(super) fn cpu_seconds() -> f64 {
         text.split_whitespace().next()?.parse::<u64>().ok()
     });
     nanoseconds.sum::<u64>() as f64 * 1e-9
-}
-
-fn cpu() -> Option<String> {
-    let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
-    let line = text.lines().find(|l| l.starts_with("model name"))?;
-    Some(line.split_once(':')?.1.trim().to_owned())
 }
 
 /// `git describe` of a checkout; `None` for a folder that is none itself, although it may be in one.

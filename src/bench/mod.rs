@@ -21,6 +21,7 @@ mod reference;
 pub mod report;
 pub mod statistics;
 mod summary;
+mod watched;
 
 pub use configuration::{Configuration, Vary, combine};
 pub use error::BenchError;

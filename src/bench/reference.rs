@@ -10,11 +10,12 @@ use crate::files::WriteError;
 use crate::image::metrics::RELATIVE_OFFSET;
 use crate::image::{self, Image, ImageError, Metadata, Variance};
 use crate::oracle::{self, OracleSettings};
-use crate::render::{MAX_SAMPLES, Progress, RenderSettings, Renderer, Sampler};
+use crate::render::{MAX_SAMPLES, RenderSettings, Renderer, Sampler};
 use crate::scene::Scene;
 use crate::{Context, bench::fingerprint};
 
 use super::error::BenchError;
+use super::watched;
 
 /// Independent batches behind the noise estimate of a reference that is made here.
 const BATCHES: u32 = 16;
@@ -284,15 +285,7 @@ fn by_renderer(
         // Independent numbers have no table, and so no other bound on the samples than the largest.
         renderer.set_samples(samples).map_err(fail)?;
         renderer.set_seed(seed);
-        let mut asked = ControlFlow::Continue(());
-        let watched = |_: &Progress| {
-            asked = go_on();
-            asked
-        };
-        let film = renderer.render(watched).map_err(fail)?;
-        if asked.is_break() {
-            return Err(BenchError::Interrupted);
-        }
+        let film = watched::render(&mut renderer, go_on).map_err(fail)?.ok_or(BenchError::Interrupted)?;
         Ok(film.sums().iter().zip(film.counts()).map(|(s, &n)| s.map(|s| s / f64::from(n))).collect())
     })
 }

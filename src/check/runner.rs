@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::time::{Duration, Instant};
 
 use crate::gpu::{Context, GpuError, Validation, Violation};
+use crate::host::cpu_model;
 use crate::render::Mutation;
 
 use super::expectations::Expectations;
@@ -218,9 +219,7 @@ fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
 }
 
 fn host_cpu() -> String {
-    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = info.lines().find(|l| l.starts_with("model name")).and_then(|l| l.split_once(':'));
-    model.map_or_else(|| std::env::consts::ARCH.to_owned(), |(_, name)| name.trim().to_owned())
+    cpu_model().unwrap_or_else(|| std::env::consts::ARCH.to_owned())
 }
 
 /// Breaks rules of Vulkan on purpose. Returns the messages that this gave and removes them: none means that validation

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use glam::{DVec2, DVec3};
 
 use super::{Pcg64, Ray};
-use crate::scene::{PixelFilter, Scene};
+use crate::scene::{PixelFilter, Scene, unit};
 
 /// Draws a point by the pixel filter, in pixels from the upper left corner of the pixel.
 pub fn film_offset(filter: PixelFilter, rng: &mut Pcg64) -> DVec2 {
@@ -17,16 +17,13 @@ pub fn film_offset(filter: PixelFilter, rng: &mut Pcg64) -> DVec2 {
     }
 }
 
-/// Unit vector; vectors whose squared length over- or underflows are scaled first.
-fn direction(v: DVec3) -> DVec3 {
-    (v / v.abs().max_element()).normalize()
-}
-
 /// The ray of unit direction that leaves the pinhole through a point of the film.
 ///
 /// `film` is in pixels from the upper left corner of the image, y downwards; pixels are square.
 pub fn primary_ray(scene: &Scene, film: DVec2) -> Ray {
     let camera = &scene.camera;
+    // A scene that has been checked has these directions.
+    let direction = |v| unit(v).unwrap_or(DVec3::NAN);
     let forward = direction(camera.target - camera.position);
     let right = direction(forward.cross(direction(camera.up)));
     let up = right.cross(forward);

@@ -151,6 +151,9 @@ pub struct Adaptive {
 }
 
 impl Adaptive {
+    /// Samples per pixel that the mean may be bound to, at least.
+    pub const LEAST_MEAN: u32 = 4;
+
     /// Stops at a noise.
     pub fn to_noise(noise: f64) -> Self {
         Self { noise, mean_samples: None }
@@ -165,8 +168,8 @@ impl Adaptive {
         if samples < 2 {
             return fail(format!("noise cannot be estimated from {samples} sample per pixel, expected at least 2"));
         }
-        if self.mean_samples.is_some_and(|n| n < 4) {
-            return fail("adaptive sampling needs a mean of at least 4 samples per pixel".to_owned());
+        if self.mean_samples.is_some_and(|n| n < Self::LEAST_MEAN) {
+            return fail(format!("adaptive sampling needs a mean of at least {} samples per pixel", Self::LEAST_MEAN));
         }
         if pixels < 2 {
             return fail("adaptive sampling needs an image of at least 2 pixels, found 1".to_owned());

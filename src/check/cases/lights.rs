@@ -178,6 +178,20 @@ fn query(from: DVec3, normal: DVec3, choice: f32, point: [f32; 2]) -> LightQuery
     LightQuery { from, choice, normal, candidate: 0.5, point, unused2: [0.0; 2] }
 }
 
+/// With which probabilities the first `lights` are chosen at a point of render space.
+fn probabilities(lab: &Lab, scene: &Scene, from: DVec3, lights: usize) -> Result<Vec<f64>, CheckError> {
+    let of_light = |light: usize| DensityQuery {
+        from: from.as_vec3().to_array(),
+        light: light as i32,
+        distance: 1.0,
+        cosine: 1.0,
+        unused: [0.0; 6],
+    };
+    let queries: Vec<_> = (0..lights).map(of_light).collect();
+    let densities: Vec<Density> = lab.kernel(scene, Kernel::LIGHT_PDF, 1)?.run(&queries)?;
+    Ok(densities.iter().map(|d| f64::from(d.probability)).collect())
+}
+
 fn position(p: [f32; 3]) -> DVec3 {
     DVec3::from(p.map(f64::from))
 }
@@ -290,25 +304,16 @@ fn chi_squared(lab: &Lab) -> Result<Measured, CheckError> {
                 counts[light] += 1.0;
             }
         }
-        let all: Vec<_> = (0..lights)
-            .map(|light| DensityQuery {
-                from: (scale * from).as_vec3().to_array(),
-                light: light as i32,
-                distance: 1.0,
-                cosine: 1.0,
-                unused: [0.0; 6],
-            })
-            .collect();
-        let densities: Vec<Density> = lab.kernel(&scene, Kernel::LIGHT_PDF, 1)?.run(&all)?;
-        let expected: Vec<f64> = densities.iter().map(|d| f64::from(d.probability) * n as f64).collect();
+        let probabilities = probabilities(lab, &scene, scale * from, lights)?;
+        let expected: Vec<f64> = probabilities.iter().map(|p| p * n as f64).collect();
         p_values.push(chi_squared_p(&counts, &expected));
         // Point lights come first, spheres that are no constants last: what is above the surface must have a chance.
         let above = |p: DVec3| (p - from).dot(normal) > 0.0;
         let points = scene.lights.iter().map(|crate::scene::Light::Point { position, .. }| above(*position));
         let balls = scene.spheres.iter().map(|s| above(s.center));
-        let last = densities.iter().skip(lights - scene.spheres.len());
-        let all = points.zip(&densities).chain(balls.zip(last));
-        lost += all.filter(|(above, d)| *above && d.probability == 0.0).count();
+        let last = probabilities.iter().skip(lights - scene.spheres.len());
+        let all = points.zip(&probabilities).chain(balls.zip(last));
+        lost += all.filter(|(above, p)| *above && **p == 0.0).count();
     }
     if lost > 0 {
         return Ok(Measured::new(f64::INFINITY, format!("{lost} lights cannot be chosen")));
@@ -373,17 +378,7 @@ fn weak_among_strong(lab: &Lab) -> Result<Measured, CheckError> {
         scene.light(at, STRONG as f64 / WEAK as f64 / 1024.0);
     }
     let (from, normal) = (RenderSpace::of(&scene).point(v(0.0, 0.0, -2.0)), DVec3::Y);
-    let all: Vec<_> = (0..STRONG + WEAK)
-        .map(|light| DensityQuery {
-            from: from.as_vec3().to_array(),
-            light: light as i32,
-            distance: 1.0,
-            cosine: 1.0,
-            unused: [0.0; 6],
-        })
-        .collect();
-    let densities: Vec<Density> = lab.kernel(&scene, Kernel::LIGHT_PDF, 1)?.run(&all)?;
-    let probabilities: Vec<f64> = densities[STRONG..].iter().map(|d| f64::from(d.probability)).collect();
+    let probabilities = probabilities(lab, &scene, from, STRONG + WEAK)?.split_off(STRONG);
     let numbers = f64::from(1u32 << 24);
     let mut kernel = lab.kernel(&scene, Kernel::LIGHT_SAMPLE, 1)?;
     let is_weak = |s: &LightPoint| s.light >= STRONG as i32;

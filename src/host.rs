@@ -1,0 +1,8 @@
+//! The machine that the program runs on.
+
+/// The CPU's model, where the system tells (it is Linux that does).
+pub(crate) fn cpu_model() -> Option<String> {
+    let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
+    let line = text.lines().find(|l| l.starts_with("model name"))?;
+    Some(line.split_once(':')?.1.trim().to_owned())
+}
