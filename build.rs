@@ -2,7 +2,7 @@
 //!
 //! No optimiser runs: drivers optimise after specialization, and spirv-opt made lavapipe 22 17% slower.
 
-#[path = "build/aliased.rs"]
+#[path = "src/render/aliased.rs"]
 mod aliased;
 
 use std::collections::BTreeMap;
@@ -18,7 +18,7 @@ use shaderc::{
 use aliased::declare_aliased;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    for source in ["shaders", "build.rs", "build"] {
+    for source in ["shaders", "build.rs", "src/render/aliased.rs"] {
         println!("cargo::rerun-if-changed={source}");
     }
     let out = PathBuf::from(env::var("OUT_DIR")?);

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
+use super::aliased::declare_aliased;
 use super::error::RenderError;
 use super::settings::RenderSettings;
 
@@ -41,6 +42,10 @@ pub(crate) const LIGHT_TRACE: Kernel =
 pub(crate) const TRAVERSE: Kernel =
     Kernel { name: "traverse", spirv: include_bytes!(concat!(env!("OUT_DIR"), "/traverse.spv")) };
 
+/// All that trace paths.
+#[cfg(test)]
+pub(crate) const PATH_KERNELS: [Kernel; 3] = [PATH_TRACE, PATH_TURNS, PATH_QUEUE];
+
 /// The kernel of a scheduler.
 pub(crate) const fn built_in(schedule: Schedule) -> Kernel {
     match schedule {
@@ -57,7 +62,8 @@ fn file_of(kernel: &str, folder: &Path) -> PathBuf {
     folder.join(kernel).with_extension("spv")
 }
 
-/// The SPIR-V of a kernel: the caller's, if there is one in the folder of the settings, else the built-in one.
+/// The SPIR-V of a kernel: the caller's, if there is one in the folder of the settings, else the built-in one. The caller's need not
+/// say which variables are the same memory.
 ///
 /// # Errors
 /// The folder has no kernel at all (its name may be mistyped), or a file that cannot be read or is no SPIR-V.
@@ -78,5 +84,6 @@ pub(crate) fn spirv(kernel: &Kernel, settings: &RenderSettings) -> Result<Cow<'s
     if bytes.len() < 20 || bytes.len() % 4 != 0 || bytes[..4] != 0x0723_0203u32.to_le_bytes() {
         return Err(RenderError::Settings(format!("{}: not a SPIR-V module", path.display())));
     }
-    Ok(Cow::Owned(bytes))
+    let words: Vec<u32> = bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
+    Ok(Cow::Owned(declare_aliased(&words).into_iter().flat_map(u32::to_le_bytes).collect()))
 }

@@ -1,6 +1,7 @@
 //! From a scene to a film: what the scene needs, how it is cut into dispatches, and the loop that runs them.
 
 mod alias;
+mod aliased;
 mod allocation;
 #[cfg(test)]
 mod allocation_tests;

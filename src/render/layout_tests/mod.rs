@@ -1,11 +1,12 @@
 //! The numbers in layout.rs against the compiled shaders, by SPIR-V reflection.
 
+mod aliased;
 mod reflect;
 
 use std::collections::BTreeMap;
 use std::mem::offset_of;
 
-use super::kernels::{LIGHT_TRACE, Schedule, built_in};
+use super::kernels::{LIGHT_TRACE, PATH_KERNELS};
 use super::layout::{
     BeamNote, Counters, FilmSlot, GradientSlot, Push, SceneValues, binding, constant, glance, kind, mode, queue,
 };
@@ -90,8 +91,7 @@ fn expected_constants() -> BTreeMap<String, u32> {
 
 /// The path tracing kernels, and that of beams.
 fn kernels() -> Vec<(&'static str, Interface)> {
-    let schedules = [Schedule::Inline, Schedule::Turns, Schedule::Queue].map(built_in);
-    schedules.into_iter().chain([LIGHT_TRACE]).map(|kernel| (kernel.name, interface(kernel.spirv))).collect()
+    PATH_KERNELS.into_iter().chain([LIGHT_TRACE]).map(|kernel| (kernel.name, interface(kernel.spirv))).collect()
 }
 
 /// A kernel may leave out what it does not use: none may have a constant that the host does not know of or knows by
