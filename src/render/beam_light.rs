@@ -5,9 +5,60 @@ use crate::image::metrics::RELATIVE_OFFSET;
 use super::film::Film;
 use super::layout::BeamNote;
 
-/// Light of beams by pixel, row by row.
-#[derive(Debug, Clone, Default, PartialEq)]
+/// Light of beams by pixel, row by row: the mean of one part, or of two that have no beam in common, so that either can decide how many
+/// beams the other gets.
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct BeamLight {
+    /// Of equal weight, whatever their numbers of beams.
+    pub parts: Vec<BeamPart>,
+}
+
+impl BeamLight {
+    /// None yet, on so many pixels: one part.
+    pub fn new(pixels: usize) -> Self {
+        let squares = Vec::new();
+        Self { parts: vec![BeamPart { beams: 0, sums: vec![[0.0; 3]; pixels], squares }] }
+    }
+
+    /// The same, such that [`Self::noise`] is known: two parts.
+    pub fn with_noise(pixels: usize) -> Self {
+        let part = BeamPart { beams: 0, sums: vec![[0.0; 3]; pixels], squares: vec![[0.0; 3]; pixels] };
+        Self { parts: vec![part; 2] }
+    }
+
+    /// Beams so far.
+    pub fn beams(&self) -> u64 {
+        self.parts.iter().map(|part| part.beams).sum()
+    }
+
+    /// What they add to the mean of each pixel.
+    pub fn mean(&self) -> Vec<[f32; 3]> {
+        let mut mean: Vec<_> = self.parts[0].mean().collect();
+        for part in &self.parts[1..] {
+            mean.iter_mut().zip(part.mean()).for_each(|(sum, x)| (0..3).for_each(|c| sum[c] += x[c]));
+        }
+        let parts = self.parts.len() as f64;
+        mean.into_iter().map(|sum| sum.map(|s| (s / parts) as f32)).collect()
+    }
+
+    /// Their part of the noise of an image once they are added to its film: see [`BeamPart::noise`]. 0 if there is one part.
+    pub fn noise(&self, film: &Film) -> f64 {
+        let total: f64 = self.parts.iter().map(|part| part.noise(film)).sum();
+        total / (self.parts.len() as f64).powi(2)
+    }
+
+    /// How many beams each part should have for that noise, as the other one tells. 0 if there is one part.
+    pub fn beams_for_noise(&self, film: &Film, noise: f64) -> Vec<u64> {
+        // Each part's noise counts a quarter.
+        let of_each = 2.0 * noise;
+        let wanted = |other: &BeamPart| (other.beams as f64 * other.noise(film) / of_each).ceil() as u64;
+        self.parts.iter().rev().map(wanted).collect()
+    }
+}
+
+/// Beams that were traced in one go, and what they have lit.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct BeamPart {
     /// Beams so far.
     pub beams: u64,
     sums: Vec<[f64; 3]>,
@@ -15,17 +66,7 @@ pub(crate) struct BeamLight {
     squares: Vec<[f64; 3]>,
 }
 
-impl BeamLight {
-    /// None yet, on so many pixels.
-    pub fn new(pixels: usize) -> Self {
-        Self { beams: 0, sums: vec![[0.0; 3]; pixels], squares: Vec::new() }
-    }
-
-    /// The same, such that [`Self::noise`] is known.
-    pub fn with_noise(pixels: usize) -> Self {
-        Self { squares: vec![[0.0; 3]; pixels], ..Self::new(pixels) }
-    }
-
+impl BeamPart {
     /// Takes over beams: [`BeamNote::MOST`] notes of each.
     pub fn add(&mut self, notes: &[BeamNote]) {
         for beam in notes.chunks_exact(BeamNote::MOST as usize) {
@@ -43,15 +84,15 @@ impl BeamLight {
         }
     }
 
-    /// What they add to the mean of each pixel.
-    pub fn mean(&self) -> impl Iterator<Item = [f32; 3]> {
+    /// What they add to the mean of each pixel, if this is the only part.
+    fn mean(&self) -> impl Iterator<Item = [f64; 3]> {
         let beams = self.beams.max(1) as f64;
-        self.sums.iter().map(move |sum| sum.map(|s| (s / beams) as f32))
+        self.sums.iter().map(move |sum| sum.map(|s| s / beams))
     }
 
-    /// Their part of the noise of an image once they are added to its film: the mean of v/(x² + 0.01), x being a radiance of the image,
-    /// and v the variance of what they add to it. 0 if squares are not kept.
-    pub fn noise(&self, film: &Film) -> f64 {
+    /// Its noise in an image to whose film it alone is added: the mean of v/(x² + 0.01), x being a radiance of the image, and v the
+    /// variance of what it adds. 0 if squares are not kept.
+    fn noise(&self, film: &Film) -> f64 {
         if self.squares.is_empty() {
             return 0.0;
         }
@@ -83,7 +124,7 @@ mod tests {
 
     #[test]
     fn light_and_noise_are_those_of_the_beams() {
-        let mut light = BeamLight::with_noise(2);
+        let mut light = BeamLight::with_noise(2).parts.remove(0);
         // Pixel 0 gets 1, 0, 1, 0 and pixel 1 gets 0, 0.5 + 0.5, 0, 0; a pixel beyond the image nothing.
         let all: [&[(u32, f32)]; 4] = [&[(0, 1.0)], &[(1, 0.5), (1, 0.5)], &[(0, 1.0), (2, 7.0)], &[]];
         for notes in all {
@@ -104,9 +145,27 @@ mod tests {
 
     #[test]
     fn a_beam_of_all_notes_has_no_end_mark() {
+        let mut light = BeamLight::new(1);
+        light.parts[0].add(&beam(&[(0, 1.0); BeamNote::MOST as usize]));
+        assert_eq!(light.mean(), [[16.0, 32.0, 0.0]]);
+        assert_eq!(BeamLight::with_noise(1).mean(), [[0.0; 3]]);
+    }
+
+    #[test]
+    fn either_part_decides_about_the_other() {
         let mut light = BeamLight::with_noise(1);
-        light.add(&beam(&[(0, 1.0); BeamNote::MOST as usize]));
-        assert_eq!(light.mean().collect::<Vec<_>>(), [[16.0, 32.0, 0.0]]);
-        assert_eq!(BeamLight::with_noise(1).mean().collect::<Vec<_>>(), [[0.0; 3]]);
+        [1.0, 0.0, 1.0, 0.0].into_iter().for_each(|x| light.parts[0].add(&beam(&[(0, x)])));
+        [4.0, 4.0].into_iter().for_each(|x| light.parts[1].add(&beam(&[(0, x)])));
+        // Parts of different numbers count the same.
+        assert_eq!((light.beams(), light.mean()), (6, vec![[2.25, 4.5, 0.0]]));
+        let film = Film::new(1, 1);
+        let noise = light.noise(&film);
+        assert_eq!(noise, light.parts[0].noise(&film) / 4.0);
+        // The second one varies, as far as the first can tell, and has half of its beams. Twice the noise is allowed to it, were both to
+        // vary alike; and the first needs none.
+        assert_eq!(light.beams_for_noise(&film, noise), [0, 8]);
+        assert_eq!(light.beams_for_noise(&film, 4.0 * noise), [0, 2]);
+        assert_eq!(light.beams_for_noise(&film, f64::INFINITY), [0, 0]);
+        assert_eq!(BeamLight::new(1).beams_for_noise(&film, 0.1), [0]);
     }
 }

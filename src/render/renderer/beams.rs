@@ -22,8 +22,12 @@ use super::passes::{Watch, mapped};
 /// .93 to 1.12, with four times as many 1.03 to 1.35 (a bunny of glass, an armadillo of mirror, balls of both; 4 and 16 samples,
 /// lavapipe 25.0.7).
 const BEAMS_PER_SAMPLE: f64 = 1.0 / 8.0;
-/// Most beams: their numbers have 32 bits.
-const MOST_BEAMS: u64 = 1 << 31;
+/// The number of the second part's first beam. Numbers have 32 bits.
+const SECOND_PART: u32 = 1 << 31;
+/// Most beams of a part: the end of its numbers must be one too.
+const MOST_BEAMS: u64 = (SECOND_PART - BLOCK) as u64;
+/// The noise that is wanted of beams is so much smaller than what they may have: how much they need is only estimated.
+const NOISE_MARGIN: f64 = 1.5;
 /// Beams of a dispatch, if as many notes fit into a buffer.
 const DISPATCH: u32 = 1 << 15;
 /// Blocks of beams with numbers that are evenly spread.
@@ -137,15 +141,13 @@ impl Renderer {
         light: &mut BeamLight,
         watch: &mut Watch<'_>,
     ) -> Result<(), RenderError> {
-        let beams = beams_for(self.statistics.samples, BEAMS_PER_SAMPLE);
-        self.trace_beams_to(light, beams, watch)
+        let parts = light.parts.len();
+        let beams = beams_for(self.statistics.samples, BEAMS_PER_SAMPLE / parts as f64);
+        self.trace_beams_to(light, &vec![beams; parts], watch)
     }
 
-    /// The same when paths are over, and more until their part of the noise (see [`BeamLight::noise`]) is at most this, there is
-    /// one for each sample, or the watch says stop. Adds the light of all beams to the film; returns that part.
-    ///
-    /// Such a stop is decided by the beams themselves, unlike that of the paths: where it comes before the last beam, images to a noise
-    /// may be darker in the mean by a part of that noise that falls with the number of beams.
+    /// The same when paths are over, and more until their part of the noise (see [`BeamLight::noise`]) should be at most this, there
+    /// is one for each sample, or the watch says stop. Adds the light of all beams to the film; returns that part.
     pub(super) fn add_beams(
         &mut self,
         film: &mut Film,
@@ -157,38 +159,47 @@ impl Renderer {
             return Ok(0.0);
         }
         watch.set_limit(self.settings.time_limit);
-        let samples = self.statistics.samples;
-        let (beams, most) = (beams_for(samples, BEAMS_PER_SAMPLE), beams_for(samples, 1.0));
+        let of_each = 1.0 / light.parts.len() as f64;
         self.keep_up_with_beams(&mut light, watch)?;
-        self.statistics.stopped |= light.beams < beams;
-        while !watch.stop && light.beams < most && light.noise(film) > noise {
-            let more = light.beams + beams;
-            self.trace_beams_to(&mut light, more.min(most), watch)?;
-        }
-        self.statistics.beams = light.beams;
+        let samples = self.statistics.samples;
+        let least = beams_for(samples, BEAMS_PER_SAMPLE * of_each);
+        self.statistics.stopped |= light.parts.iter().any(|part| part.beams < least);
+        // Decided once: by numbers that it has decided itself, a part would have a say in its own.
+        let most = beams_for(samples, of_each);
+        let wanted = light.beams_for_noise(film, noise / NOISE_MARGIN);
+        let wanted = wanted.into_iter().map(|beams| beams.min(most).next_multiple_of(u64::from(BLOCK)));
+        self.trace_beams_to(&mut light, &wanted.collect::<Vec<_>>(), watch)?;
+        self.statistics.beams = light.beams();
         let noise = light.noise(film);
-        film.add(&light.mean().collect::<Vec<_>>());
+        film.add(&light.mean());
         Ok(noise)
     }
 
-    /// Traces beams until there are so many, or the watch says stop after a dispatch: any number of them is right in the mean,
+    /// Traces beams until each part has so many, or the watch says stop after a dispatch: any number of them is right in the mean,
     /// but none at all.
-    fn trace_beams_to(&mut self, light: &mut BeamLight, beams: u64, watch: &mut Watch<'_>) -> Result<(), RenderError> {
+    fn trace_beams_to(
+        &mut self,
+        light: &mut BeamLight,
+        beams: &[u64],
+        watch: &mut Watch<'_>,
+    ) -> Result<(), RenderError> {
         let Some(dispatch) = self.beams.as_ref().map(|tracer| tracer.dispatch) else { return Ok(()) };
-        while light.beams < beams && (light.beams == 0 || !watch.stop) {
-            let start = watch.elapsed();
-            let end = beams.min(light.beams + u64::from(dispatch));
-            let span = light.beams as u32..end as u32;
-            self.trace_beams(&span, BEAMS_PER_INVOCATION)?;
-            // What did not fit into the loop budget beside others may alone.
-            if self.is_unfinished(&span)? {
-                self.trace_beams(&span, 1)?;
+        for ((part, &beams), first) in light.parts.iter_mut().zip(beams).zip([0, SECOND_PART]) {
+            while part.beams < beams && (part.beams == 0 || !watch.stop) {
+                let start = watch.elapsed();
+                let end = beams.min(part.beams + u64::from(dispatch));
+                let span = first + part.beams as u32..first + end as u32;
+                self.trace_beams(&span, BEAMS_PER_INVOCATION)?;
+                // What did not fit into the loop budget beside others may alone.
                 if self.is_unfinished(&span)? {
-                    return Err(RenderError::Stuck { budget: self.launch.loop_budget });
+                    self.trace_beams(&span, 1)?;
+                    if self.is_unfinished(&span)? {
+                        return Err(RenderError::Stuck { budget: self.launch.loop_budget });
+                    }
                 }
+                part.add(self.notes_of_beams(&span)?);
+                watch.report(self.statistics.samples, (watch.elapsed() - start).as_secs_f64(), false);
             }
-            light.add(self.notes_of_beams(&span)?);
-            watch.report(self.statistics.samples, (watch.elapsed() - start).as_secs_f64(), false);
         }
         Ok(())
     }
