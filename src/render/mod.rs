@@ -13,6 +13,7 @@ mod error;
 mod facets;
 mod features;
 mod film;
+pub(crate) mod gather;
 pub(crate) mod kernels;
 pub(crate) mod layout;
 #[cfg(test)]

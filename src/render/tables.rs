@@ -8,14 +8,14 @@ use rayon::prelude::*;
 
 use crate::accel::{self, Aabb, Leaf, Packed, Primitive, Texel, TreeStatistics};
 use crate::gpu::Specialization;
-use crate::scene::{self, Scene, Sphere, Surface};
+use crate::scene::Scene;
 
 use super::beams::BeamTable;
 use super::driver::DriverFacts;
 use super::facets::{self, Facet};
 use super::features::Features;
-use super::layout::{SceneValues, constant, kind};
-use super::light_list::LightList;
+use super::gather::{Gathered, Origin, rgb};
+use super::layout::{SceneValues, constant};
 use super::lights::{Light, LightShape, LightTable};
 use super::mutation::Mutation;
 use super::rectangles;
@@ -28,15 +28,6 @@ use super::view::{Rectangle, View};
 pub(super) const TREE_ID: usize = 0x0100_0000;
 /// Samples of lights at a first diffuse hit: shaders/lib/path.glsl spreads up to four over a lamp.
 const LIGHT_SAMPLES: u32 = 4;
-
-/// Where a primitive of the shader comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Origin {
-    /// Index among the scene's spheres.
-    Sphere(usize),
-    /// Index among the triangles of all meshes.
-    Triangle(usize),
-}
 
 /// Everything that is uploaded or becomes a constant.
 pub(crate) struct Tables {
@@ -70,86 +61,12 @@ pub(crate) struct Tables {
 
 impl Tables {
     pub fn of(scene: &Scene, space: &RenderSpace, settings: &RenderSettings) -> Self {
-        let (constant, rest) = spheres::partition(scene, space);
-        let constant_spheres: Vec<_> =
-            constant.iter().map(|&i| spheres::classify(&scene.spheres[i], scene, space)).collect();
-
-        let visible: Vec<_> = spheres::visible_lights(scene).collect();
-        let lights: Vec<Light> = visible.iter().filter(|l| l.shines()).map(|l| point_light(l, space)).collect();
-        let points = lights.len();
-        let mut lights = LightList::new(lights);
-        let emitted = |material: u32| match scene.materials[material as usize].surface {
-            Surface::Emitter { radiance } if radiance != [0.0; 3] => Some(radiance),
-            _ => None,
-        };
-        let add_sphere = |lights: &mut LightList, s: &Sphere| match emitted(s.material) {
-            Some(radiance) => lights.add_sphere(space.point(s.center), space.length(s.radius), s.inward, radiance),
-            None => -1,
-        };
-
-        let materials: Vec<_> = scene.materials.iter().map(|m| material_texel(&m.surface)).collect();
-        let mut shapes = Vec::new();
-        for (s, &i) in constant_spheres.iter().zip(&constant) {
-            let [x, y, z] = s.center;
-            shapes.push([x, y, z, s.curvature]);
-            shapes.push(materials[s.material as usize]);
-            let light = add_sphere(&mut lights, &scene.spheres[i]);
-            shapes.push([f32::from_bits(light as u32), 0.0, 0.0, 0.0]);
-        }
-        let (facets, in_constants) = facets::select(scene, space, settings.triangle_test);
-        for f in &facets {
-            let n = f.normal.as_vec3();
-            shapes.push([n.x, n.y, n.z, f.normal.dot(f.corners[0]) as f32]);
-            shapes.push(materials[f.material as usize]);
-            let [a, b, c, d] = f.corners;
-            let light = match emitted(f.material) {
-                Some(radiance) if f.is_triangle() => {
-                    lights.add_polygon(LightShape::Triangle([a, b, c]), &[a, b, c], radiance)
-                }
-                Some(radiance) => lights.add_polygon(LightShape::Parallelogram([a, b, d]), &f.corners, radiance),
-                None => -1,
-            };
-            shapes.push([f32::from_bits(light as u32), 0.0, 0.0, 0.0]);
-        }
-        for f in &facets {
-            let plane = f.normal.extend(f.normal.dot(f.corners[0])).as_vec4().to_array();
-            shapes.extend(f.corners.iter().zip(plane).map(|(c, w)| c.as_vec3().extend(w).to_array()));
-        }
-        let first_material = shapes.len() as u32;
-        shapes.extend(&materials);
-
+        let mut gathered = Gathered::constants(scene, space, settings);
         let start = Instant::now();
-        let mut primitives = Vec::with_capacity(scene.triangle_count() + rest.len());
-        let mut origins: Vec<Origin> = rest.iter().map(|&i| Origin::Sphere(i)).collect();
-        for &i in &rest {
-            let sphere = &scene.spheres[i];
-            primitives.push(Primitive::Sphere {
-                center: space.point32(sphere.center),
-                radius: space.length(sphere.radius) as f32,
-                inward: sphere.inward,
-                surface: first_material + sphere.material,
-                light: add_sphere(&mut lights, sphere),
-            });
-        }
-        let mut first_triangle = 0;
-        for (mesh, &constant) in scene.meshes.iter().zip(&in_constants) {
-            if !constant {
-                let added = add_triangles(mesh, space, first_material, &mut shapes, &mut primitives);
-                let of_mesh = primitives.len() - added.len();
-                let emits = |i: usize| emitted(mesh.triangle_materials[i]);
-                if mesh.triangle_materials.iter().any(|&material| emitted(material).is_some()) {
-                    for (&i, primitive) in added.iter().zip(&mut primitives[of_mesh..]) {
-                        let (Some(radiance), Primitive::Triangle { light, .. }) = (emits(i), primitive) else {
-                            continue;
-                        };
-                        let corners = mesh.triangles[i].map(|v| space.point(mesh.positions[v as usize]));
-                        *light = lights.add_polygon(LightShape::Triangle(corners), &corners, radiance);
-                    }
-                }
-                origins.par_extend(added.into_par_iter().map(|i| Origin::Triangle(first_triangle + i)));
-            }
-            first_triangle += mesh.triangles.len();
-        }
+        gathered.add_what_is_in_the_tree(scene, space);
+        let Gathered {
+            shapes, lights, points, constant_origins, constant_spheres, facets, primitives, origins, ..
+        } = gathered;
         let lights = lights.into_vec();
         let mut light_table = LightTable::of(&lights, |light| rectangles::looks_large(light, scene, space));
         let beams = BeamTable::of(scene, space, &lights[points..]);
@@ -169,14 +86,13 @@ impl Tables {
             tree: None,
             records: Vec::new(),
             origins: Vec::new(),
-            constant_origins: constant,
+            constant_origins,
             tree_boxes: Vec::new(),
             constant_spheres,
             facet_occluders: facets::occluders(&facets, scene, space),
             facets,
-            hidden_lights: scene.lights.len() - visible.len(),
+            hidden_lights: scene.lights.len() - spheres::visible_lights(scene).count(),
         };
-        leave_out_copies(&mut primitives, &mut origins);
         let leaves = accel::leaves(&primitives);
         if let Some(tree) = build_tree(&primitives, &leaves, settings) {
             let packed = accel::pack(&tree, &leaves, &primitives);
@@ -334,41 +250,6 @@ impl Tables {
     }
 }
 
-fn rgb(c: [f64; 3], w: f32) -> [f32; 4] {
-    [c[0] as f32, c[1] as f32, c[2] as f32, w]
-}
-
-fn material_texel(surface: &Surface) -> [f32; 4] {
-    match *surface {
-        Surface::Diffuse { reflectance } => rgb(reflectance, kind::DIFFUSE),
-        Surface::Mirror { reflectance } => rgb(reflectance, kind::MIRROR),
-        Surface::Dielectric { ior } => rgb([1.0; 3], ior as f32),
-        Surface::Emitter { radiance } => rgb(radiance, kind::EMITTER),
-    }
-}
-
-fn point_light(light: &scene::Light, space: &RenderSpace) -> Light {
-    let scene::Light::Point { position, power } = *light;
-    let per = 1.0 / (4.0 * std::f64::consts::PI * std::f64::consts::PI);
-    Light { shape: LightShape::Point(space.point(position)), radiance: power.map(|x| space.power(x) * per) }
-}
-
-/// Leaves exact copies of a primitive out: the first of them is what rays hit.
-fn leave_out_copies(primitives: &mut Vec<Primitive>, origins: &mut Vec<Origin>) {
-    let copies = accel::copies(primitives);
-    if copies.is_empty() {
-        return;
-    }
-    let mut keeps = vec![true; primitives.len()];
-    for i in copies {
-        keeps[i as usize] = false;
-    }
-    let mut keep = keeps.iter();
-    primitives.retain(|_| keep.next() == Some(&true));
-    let mut keep = keeps.iter();
-    origins.retain(|_| keep.next() == Some(&true));
-}
-
 fn build_tree(primitives: &[Primitive], leaves: &[Leaf], settings: &RenderSettings) -> Option<accel::Tree> {
     let is_thin = matches!(settings.mutation, Some(Mutation::ThinBoxes | Mutation::NoMargins));
     let bounds_of = if is_thin { Primitive::extent } else { Primitive::bounds };
@@ -377,44 +258,12 @@ fn build_tree(primitives: &[Primitive], leaves: &[Leaf], settings: &RenderSettin
     accel::build(&leaves.par_iter().map(of_leaf).collect::<Vec<_>>())
 }
 
-/// Adds the triangles of a mesh that have an area in single precision, without light; returns their indices in the mesh.
-fn add_triangles(
-    mesh: &crate::scene::Mesh,
-    space: &RenderSpace,
-    first_material: u32,
-    shapes: &mut Vec<[f32; 4]>,
-    primitives: &mut Vec<Primitive>,
-) -> Vec<usize> {
-    let corners = |i: usize| mesh.triangles[i].map(|vertex| mesh.positions[vertex as usize]);
-    let vertices: Vec<_> = (0..mesh.triangles.len()).into_par_iter().map(|i| space.triangle32(corners(i))).collect();
-    let added: Vec<usize> = (0..vertices.len()).filter(|&i| vertices[i].is_some()).collect();
-    let smooth = !mesh.vertex_normals.is_empty();
-    let first_row = shapes.len();
-    primitives.par_extend(added.par_iter().enumerate().map(|(number, &i)| {
-        let [a, b, c] = corners(i);
-        Primitive::Triangle {
-            vertices: vertices[i].unwrap_or_default(),
-            normal: (b - a).cross(c - a).try_normalize().unwrap_or(DVec3::Z).as_vec3(),
-            surface: first_material + mesh.triangle_materials[i],
-            attributes: if smooth { (first_row + 3 * number) as i32 } else { -1 },
-            light: -1,
-        }
-    }));
-    if smooth {
-        shapes.extend(added.iter().flat_map(|&i| mesh.triangles[i]).map(|vertex| {
-            let n = mesh.vertex_normals[vertex as usize].as_vec3();
-            [n.x, n.y, n.z, 0.0]
-        }));
-    }
-    added
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::driver::Sharers;
     use super::*;
     use crate::bench::generate;
-    use crate::scene::PixelFilter;
+    use crate::scene::{self, PixelFilter, Surface};
 
     fn specialization(scene: &Scene) -> Specialization {
         let settings = RenderSettings::of(scene);

@@ -6,8 +6,9 @@ use glam::{DVec3, Vec3};
 use crate::gpu::Context;
 use crate::oracle::Primitive;
 use crate::render::RenderSettings;
+use crate::render::gather::Origin;
 use crate::render::space::RenderSpace;
-use crate::render::tables::{Origin, Tables};
+use crate::render::tables::Tables;
 use crate::scene::Scene;
 
 use super::{CheckError, Kernel, Probe, tables_of};

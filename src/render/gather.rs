@@ -1,0 +1,232 @@
+//! What of a scene becomes constants, and what goes into the tree, with the lights among both: in the order of the shaders' tables.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::accel::{self, Primitive};
+use crate::scene::{self, Material, Mesh, Rgb, Scene, Sphere, Surface};
+
+use super::facets::{self, Facet};
+use super::layout::kind;
+use super::light_list::LightList;
+use super::lights::{Light, LightShape};
+use super::settings::RenderSettings;
+use super::space::RenderSpace;
+use super::spheres::{self, ConstantSphere};
+
+/// Where a primitive of the shader comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Origin {
+    /// Index among the scene's spheres.
+    Sphere(usize),
+    /// Index among the triangles of all meshes.
+    Triangle(usize),
+}
+
+/// A scene in parts.
+pub(super) struct Gathered {
+    /// Rows of constant spheres and facets, then materials, then vertex normals.
+    pub shapes: Vec<[f32; 4]>,
+    first_material: u32,
+    pub lights: LightList,
+    /// The first of the lights.
+    pub points: usize,
+    pub constant_spheres: Vec<ConstantSphere>,
+    /// Scene indices of these.
+    pub constant_origins: Vec<usize>,
+    pub facets: Vec<Facet>,
+    /// Scene indices of the other spheres.
+    other_spheres: Vec<usize>,
+    /// Whether the triangles of each mesh are facets.
+    are_facets: Vec<bool>,
+    /// Of the tree, each once.
+    pub primitives: Vec<Primitive>,
+    /// Where these come from.
+    pub origins: Vec<Origin>,
+}
+
+impl Gathered {
+    /// Constant spheres, facets and materials.
+    pub fn constants(scene: &Scene, space: &RenderSpace, settings: &RenderSettings) -> Self {
+        let points: Vec<_> =
+            spheres::visible_lights(scene).filter(|l| l.shines()).map(|l| point_light(l, space)).collect();
+        let (constant_origins, other_spheres) = spheres::partition(scene, space);
+        let (facets, are_facets) = facets::select(scene, space, settings.triangle_test);
+        let mut gathered = Self {
+            shapes: Vec::new(),
+            first_material: 0,
+            points: points.len(),
+            lights: LightList::new(points),
+            constant_spheres: Vec::new(),
+            constant_origins,
+            facets: Vec::new(),
+            other_spheres,
+            are_facets,
+            primitives: Vec::new(),
+            origins: Vec::new(),
+        };
+        let materials: Vec<_> = scene.materials.iter().map(material_texel).collect();
+        gathered.add_constant_spheres(scene, space, &materials);
+        gathered.add_facets(facets, &scene.materials, &materials);
+        gathered.first_material = gathered.shapes.len() as u32;
+        gathered.shapes.extend(materials);
+        gathered
+    }
+
+    fn add_constant_spheres(&mut self, scene: &Scene, space: &RenderSpace, materials: &[[f32; 4]]) {
+        for &i in &self.constant_origins {
+            let sphere = &scene.spheres[i];
+            let constant = spheres::classify(sphere, scene, space);
+            let [x, y, z] = constant.center;
+            self.shapes.push([x, y, z, constant.curvature]);
+            self.shapes.push(materials[constant.material as usize]);
+            self.shapes.push(light_texel(add_sphere(&mut self.lights, sphere, &scene.materials, space)));
+            self.constant_spheres.push(constant);
+        }
+    }
+
+    fn add_facets(&mut self, facets: Vec<Facet>, materials: &[Material], material_texels: &[[f32; 4]]) {
+        for f in &facets {
+            let n = f.normal.as_vec3();
+            self.shapes.push([n.x, n.y, n.z, f.normal.dot(f.corners[0]) as f32]);
+            self.shapes.push(material_texels[f.material as usize]);
+            let [a, b, c, d] = f.corners;
+            let light = match emitted(materials, f.material) {
+                Some(radiance) if f.is_triangle() => {
+                    self.lights.add_polygon(LightShape::Triangle([a, b, c]), &[a, b, c], radiance)
+                }
+                Some(radiance) => self.lights.add_polygon(LightShape::Parallelogram([a, b, d]), &f.corners, radiance),
+                None => -1,
+            };
+            self.shapes.push(light_texel(light));
+        }
+        for f in &facets {
+            let plane = f.normal.extend(f.normal.dot(f.corners[0])).as_vec4().to_array();
+            self.shapes.extend(f.corners.iter().zip(plane).map(|(c, w)| c.as_vec3().extend(w).to_array()));
+        }
+        self.facets = facets;
+    }
+
+    /// All else: spheres, then triangles.
+    pub fn add_what_is_in_the_tree(&mut self, scene: &Scene, space: &RenderSpace) {
+        self.primitives.reserve(scene.triangle_count() + self.other_spheres.len());
+        for &i in &self.other_spheres {
+            let sphere = &scene.spheres[i];
+            self.primitives.push(Primitive::Sphere {
+                center: space.point32(sphere.center),
+                radius: space.length(sphere.radius) as f32,
+                inward: sphere.inward,
+                surface: self.first_material + sphere.material,
+                light: add_sphere(&mut self.lights, sphere, &scene.materials, space),
+            });
+            self.origins.push(Origin::Sphere(i));
+        }
+        let mut first_triangle = 0;
+        for (i, mesh) in scene.meshes.iter().enumerate() {
+            if !self.are_facets[i] {
+                let added = self.add_triangles(mesh, space);
+                self.add_lamps(mesh, &added, &scene.materials, space);
+                self.origins.par_extend(added.into_par_iter().map(|i| Origin::Triangle(first_triangle + i)));
+            }
+            first_triangle += mesh.triangles.len();
+        }
+        self.leave_out_copies();
+    }
+
+    /// Adds the triangles of a mesh that have an area in single precision, without light; returns their indices in the mesh.
+    fn add_triangles(&mut self, mesh: &Mesh, space: &RenderSpace) -> Vec<usize> {
+        let corners = |i: usize| mesh.triangles[i].map(|vertex| mesh.positions[vertex as usize]);
+        let vertices: Vec<_> =
+            (0..mesh.triangles.len()).into_par_iter().map(|i| space.triangle32(corners(i))).collect();
+        let added: Vec<usize> = (0..vertices.len()).filter(|&i| vertices[i].is_some()).collect();
+        let smooth = !mesh.vertex_normals.is_empty();
+        let first_row = self.shapes.len();
+        self.primitives.par_extend(added.par_iter().enumerate().map(|(number, &i)| {
+            let [a, b, c] = corners(i);
+            Primitive::Triangle {
+                vertices: vertices[i].unwrap_or_default(),
+                normal: (b - a).cross(c - a).try_normalize().unwrap_or(DVec3::Z).as_vec3(),
+                surface: self.first_material + mesh.triangle_materials[i],
+                attributes: if smooth { (first_row + 3 * number) as i32 } else { -1 },
+                light: -1,
+            }
+        }));
+        if smooth {
+            self.shapes.extend(added.iter().flat_map(|&i| mesh.triangles[i]).map(|vertex| {
+                let n = mesh.vertex_normals[vertex as usize].as_vec3();
+                [n.x, n.y, n.z, 0.0]
+            }));
+        }
+        added
+    }
+
+    /// Makes lights of those of these triangles, the last primitives, that emit.
+    fn add_lamps(&mut self, mesh: &Mesh, added: &[usize], materials: &[Material], space: &RenderSpace) {
+        if mesh.triangle_materials.iter().all(|&material| emitted(materials, material).is_none()) {
+            return;
+        }
+        let of_mesh = self.primitives.len() - added.len();
+        for (&i, primitive) in added.iter().zip(&mut self.primitives[of_mesh..]) {
+            let emitted = emitted(materials, mesh.triangle_materials[i]);
+            let (Some(radiance), Primitive::Triangle { light, .. }) = (emitted, primitive) else { continue };
+            let corners = mesh.triangles[i].map(|v| space.point(mesh.positions[v as usize]));
+            *light = self.lights.add_polygon(LightShape::Triangle(corners), &corners, radiance);
+        }
+    }
+
+    /// Leaves exact copies of a primitive out: the first of them is what rays hit.
+    fn leave_out_copies(&mut self) {
+        let copies = accel::copies(&self.primitives);
+        if copies.is_empty() {
+            return;
+        }
+        let mut keeps = vec![true; self.primitives.len()];
+        for i in copies {
+            keeps[i as usize] = false;
+        }
+        let mut keep = keeps.iter();
+        self.primitives.retain(|_| keep.next() == Some(&true));
+        let mut keep = keeps.iter();
+        self.origins.retain(|_| keep.next() == Some(&true));
+    }
+}
+
+/// What a material emits, if it does.
+fn emitted(materials: &[Material], material: u32) -> Option<Rgb> {
+    match materials[material as usize].surface {
+        Surface::Emitter { radiance } if radiance != [0.0; 3] => Some(radiance),
+        _ => None,
+    }
+}
+
+/// A texel of a colour and another number.
+pub(super) fn rgb(c: [f64; 3], w: f32) -> [f32; 4] {
+    [c[0] as f32, c[1] as f32, c[2] as f32, w]
+}
+
+/// The number of a sphere's light, or −1.
+fn add_sphere(lights: &mut LightList, s: &Sphere, materials: &[Material], space: &RenderSpace) -> i32 {
+    match emitted(materials, s.material) {
+        Some(radiance) => lights.add_sphere(space.point(s.center), space.length(s.radius), s.inward, radiance),
+        None => -1,
+    }
+}
+
+fn light_texel(light: i32) -> [f32; 4] {
+    [f32::from_bits(light as u32), 0.0, 0.0, 0.0]
+}
+
+fn material_texel(material: &Material) -> [f32; 4] {
+    match material.surface {
+        Surface::Diffuse { reflectance } => rgb(reflectance, kind::DIFFUSE),
+        Surface::Mirror { reflectance } => rgb(reflectance, kind::MIRROR),
+        Surface::Dielectric { ior } => rgb([1.0; 3], ior as f32),
+        Surface::Emitter { radiance } => rgb(radiance, kind::EMITTER),
+    }
+}
+
+fn point_light(light: &scene::Light, space: &RenderSpace) -> Light {
+    let scene::Light::Point { position, power } = *light;
+    let per = 1.0 / (4.0 * std::f64::consts::PI * std::f64::consts::PI);
+    Light { shape: LightShape::Point(space.point(position)), radiance: power.map(|x| space.power(x) * per) }
+}
