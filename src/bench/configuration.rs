@@ -3,8 +3,8 @@
 use std::str::FromStr;
 
 use crate::render::{
-    Accel, Adaptive, Beams, Feature, Glances, Gradients, LightSamples, RenderSettings, Reuse, Sampler, Scheduler,
-    Shares, TriangleTest,
+    Accel, Adaptive, Beams, Choice, Feature, Glances, Gradients, LightSamples, RenderSettings, Reuse, Sampler,
+    Scheduler, Shares, TriangleTest,
 };
 
 use super::error::BenchError;
@@ -31,11 +31,10 @@ impl Configuration {
 
 /// A setting and the values it takes, written `KEY=VALUE,VALUE…`.
 ///
-/// Keys: `sampler` (sobol, independent, pcg), `accel` (bvh, none), `intersection` (watertight, moller-trumbore),
-/// `sampling` (uniform, adaptive: with the same mean number of samples), `scheduler` (auto, inline, turns, queue),
-/// `reuse` (auto, always, off), `gradients`, `shares`, `glances`, `beams` (auto, off), `light-samples` (auto, one),
-/// `features` (specialised, general, or `+` and one of [`Feature::ALL`] that is compiled although not needed), `roulette`
-/// (off, or the first hit), `device` (index, name or UUID).
+/// Keys and values are those of the options of `photolith render` (`sampler`, `accel`, `intersection`, `scheduler`, `reuse`,
+/// `gradients`, `shares`, `light-samples`, `glances`, `beams`: see [`Choice`]), and `sampling` (uniform, adaptive: with the same
+/// mean number of samples), `features` (specialised, general, or `+` and one of [`Feature::ALL`] that is compiled although not
+/// needed), `roulette` (off, or the first hit), `device` (index, name or UUID).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Vary {
     key: Key,
@@ -60,61 +59,77 @@ enum Key {
     Device,
 }
 
-const KEYS: [(&str, Key, &str); 14] = [
-    ("sampler", Key::Sampler, "sobol, independent or pcg"),
-    ("accel", Key::Accel, "bvh or none"),
-    ("intersection", Key::Intersection, "watertight or moller-trumbore"),
-    ("scheduler", Key::Scheduler, "auto, inline, turns or queue"),
-    ("reuse", Key::Reuse, "auto, always or off"),
-    ("gradients", Key::Gradients, "auto or off"),
-    ("shares", Key::Shares, "auto or off"),
-    ("light-samples", Key::LightSamples, "auto or one"),
-    ("glances", Key::Glances, "auto or off"),
-    ("beams", Key::Beams, "auto or off"),
-    ("sampling", Key::Sampling, "uniform or adaptive"),
-    (
-        "features",
-        Key::Features,
-        "specialised, general, or + and one of diffuse, mirror, dielectric, emitter, background, tree, tree-spheres, \
-     tree-triangles, deep-tree, light-kinds, smooth-normals, sampler-levels",
-    ),
-    ("roulette", Key::Roulette, "off or the first hit that may end a path, at least 1"),
-    ("device", Key::Device, "an index, a name or a UUID"),
+const KEYS: [(&str, Key); 14] = [
+    ("sampler", Key::Sampler),
+    ("accel", Key::Accel),
+    ("intersection", Key::Intersection),
+    ("scheduler", Key::Scheduler),
+    ("reuse", Key::Reuse),
+    ("gradients", Key::Gradients),
+    ("shares", Key::Shares),
+    ("light-samples", Key::LightSamples),
+    ("glances", Key::Glances),
+    ("beams", Key::Beams),
+    ("sampling", Key::Sampling),
+    ("features", Key::Features),
+    ("roulette", Key::Roulette),
+    ("device", Key::Device),
 ];
+
+/// The names of a setting's values: `a, b or c`.
+fn one_of<T: Choice>() -> String {
+    let names: Vec<_> = T::ALL.iter().map(|value| value.0).collect();
+    let (last, others) = names.split_last().unwrap_or((&"", &[]));
+    format!("{} or {last}", others.join(", "))
+}
+
+/// Gives a setting the value of that name; false if it has none.
+fn choose<T: Choice>(setting: &mut T, name: &str) -> bool {
+    T::named(name).map(|value| *setting = value).is_some()
+}
 
 impl Key {
     fn name(self) -> &'static str {
         KEYS.iter().find(|k| k.1 == self).map_or("", |k| k.0)
     }
 
+    /// What its values are.
+    fn expected(self) -> String {
+        match self {
+            Self::Sampler => one_of::<Sampler>(),
+            Self::Accel => one_of::<Accel>(),
+            Self::Intersection => one_of::<TriangleTest>(),
+            Self::Scheduler => one_of::<Scheduler>(),
+            Self::Reuse => one_of::<Reuse>(),
+            Self::Gradients => one_of::<Gradients>(),
+            Self::Shares => one_of::<Shares>(),
+            Self::LightSamples => one_of::<LightSamples>(),
+            Self::Glances => one_of::<Glances>(),
+            Self::Beams => one_of::<Beams>(),
+            Self::Sampling => "uniform or adaptive".to_owned(),
+            Self::Features => {
+                let names = Feature::ALL.map(|(name, _)| name).join(", ");
+                format!("specialised, general, or + and one of {names}")
+            }
+            Self::Roulette => "off or the first hit that may end a path, at least 1".to_owned(),
+            Self::Device => "an index, a name or a UUID".to_owned(),
+        }
+    }
+
     /// Sets `value`; false if it is none of this key's.
     fn set(self, value: &str, c: &mut Configuration) -> bool {
         let s = &mut c.settings;
         match (self, value) {
-            (Self::Sampler, "sobol") => s.sampler = Sampler::Sobol,
-            (Self::Sampler, "independent") => s.sampler = Sampler::Independent,
-            (Self::Sampler, "pcg") => s.sampler = Sampler::Pcg,
-            (Self::Accel, "bvh") => s.accel = Accel::Bvh,
-            (Self::Accel, "none") => s.accel = Accel::None,
-            (Self::Intersection, "watertight") => s.triangle_test = TriangleTest::Watertight,
-            (Self::Intersection, "moller-trumbore") => s.triangle_test = TriangleTest::MollerTrumbore,
-            (Self::Scheduler, "auto") => s.scheduler = Scheduler::Auto,
-            (Self::Scheduler, "inline") => s.scheduler = Scheduler::Inline,
-            (Self::Scheduler, "turns") => s.scheduler = Scheduler::Turns,
-            (Self::Scheduler, "queue") => s.scheduler = Scheduler::Queue,
-            (Self::Reuse, "auto") => s.reuse = Reuse::Auto,
-            (Self::Reuse, "always") => s.reuse = Reuse::Always,
-            (Self::Reuse, "off") => s.reuse = Reuse::Off,
-            (Self::Gradients, "auto") => s.gradients = Gradients::Auto,
-            (Self::Gradients, "off") => s.gradients = Gradients::Off,
-            (Self::Shares, "auto") => s.shares = Shares::Auto,
-            (Self::Shares, "off") => s.shares = Shares::Off,
-            (Self::LightSamples, "auto") => s.light_samples = LightSamples::Auto,
-            (Self::LightSamples, "one") => s.light_samples = LightSamples::One,
-            (Self::Glances, "auto") => s.glances = Glances::Auto,
-            (Self::Glances, "off") => s.glances = Glances::Off,
-            (Self::Beams, "auto") => s.beams = Beams::Auto,
-            (Self::Beams, "off") => s.beams = Beams::Off,
+            (Self::Sampler, name) => return choose(&mut s.sampler, name),
+            (Self::Accel, name) => return choose(&mut s.accel, name),
+            (Self::Intersection, name) => return choose(&mut s.triangle_test, name),
+            (Self::Scheduler, name) => return choose(&mut s.scheduler, name),
+            (Self::Reuse, name) => return choose(&mut s.reuse, name),
+            (Self::Gradients, name) => return choose(&mut s.gradients, name),
+            (Self::Shares, name) => return choose(&mut s.shares, name),
+            (Self::LightSamples, name) => return choose(&mut s.light_samples, name),
+            (Self::Glances, name) => return choose(&mut s.glances, name),
+            (Self::Beams, name) => return choose(&mut s.beams, name),
             (Self::Sampling, "uniform") => s.adaptive = None,
             // How many in the mean is the benchmark's, like the number of samples.
             (Self::Sampling, "adaptive") => s.adaptive = Some(Adaptive { noise: 0.0, mean_samples: None }),
@@ -166,7 +181,7 @@ impl FromStr for Vary {
         let names = || KEYS.map(|k| k.0).join(", ");
         let (key, values) =
             text.split_once('=').ok_or_else(|| error(format!("expected KEY=VALUE,VALUE with one of {}", names())))?;
-        let &(_, key, expected) = KEYS
+        let &(_, key) = KEYS
             .iter()
             .find(|k| k.0 == key)
             .ok_or_else(|| error(format!("unknown setting '{key}', expected one of {}", names())))?;
@@ -177,7 +192,7 @@ impl FromStr for Vary {
                 return Err(error(format!("the value '{value}' twice, expected different ones")));
             }
             if !key.set(value, &mut scratch) {
-                return Err(error(format!("the value '{value}', expected {expected}")));
+                return Err(error(format!("the value '{value}', expected {}", key.expected())));
             }
         }
         Ok(Self { key, values })

@@ -24,10 +24,7 @@ use photolith::{Context, RenderSettings, user_cache};
 
 use super::interrupt::Interrupt;
 use super::numbers::{pixels_per_degree, positive};
-use super::options::{
-    AccelArg, BeamsArg, DeviceOptions, GlancesArg, GradientsArg, IntersectionArg, LightSamplesArg, ReuseArg,
-    SamplerArg, SceneOptions, SchedulerArg, SharesArg, Size,
-};
+use super::options::{DeviceOptions, SceneOptions, Size};
 use super::{exit, output};
 use growth::{GrowthArg, Series};
 use samples::SampleCounts;
@@ -267,16 +264,16 @@ fn load(args: &BenchArgs, path: &Path) -> anyhow::Result<(Scene, RenderSettings)
         samples: None,
         max_depth: args.max_depth,
         seed: 0,
-        sampler: SamplerArg::Sobol,
-        intersection: IntersectionArg::Watertight,
-        accel: AccelArg::Bvh,
-        scheduler: SchedulerArg::Auto,
-        reuse: ReuseArg::Auto,
-        gradients: GradientsArg::Auto,
-        shares: SharesArg::Auto,
-        light_samples: LightSamplesArg::Auto,
-        glances: GlancesArg::Auto,
-        beams: BeamsArg::Auto,
+        sampler: Default::default(),
+        intersection: Default::default(),
+        accel: Default::default(),
+        scheduler: Default::default(),
+        reuse: Default::default(),
+        gradients: Default::default(),
+        shares: Default::default(),
+        light_samples: Default::default(),
+        glances: Default::default(),
+        beams: Default::default(),
         general: false,
     };
     let (scene, settings) = options.load(path)?;

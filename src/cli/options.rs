@@ -4,9 +4,11 @@ use std::path::Path;
 use std::str::FromStr;
 
 use anyhow::Context as _;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use photolith::render::{
-    Accel, Beams, Glances, Gradients, LightSamples, MAX_SAMPLES, Reuse, Sampler, Scheduler, Shares, TriangleTest,
+    Accel, Beams, Choice, Glances, Gradients, LightSamples, MAX_SAMPLES, Reuse, Sampler, Scheduler, Shares,
+    TriangleTest,
 };
 use photolith::scene::Scene;
 use photolith::{ContextOptions, RenderSettings, Validation, user_cache};
@@ -69,147 +71,54 @@ pub struct SceneOptions {
     pub seed: u32,
 
     /// Random numbers
-    #[arg(long, value_enum, default_value_t = SamplerArg::Sobol)]
-    pub sampler: SamplerArg,
+    #[arg(long, value_parser = choice::<Sampler>(), default_value = Sampler::default().name())]
+    pub sampler: Sampler,
 
     /// Ray–triangle test
-    #[arg(long, value_enum, default_value_t = IntersectionArg::Watertight)]
-    pub intersection: IntersectionArg,
+    #[arg(long, value_parser = choice::<TriangleTest>(), default_value = TriangleTest::default().name())]
+    pub intersection: TriangleTest,
 
     /// How triangles are found; `none` tests every one
-    #[arg(long, value_enum, default_value_t = AccelArg::Bvh)]
-    pub accel: AccelArg,
+    #[arg(long, value_parser = choice::<Accel>(), default_value = Accel::default().name())]
+    pub accel: Accel,
 
     /// How rays that need the tree are scheduled (changes no bit of the image)
-    #[arg(long, value_enum, default_value_t = SchedulerArg::Auto)]
-    pub scheduler: SchedulerArg,
+    #[arg(long, value_parser = choice::<Scheduler>(), default_value = Scheduler::default().name())]
+    pub scheduler: Scheduler,
 
     /// Whether paths serve several pixels: a third of the noise, part of it shared by blocks of eight pixels
-    #[arg(long, value_enum, default_value_t = ReuseArg::Auto)]
-    pub reuse: ReuseArg,
+    #[arg(long, value_parser = choice::<Reuse>(), default_value = Reuse::default().name())]
+    pub reuse: Reuse,
 
     /// Whether differences between neighbouring pixels are used, where paths serve several: half the noise again
-    #[arg(long, value_enum, default_value_t = GradientsArg::Auto)]
-    pub gradients: GradientsArg,
+    #[arg(long, value_parser = choice::<Gradients>(), default_value = Gradients::default().name())]
+    pub gradients: Gradients,
 
     /// Whether noisy parts of the image get more samples than others
-    #[arg(long, value_enum, default_value_t = SharesArg::Auto)]
-    pub shares: SharesArg,
+    #[arg(long, value_parser = choice::<Shares>(), default_value = Shares::default().name())]
+    pub shares: Shares,
 
     /// How many samples of lights paths take where they first meet a diffuse surface
-    #[arg(long, value_enum, default_value_t = LightSamplesArg::Auto)]
-    pub light_samples: LightSamplesArg,
+    #[arg(long, value_parser = choice::<LightSamples>(), default_value = LightSamples::default().name())]
+    pub light_samples: LightSamples,
 
     /// Whether samples look several times at lamps whose edges are seen, and at what is seen through glass
-    #[arg(long, value_enum, default_value_t = GlancesArg::Auto)]
-    pub glances: GlancesArg,
+    #[arg(long, value_parser = choice::<Glances>(), default_value = Glances::default().name())]
+    pub glances: Glances,
 
     /// Whether light is also traced from lamps, through glass and by mirrors
-    #[arg(long, value_enum, default_value_t = BeamsArg::Auto)]
-    pub beams: BeamsArg,
+    #[arg(long, value_parser = choice::<Beams>(), default_value = Beams::default().name())]
+    pub beams: Beams,
 
     /// Compile every feature, needed or not (changes no bit of the image)
     #[arg(long)]
     pub general: bool,
 }
 
-/// Random numbers.
-#[derive(Clone, Copy, ValueEnum)]
-pub enum SamplerArg {
-    /// Owen-scrambled Sobol points
-    Sobol,
-    /// Independent numbers
-    Independent,
-    /// PCG (O'Neill 2014), slower; for comparison
-    Pcg,
-}
-
-/// Ray–triangle tests.
-#[derive(Clone, Copy, ValueEnum)]
-pub enum IntersectionArg {
-    /// Woop, Benthin and Wald: no leaks between triangles
-    Watertight,
-    /// Möller and Trumbore (1997); may leak at shared edges
-    MollerTrumbore,
-}
-
-/// Acceleration structures.
-#[derive(Clone, Copy, ValueEnum)]
-pub enum AccelArg {
-    /// Bounding volume hierarchy
-    Bvh,
-    /// None
-    None,
-}
-
-/// Schedulers.
-#[derive(Clone, Copy, ValueEnum)]
-pub enum SchedulerArg {
-    /// What is faster on the device
-    Auto,
-    /// Each lane walks the tree at once
-    Inline,
-    /// Lanes whose rays are done shade while others walk the tree (not where paths are reused)
-    Turns,
-    /// Paths that need the tree wait, until a whole subgroup walks it together
-    Queue,
-}
-
-/// Reuse of paths.
-#[derive(Clone, Copy, ValueEnum)]
-pub enum ReuseArg {
-    /// In scenes with indirect light on diffuse surfaces, if a few samples beforehand show that it pays; on GPUs in long
-    /// renderings
-    Auto,
-    /// The same, whether it pays or not
-    Always,
-    /// Never
-    Off,
-}
-
-/// Use of differences between neighbouring pixels.
-#[derive(Clone, Copy, ValueEnum)]
-pub enum GradientsArg {
-    /// From 2 samples per pixel on, where paths serve several pixels, if most noise is theirs
-    Auto,
-    /// Never
-    Off,
-}
-
-/// Shares of the samples.
-#[derive(Clone, Copy, ValueEnum)]
-pub enum SharesArg {
-    /// Where it pays, from 4 samples on: half, twice or four times --samples, in the time of as many everywhere
-    Auto,
-    /// Never
-    Off,
-}
-
-/// Samples of lights.
-#[derive(Clone, Copy, ValueEnum)]
-pub enum LightSamplesArg {
-    /// Four, where paths serve several pixels and there is more than a point light
-    Auto,
-    /// One
-    One,
-}
-
-/// Light traced from lamps.
-#[derive(Clone, Copy, ValueEnum)]
-pub enum BeamsArg {
-    /// In scenes with lamps, and glass or mirrors
-    Auto,
-    /// Never
-    Off,
-}
-
-/// Glances at lamps.
-#[derive(Clone, Copy, ValueEnum)]
-pub enum GlancesArg {
-    /// In the pixels that need it; with 1 to 3 samples per pixel only if lamps may be in few parts of the image
-    Auto,
-    /// Never
-    Off,
+/// A parser of the names of values, which lists them and what they do.
+fn choice<T: Choice>() -> impl TypedValueParser<Value = T> {
+    let values = T::ALL.iter().map(|&(name, _, what)| PossibleValue::new(name).help(what));
+    PossibleValuesParser::new(values).map(|name| T::named(&name).unwrap_or_default())
 }
 
 impl SceneOptions {
@@ -233,50 +142,16 @@ impl SceneOptions {
         scene.validate().context("after the options were applied")?;
         let settings = RenderSettings {
             seed: self.seed,
-            sampler: match self.sampler {
-                SamplerArg::Sobol => Sampler::Sobol,
-                SamplerArg::Independent => Sampler::Independent,
-                SamplerArg::Pcg => Sampler::Pcg,
-            },
-            triangle_test: match self.intersection {
-                IntersectionArg::Watertight => TriangleTest::Watertight,
-                IntersectionArg::MollerTrumbore => TriangleTest::MollerTrumbore,
-            },
-            accel: match self.accel {
-                AccelArg::Bvh => Accel::Bvh,
-                AccelArg::None => Accel::None,
-            },
-            scheduler: match self.scheduler {
-                SchedulerArg::Auto => Scheduler::Auto,
-                SchedulerArg::Inline => Scheduler::Inline,
-                SchedulerArg::Turns => Scheduler::Turns,
-                SchedulerArg::Queue => Scheduler::Queue,
-            },
-            reuse: match self.reuse {
-                ReuseArg::Auto => Reuse::Auto,
-                ReuseArg::Always => Reuse::Always,
-                ReuseArg::Off => Reuse::Off,
-            },
-            gradients: match self.gradients {
-                GradientsArg::Auto => Gradients::Auto,
-                GradientsArg::Off => Gradients::Off,
-            },
-            light_samples: match self.light_samples {
-                LightSamplesArg::Auto => LightSamples::Auto,
-                LightSamplesArg::One => LightSamples::One,
-            },
-            shares: match self.shares {
-                SharesArg::Auto => Shares::Auto,
-                SharesArg::Off => Shares::Off,
-            },
-            glances: match self.glances {
-                GlancesArg::Auto => Glances::Auto,
-                GlancesArg::Off => Glances::Off,
-            },
-            beams: match self.beams {
-                BeamsArg::Auto => Beams::Auto,
-                BeamsArg::Off => Beams::Off,
-            },
+            sampler: self.sampler,
+            triangle_test: self.intersection,
+            accel: self.accel,
+            scheduler: self.scheduler,
+            reuse: self.reuse,
+            gradients: self.gradients,
+            light_samples: self.light_samples,
+            shares: self.shares,
+            glances: self.glances,
+            beams: self.beams,
             general: self.general,
             ..RenderSettings::of(&scene)
         };

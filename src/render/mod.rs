@@ -8,6 +8,7 @@ mod allocation_tests;
 mod beam_light;
 mod beams;
 pub(crate) mod bindings;
+mod choice;
 pub(crate) mod driver;
 mod error;
 mod facets;
@@ -44,6 +45,7 @@ mod twin_films;
 mod upload;
 mod view;
 
+pub use choice::Choice;
 pub use error::RenderError;
 pub use features::{Feature, Features};
 pub use film::Film;
