@@ -77,7 +77,8 @@ pub(crate) fn occluders(facets: &[Facet], scene: &Scene, space: &RenderSpace) ->
 /// The facets of the meshes that become constants, and for each mesh whether it did.
 ///
 /// The smallest meshes come first, as long as all facets fit. Interpolated normals need vertices, hence the tree; and
-/// a caller who asks for Möller–Trumbore is to get it.
+/// a caller who asks for Möller–Trumbore is to get it. Of the facets that do, emitters come first: of surfaces that lie on each other
+/// rays meet the first one, and a lamp in the plane of a ceiling is to be seen.
 pub(crate) fn select(scene: &Scene, space: &RenderSpace, test: TriangleTest) -> (Vec<Facet>, Vec<bool>) {
     let mut order: Vec<usize> = (0..scene.meshes.len()).collect();
     order.sort_by_key(|&i| scene.meshes[i].triangles.len());
@@ -95,6 +96,7 @@ pub(crate) fn select(scene: &Scene, space: &RenderSpace, test: TriangleTest) -> 
             constant[i] = true;
         }
     }
+    facets.sort_by_key(|facet| !facet.emits);
     (facets, constant)
 }
 
@@ -177,6 +179,21 @@ mod tests {
             assert!((value(0, c) - height).abs() < 1e-12 && value(0, a).abs() < 1e-12 && value(0, b).abs() < 1e-12);
             let middle = (a + b + c) / 3.0;
             assert!((0..3).all(|i| value(i, middle) > 0.0) && value(2, middle) > 1e20);
+        }
+    }
+
+    #[test]
+    fn lamps_come_before_what_they_lie_on() {
+        let cornell = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/scenes/cornell.toml");
+        let mut scene = Scene::load(std::path::Path::new(cornell)).unwrap().scene;
+        for _ in 0..2 {
+            let (facets, _) = select(&scene, &RenderSpace::of(&scene), TriangleTest::Watertight);
+            let lamps = facets.iter().take_while(|f| f.emits).count();
+            assert!(lamps > 0 && lamps < facets.len() && facets[lamps..].iter().all(|f| !f.emits), "{lamps} lamps");
+            for mesh in &mut scene.meshes {
+                mesh.triangles.reverse();
+                mesh.triangle_materials.reverse();
+            }
         }
     }
 
