@@ -259,23 +259,7 @@ fn sample_counts(args: &BenchArgs) -> anyhow::Result<Vec<u32>> {
 }
 
 fn load(args: &BenchArgs, path: &Path) -> anyhow::Result<(Scene, RenderSettings)> {
-    let options = SceneOptions {
-        size: args.size,
-        samples: None,
-        max_depth: args.max_depth,
-        seed: 0,
-        sampler: Default::default(),
-        intersection: Default::default(),
-        accel: Default::default(),
-        scheduler: Default::default(),
-        reuse: Default::default(),
-        gradients: Default::default(),
-        shares: Default::default(),
-        light_samples: Default::default(),
-        glances: Default::default(),
-        beams: Default::default(),
-        general: false,
-    };
+    let options = SceneOptions { size: args.size, max_depth: args.max_depth, ..SceneOptions::default() };
     let (scene, settings) = options.load(path)?;
     Ok((scene, RenderSettings { spirv_folder: args.spirv.clone(), ..settings }))
 }

@@ -52,7 +52,7 @@ impl DeviceOptions {
 }
 
 /// Settings that replace those of the scene, or that the scene does not hold.
-#[derive(Args, Clone)]
+#[derive(Args, Clone, Default)]
 pub struct SceneOptions {
     /// Image size instead of the scene's
     #[arg(long, value_name = "WxH")]
