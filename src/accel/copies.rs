@@ -11,7 +11,8 @@ use super::record::Primitive;
 /// Bits of a table for each primitive: of so many pairs that are no copies one looks like one.
 const BITS: usize = 16;
 
-/// The numbers of the primitives that have the shape of one before them, in ascending order.
+/// The numbers of the primitives that have the shape of another, in ascending order: of each shape all but the first lamp, or the first
+/// primitive if none is a lamp. (Lamps are sampled, and are to be seen as well.)
 pub fn copies(primitives: &[Primitive]) -> Vec<u32> {
     let bits = (BITS * primitives.len()).next_power_of_two().max(64);
     let (once, twice) = (Bits::of(bits), Bits::of(bits));
@@ -19,17 +20,17 @@ pub fn copies(primitives: &[Primitive]) -> Vec<u32> {
     hashes.par_iter().filter(|&&hash| once.set(hash)).for_each(|&hash| {
         twice.set(hash);
     });
-    let mut suspects: Vec<(u64, u32)> = (0..primitives.len() as u32)
+    let mut suspects: Vec<(u64, bool, u32)> = (0..primitives.len() as u32)
         .into_par_iter()
-        .map(|i| (hashes[i as usize], i))
-        .filter(|&(hash, _)| twice.get(hash))
+        .map(|i| (hashes[i as usize], !is_lamp(&primitives[i as usize]), i))
+        .filter(|&(hash, ..)| twice.get(hash))
         .collect();
     suspects.par_sort_unstable();
     let mut copies = Vec::new();
     let mut firsts: Vec<u32> = Vec::new();
     for alike in suspects.chunk_by(|a, b| a.0 == b.0) {
         firsts.clear();
-        for &(_, i) in alike {
+        for &(.., i) in alike {
             if firsts.iter().any(|&first| has_same_shape(&primitives[first as usize], &primitives[i as usize])) {
                 copies.push(i);
             } else {
@@ -39,6 +40,11 @@ pub fn copies(primitives: &[Primitive]) -> Vec<u32> {
     }
     copies.sort_unstable();
     copies
+}
+
+fn is_lamp(primitive: &Primitive) -> bool {
+    let (Primitive::Triangle { light, .. } | Primitive::Sphere { light, .. }) = *primitive;
+    light >= 0
 }
 
 fn has_same_shape(a: &Primitive, b: &Primitive) -> bool {
@@ -119,6 +125,12 @@ mod tests {
             vertices.rotate_left(1);
         }
         assert_eq!(copies(&primitives), [5002, 5003, 5004, 5007]);
+        // A lamp counts before what is none, wherever it is.
+        for (i, lamp) in [(5007, 3), (5004, 2), (40, 1)] {
+            let (Primitive::Triangle { light, .. } | Primitive::Sphere { light, .. }) = &mut primitives[i];
+            *light = lamp;
+        }
+        assert_eq!(copies(&primitives), [5002, 5003, 5004, 5005]);
         assert!(copies(&[]).is_empty());
         assert_eq!(copies(&vec![sphere(1.0); 3000]).len(), 2999);
     }

@@ -174,7 +174,7 @@ impl Gathered {
         }
     }
 
-    /// Leaves exact copies of a primitive out: the first of them is what rays hit.
+    /// Leaves exact copies of a primitive out: the first lamp among them, or else the first of them, is what rays hit.
     fn leave_out_copies(&mut self) {
         let copies = accel::copies(&self.primitives);
         if copies.is_empty() {
