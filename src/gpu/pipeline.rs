@@ -162,8 +162,8 @@ fn pruned_once(device: &Device, name: &str, spirv: &[u8], specialization: &Speci
     words
 }
 
-/// Whatever the alignment of the bytes.
-fn words_of(bytes: &[u8]) -> Vec<u32> {
+/// The words of SPIR-V, whatever the alignment of its bytes.
+pub fn words_of(bytes: &[u8]) -> Vec<u32> {
     bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect()
 }
 

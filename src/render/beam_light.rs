@@ -56,7 +56,7 @@ impl BeamLight {
     }
 }
 
-/// Beams that were traced in one go, and what they have lit.
+/// Beams that no other part has, and what they have lit.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct BeamPart {
     /// Beams so far.

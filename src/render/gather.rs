@@ -31,6 +31,8 @@ pub(super) struct Gathered {
     pub lights: LightList,
     /// The first of the lights.
     pub points: usize,
+    /// Point lights that no path can see.
+    pub hidden_lights: usize,
     pub constant_spheres: Vec<ConstantSphere>,
     /// Scene indices of these.
     pub constant_origins: Vec<usize>,
@@ -48,13 +50,14 @@ pub(super) struct Gathered {
 impl Gathered {
     /// Constant spheres, facets and materials.
     pub fn constants(scene: &Scene, space: &RenderSpace, settings: &RenderSettings) -> Self {
-        let points: Vec<_> =
-            spheres::visible_lights(scene).filter(|l| l.shines()).map(|l| point_light(l, space)).collect();
+        let visible: Vec<_> = spheres::visible_lights(scene).collect();
+        let points: Vec<_> = visible.iter().filter(|l| l.shines()).map(|l| point_light(l, space)).collect();
         let (constant_origins, other_spheres) = spheres::partition(scene, space);
         let (facets, are_facets) = facets::select(scene, space, settings.triangle_test);
         let mut gathered = Self {
             shapes: Vec::new(),
             first_material: 0,
+            hidden_lights: scene.lights.len() - visible.len(),
             points: points.len(),
             lights: LightList::new(points),
             constant_spheres: Vec::new(),

@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
+use crate::gpu::words_of;
+
 use super::aliased::declare_aliased;
 use super::error::RenderError;
 use super::settings::RenderSettings;
@@ -84,6 +86,5 @@ pub(crate) fn spirv(kernel: &Kernel, settings: &RenderSettings) -> Result<Cow<'s
     if bytes.len() < 20 || bytes.len() % 4 != 0 || bytes[..4] != 0x0723_0203u32.to_le_bytes() {
         return Err(RenderError::Settings(format!("{}: not a SPIR-V module", path.display())));
     }
-    let words: Vec<u32> = bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
-    Ok(Cow::Owned(declare_aliased(&words).into_iter().flat_map(u32::to_le_bytes).collect()))
+    Ok(Cow::Owned(declare_aliased(&words_of(&bytes)).into_iter().flat_map(u32::to_le_bytes).collect()))
 }

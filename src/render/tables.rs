@@ -21,7 +21,7 @@ use super::mutation::Mutation;
 use super::rectangles;
 use super::settings::{LightSamples, RenderSettings, Sampler};
 use super::space::RenderSpace;
-use super::spheres::{self, ConstantSphere};
+use super::spheres::ConstantSphere;
 use super::view::{Rectangle, View};
 
 /// Ids of the shader from here on are records of the tree (shaders/lib/intersect/tree.glsl).
@@ -64,17 +64,22 @@ impl Tables {
         let mut gathered = Gathered::constants(scene, space, settings);
         let start = Instant::now();
         gathered.add_what_is_in_the_tree(scene, space);
-        let Gathered {
-            shapes, lights, points, constant_origins, constant_spheres, facets, primitives, origins, ..
-        } = gathered;
-        let lights = lights.into_vec();
+        let primitives = &gathered.primitives;
+        let leaves = accel::leaves(primitives);
+        let tree = build_tree(primitives, &leaves, settings);
+        // Without one, a tree is compiled in only by the general pipeline.
+        let packed = tree.as_ref().map_or_else(Packed::nothing, |tree| accel::pack(tree, &leaves, primitives));
+        let build_seconds = start.elapsed().as_secs_f64();
+
+        let points = gathered.points;
+        let lights = gathered.lights.into_vec();
         let mut light_table = LightTable::of(&lights, |light| rectangles::looks_large(light, scene, space));
         let beams = BeamTable::of(scene, space, &lights[points..]);
         let beam_texels = light_table.texels.len() as u32;
         light_table.texels.extend(&beams.texels);
         let view = View::of(scene);
-        let mut tables = Self {
-            shapes,
+        Self {
+            shapes: gathered.shapes,
             single_point: (points == 1 && lights.len() == 1).then(|| lights[0]),
             light_count: lights.len() as u32,
             emitter_count: (lights.len() - points) as u32,
@@ -82,33 +87,17 @@ impl Tables {
             lights: light_table,
             beams,
             beam_texels,
-            tree_texels: Vec::new(),
-            tree: None,
-            records: Vec::new(),
-            origins: Vec::new(),
-            constant_origins,
-            tree_boxes: Vec::new(),
-            constant_spheres,
-            facet_occluders: facets::occluders(&facets, scene, space),
-            facets,
-            hidden_lights: scene.lights.len() - spheres::visible_lights(scene).count(),
-        };
-        let leaves = accel::leaves(&primitives);
-        if let Some(tree) = build_tree(&primitives, &leaves, settings) {
-            let packed = accel::pack(&tree, &leaves, &primitives);
-            let build_seconds = start.elapsed().as_secs_f64();
-            tables.tree = Some(TreeStatistics { build_seconds, ..packed.statistics });
-            tables.tree_boxes = tree.top_boxes(constant::MAX_TREE_BOXES);
-            tables.records = packed.primitives;
-            tables.tree_texels = packed.texels;
-            tables.origins = origins;
-        } else {
-            // A tree is compiled in only by the general pipeline.
-            let nothing = Packed::nothing();
-            tables.records = nothing.primitives;
-            tables.tree_texels = nothing.texels;
+            tree_texels: packed.texels,
+            tree_boxes: tree.as_ref().map_or_else(Vec::new, |tree| tree.top_boxes(constant::MAX_TREE_BOXES)),
+            tree: tree.map(|_| TreeStatistics { build_seconds, ..packed.statistics }),
+            records: packed.primitives,
+            origins: gathered.origins,
+            constant_origins: gathered.constant_origins,
+            constant_spheres: gathered.constant_spheres,
+            facet_occluders: facets::occluders(&gathered.facets, scene, space),
+            facets: gathered.facets,
+            hidden_lights: gathered.hidden_lights,
         }
-        tables
     }
 
     /// Point lights that no path can see, because an opaque sphere is around them or around the camera.

@@ -5,14 +5,13 @@ use std::collections::HashSet;
 use rspirv::dr::{Instruction, Operand, load_words};
 use rspirv::spirv::Word;
 
-use super::super::pipeline::Specialization;
+use super::super::pipeline::{Specialization, words_of};
 use super::prune;
 
 /// Names and words of all of them.
 fn kernels() -> Vec<(&'static str, Vec<u32>)> {
     let built = include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
-    let words = |spirv: &[u8]| spirv.chunks_exact(4).map(|w| u32::from_le_bytes(w.try_into().unwrap())).collect();
-    built.into_iter().map(|(name, spirv)| (name, words(spirv))).collect()
+    built.into_iter().map(|(name, spirv)| (name, words_of(spirv))).collect()
 }
 
 #[test]

@@ -5,6 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use rspirv::dr::{Operand, load_words};
 use rspirv::spirv::{Decoration, Word};
 
+use crate::gpu::words_of;
+
 use super::super::aliased::{ALIASED, declare_aliased};
 use super::super::kernels::{self, Kernel, LIGHT_TRACE, PATH_KERNELS, TRAVERSE};
 use super::super::layout::binding;
@@ -12,10 +14,6 @@ use super::super::settings::RenderSettings;
 
 /// Words of a module's header.
 const HEADER: usize = 5;
-
-fn words(spirv: &[u8]) -> Vec<u32> {
-    spirv.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect()
-}
 
 /// Variables that are bound, with the numbers of their bindings, and those that are said to be aliased.
 fn bound_and_aliased(words: &[u32]) -> (BTreeMap<Word, u32>, BTreeSet<Word>) {
@@ -56,7 +54,7 @@ fn bindings_have_the_numbers_of_the_layout() {
 fn exactly_the_variables_of_the_same_memory_are_said_to_be_so() {
     let numbers = BTreeSet::from(ALIASED.map(|(_, number)| number));
     for kernel in all_kernels() {
-        let (bound, aliased) = bound_and_aliased(&words(kernel.spirv));
+        let (bound, aliased) = bound_and_aliased(&words_of(kernel.spirv));
         let expected = bound.iter().filter(|(_, number)| numbers.contains(number)).map(|(variable, _)| *variable);
         assert_eq!(aliased, expected.collect(), "{}", kernel.name);
         if kernel.name.starts_with("path_") {
@@ -72,7 +70,7 @@ fn exactly_the_variables_of_the_same_memory_are_said_to_be_so() {
 
 /// A compiler's, of the same source, without what the build script has added to it.
 fn as_compiled(spirv: &[u8]) -> Vec<u8> {
-    let mut module = load_words(words(spirv)).unwrap();
+    let mut module = load_words(words_of(spirv)).unwrap();
     module.annotations.retain(|i| i.operands.get(1) != Some(&Operand::Decoration(Decoration::Aliased)));
     rspirv::binary::Assemble::assemble(&module).into_iter().flat_map(u32::to_le_bytes).collect()
 }
@@ -86,7 +84,7 @@ fn the_shader_of_a_user_becomes_the_built_in_one() {
         for (what, spirv) in [("as compiled", as_compiled(kernel.spirv)), ("decorated", kernel.spirv.to_vec())] {
             std::fs::write(&path, spirv).unwrap();
             let read = kernels::spirv(&kernel, &settings).unwrap();
-            let (read, built_in) = (words(&read), words(kernel.spirv));
+            let (read, built_in) = (words_of(&read), words_of(kernel.spirv));
             // A reader that passes a module on may write another generator.
             assert_eq!(read[HEADER..], built_in[HEADER..], "{}: {what}", kernel.name);
         }

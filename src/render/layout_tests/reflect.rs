@@ -3,6 +3,8 @@
 
 use std::collections::HashMap;
 
+use crate::gpu::words_of;
+
 /// What a compute shader shares with its host.
 #[derive(Default)]
 pub struct Interface {
@@ -43,7 +45,7 @@ const STORAGE_BUFFER: u32 = 12;
 
 /// Reads the interface of a module.
 pub fn interface(binary: &[u8]) -> Interface {
-    let words: Vec<u32> = binary.chunks_exact(4).map(|b| u32::from_le_bytes(b.try_into().unwrap())).collect();
+    let words = words_of(binary);
     assert_eq!(words[0], 0x0723_0203, "not SPIR-V");
     let mut module = Module::default();
     let mut rest = &words[5..];

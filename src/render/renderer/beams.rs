@@ -135,15 +135,19 @@ impl Renderer {
         std::iter::successors(Some(first), move |&n| (n < samples).then(|| n.saturating_mul(2).min(samples)))
     }
 
+    /// Beams of each part, if there are so many for each sample that is done.
+    fn beams_of_each(&self, light: &BeamLight, per_sample: f64) -> u64 {
+        beams_for(self.statistics.samples, per_sample / light.parts.len() as f64)
+    }
+
     /// Traces as many beams as go with the samples that are done.
     pub(super) fn keep_up_with_beams(
         &mut self,
         light: &mut BeamLight,
         watch: &mut Watch<'_>,
     ) -> Result<(), RenderError> {
-        let parts = light.parts.len();
-        let beams = beams_for(self.statistics.samples, BEAMS_PER_SAMPLE / parts as f64);
-        self.trace_beams_to(light, &vec![beams; parts], watch)
+        let beams = self.beams_of_each(light, BEAMS_PER_SAMPLE);
+        self.trace_beams_to(light, &vec![beams; light.parts.len()], watch)
     }
 
     /// The same when paths are over, and more until their part of the noise (see [`BeamLight::noise`]) should be at most this, there
@@ -159,13 +163,11 @@ impl Renderer {
             return Ok(0.0);
         }
         watch.set_limit(self.settings.time_limit);
-        let of_each = 1.0 / light.parts.len() as f64;
         self.keep_up_with_beams(&mut light, watch)?;
-        let samples = self.statistics.samples;
-        let least = beams_for(samples, BEAMS_PER_SAMPLE * of_each);
+        let least = self.beams_of_each(&light, BEAMS_PER_SAMPLE);
         self.statistics.stopped |= light.parts.iter().any(|part| part.beams < least);
         // Decided once: by numbers that it has decided itself, a part would have a say in its own.
-        let most = beams_for(samples, of_each);
+        let most = self.beams_of_each(&light, 1.0);
         let wanted = light.beams_for_noise(film, noise / NOISE_MARGIN);
         let wanted = wanted.into_iter().map(|beams| beams.min(most).next_multiple_of(u64::from(BLOCK)));
         self.trace_beams_to(&mut light, &wanted.collect::<Vec<_>>(), watch)?;
