@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
+#extension GL_EXT_maximal_reconvergence : require
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_vote : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
@@ -147,7 +148,7 @@ void note(uint beam, uint number, uint pixel, vec3 light) {
     imageStore(beam_texels, int(beam * BEAM_NOTES + number), uvec4(floatBitsToUint(light), pixel));
 }
 
-void main() {
+void main() [[maximally_reconverges]] {
     load_scene();
     // A lane whose beam has ended goes on with its next one.
     uint stride = gl_NumWorkGroups.x * gl_WorkGroupSize.x;

@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
+#extension GL_EXT_maximal_reconvergence : require
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_vote : require
@@ -445,7 +446,7 @@ void trace_tiles(uint tile, Camera camera, inout Counts counts) {
     counts.bad += added.bad;
 }
 
-void main() {
+void main() [[maximally_reconverges]] {
     load_scene();
     // The host asks for workgroups of one subgroup; a device that cuts them up must not go on.
     if (gl_NumSubgroups != 1u || (SHARED_BY_LANES && gl_SubgroupSize != SUBGROUP_LANES)) {

@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
+#extension GL_EXT_maximal_reconvergence : require
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_vote : require
 #extension GL_KHR_shader_subgroup_ballot : require
@@ -31,7 +32,7 @@ bool group_lacks_path(bool reusing, bool has_ended, bool none_reuses) {
     return none_reuses || any_lane(reusing && !has_ended);
 }
 
-void main() {
+void main() [[maximally_reconverges]] {
     load_scene();
     uint number = 0u;
     if (!REUSE && !DRAWS_WORK) number = split_number();

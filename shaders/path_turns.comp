@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
+#extension GL_EXT_maximal_reconvergence : require
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_vote : require
 #extension GL_KHR_shader_subgroup_ballot : require
@@ -49,7 +50,7 @@ FilmPixel film_kept() {
     return FilmPixel(uintBitsToFloat(a.xyz), b.xyz, uintBitsToFloat(c.xyz), a.w, b.w, c.w);
 }
 
-void main() {
+void main() [[maximally_reconverges]] {
     load_scene();
     uint slot = slot_of_invocation(split_number());
     uvec2 at = uvec2(0u);

@@ -14,6 +14,7 @@ use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use super::error::{GpuError, check};
 use super::instance::{Instance, Validation};
 use super::messages::Messages;
+use super::reconvergence;
 use super::required;
 use super::select::{self, DeviceInfo};
 use super::shader_objects::ShaderObjects;
@@ -121,6 +122,8 @@ pub(crate) struct Device {
     names: Option<ext::debug_utils::Device>,
     /// Where shaders are kept on disk.
     pub shader_folder: Option<PathBuf>,
+    /// Whether lanes that have parted are promised to be together again.
+    pub reconverges: bool,
     /// Shaders without pipelines, kept there as the driver hands them over.
     pub shader_objects: Option<Arc<ShaderObjects>>,
     memory: Mutex<Memory>,
@@ -148,16 +151,22 @@ impl Device {
         };
         let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&[1.0])];
         let store = options.shader_folder.as_deref().and_then(|f| ShaderObjects::find(&instance, physical, &info, f));
-        let extensions = store.as_ref().map_or(&[][..], |_| &ShaderObjects::EXTENSIONS);
+        let reconverges = reconvergence::is_promised(&instance, physical);
+        let mut extensions = Vec::new();
         let mut features12 = required::features();
         let mut features_objects = vk::PhysicalDeviceShaderObjectFeaturesEXT::default().shader_object(true);
-        let mut create = vk::DeviceCreateInfo::default()
-            .queue_create_infos(&queues)
-            .enabled_extension_names(extensions)
-            .push_next(&mut features12);
+        let mut features_reconvergence =
+            vk::PhysicalDeviceShaderMaximalReconvergenceFeaturesKHR::default().shader_maximal_reconvergence(true);
+        let mut create = vk::DeviceCreateInfo::default().queue_create_infos(&queues).push_next(&mut features12);
         if store.is_some() {
+            extensions.extend(ShaderObjects::EXTENSIONS);
             create = create.push_next(&mut features_objects);
         }
+        if reconverges {
+            extensions.push(reconvergence::EXTENSION.as_ptr());
+            create = create.push_next(&mut features_reconvergence);
+        }
+        let create = create.enabled_extension_names(&extensions);
         // SAFETY: the queue family exists, and `select` has checked the features.
         let raw = check("vkCreateDevice", unsafe { instance.raw.create_device(physical, &create, None) })?;
         // SAFETY: the queue was asked for above.
@@ -198,6 +207,7 @@ impl Device {
             limits: properties.limits,
             names,
             shader_folder: options.shader_folder.clone(),
+            reconverges,
             shader_objects,
             memory: Mutex::new(Memory { allocator: ManuallyDrop::new(allocator), bytes: 0, peak: 0 }),
             given_up: AtomicBool::new(false),

@@ -10,6 +10,7 @@ mod manifest;
 mod messages;
 mod pipeline;
 mod prune;
+mod reconvergence;
 mod required;
 mod select;
 mod shader_objects;

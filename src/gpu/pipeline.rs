@@ -9,6 +9,7 @@ use super::bindings::BindingLayout;
 use super::device::Device;
 use super::error::{GpuError, check};
 use super::prune::{self, prune};
+use super::reconvergence::as_promised;
 use super::shader_objects::ShaderObjects;
 
 /// Values of specialization constants, by id.
@@ -93,6 +94,7 @@ impl Pipeline {
         specialization: &Specialization,
         layout: &BindingLayout,
     ) -> Result<Self, GpuError> {
+        let spirv = &as_promised(spirv, device.reconverges);
         let raw = match &device.shader_objects {
             Some(objects) => {
                 let shader = objects.make(name, spirv, specialization, layout)?;
