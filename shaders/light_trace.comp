@@ -115,9 +115,10 @@ Beam beam_begin(uint number, out bool alive) {
     b.key = hash(number / BLOCK ^ hash(seed ^ 0x5be0cd19u));
     b.index = number % BLOCK;
     // A lamp with a target.
-    const float pairs = float(EMITTER_COUNT * BEAM_TARGETS);
-    float place = sample_pair(b.key, b.index, PAIR_PIXEL, 0u).x * pairs;
-    uint pair = uint(lower(place, pairs - 0.5));
+    const uint pairs = EMITTER_COUNT * BEAM_TARGETS;
+    float columns = float(pairs < 2u ? 1u : 2u << findMSB(pairs - 1u));     // of the table (src/render/alias.rs)
+    float place = sample_pair(b.key, b.index, PAIR_PIXEL, 0u).x * columns;
+    uint pair = uint(place);
     vec4 entry = light_texel(int(BEAM_TEXELS + BEAM_TARGETS + pair));
     pair = place - float(pair) < entry.x ? pair : floatBitsToUint(entry.y);
     b.light = int(FIRST_EMITTER + pair / BEAM_TARGETS);
@@ -174,7 +175,7 @@ void main() [[maximally_reconverges]] {
         float t;
         int id = closest_hit(beam.origin, beam.toward, beam.leaving, t, loops);
         bool met = id >= 0;
-        id = met ? id : (SPHERE_COUNT + FACET_COUNT > 0u ? 0 : TREE_ID);
+        id = met ? id : SOME_ID;
         Surface surface = surface_at(id, beam.origin, beam.toward, met ? t : 0.0);
         bool front = dot(beam.toward, surface.normal) <= 0.0;
         vec3 up = front ? surface.normal : -surface.normal;
@@ -231,7 +232,8 @@ void main() [[maximally_reconverges]] {
         beam.toward = onward;
         beam.leaving = leaving_id(id, surface, front != crossed);
         // A walk may have ended too early.
-        if (LOOP_BUDGET > 0u && loops >= LOOP_BUDGET) {
+        if (LOOP_BUDGET > 0u) doubtful_loops = subgroupMax(doubtful_loops);
+        if (LOOP_BUDGET > 0u && loops + doubtful_loops >= LOOP_BUDGET) {
             if (travels) note(current, 0u, UNFINISHED, vec3(0.0));
             for (; next < last; next += stride) note(next, 0u, UNFINISHED, vec3(0.0));
             break;

@@ -145,7 +145,7 @@ bool path_arrive(Path path, int id, float t, uint key, uint light_samples, inout
     // A direction that its pixel gets no light from, although it does from what is shared.
     if (REUSE && SMOOTH_NORMALS && any(lessThan(throughput, vec3(0.0)))) throughput = vec3(0.0);
     if (HAS_BACKGROUND && !met && !is_glance(path.glances)) radiance += throughput * background.rgb;
-    a.id = met ? id : (SPHERE_COUNT + FACET_COUNT > 0u ? 0 : TREE_ID);
+    a.id = met ? id : SOME_ID;
     a.surface = surface_at(a.id, path.origin, path.direction, met ? t : 0.0);
     a.front = dot(path.direction, a.surface.normal) <= 0.0;
     a.hits = path.hits + 1u;

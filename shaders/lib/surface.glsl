@@ -93,6 +93,9 @@ Surface surface_of_slot(int slot, vec3 o, vec3 d, float t) {
     return Surface(p, n, ns, material.rgb, material.w, offset, curvature, int(more.y));
 }
 
+// A surface for rays that meet none: shapes have room for a constant one even if there is nothing at all.
+const int SOME_ID = SPHERE_COUNT + FACET_COUNT == 0u && HAS_TREE ? TREE_ID : 0;
+
 Surface surface_at(int id, vec3 o, vec3 d, float t) {
     if (!HAS_TREE) return surface_of_constant(id, o + t * d);
     if (SPHERE_COUNT + FACET_COUNT == 0u) return surface_of_slot(id - TREE_ID, o, d, t);

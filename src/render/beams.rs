@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::scene::{Scene, Surface};
 
-use super::alias::alias_table;
+use super::alias::{Column, alias_table};
 use super::lights::{Light, LightShape};
 use super::space::RenderSpace;
 
@@ -69,9 +69,8 @@ impl BeamTable {
         let shares: Vec<_> = weights.iter().map(|w| w / sum).collect();
         let place = |t: &Target| t.center.extend(t.radius).as_vec4().to_array();
         let mut texels: Vec<_> = targets.iter().map(place).collect();
-        let entry =
-            |((threshold, alias), share): ((f32, u32), &f64)| [threshold, f32::from_bits(alias), *share as f32, 0.0];
-        texels.extend(alias_table(&shares).into_iter().zip(&shares).map(entry));
+        let entry = |c: Column| [c.threshold, f32::from_bits(c.alias), c.share as f32, 0.0];
+        texels.extend(alias_table(&shares).into_iter().map(entry));
         Self { targets: targets.len() as u32, texels }
     }
 }

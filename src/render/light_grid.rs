@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::alias::alias_table;
+use super::alias::{Column, alias_table};
 use super::light_tree::{LightNode, LightTree, Link};
 
 /// Entries of a cell, at most: among more lights than that groups are chosen.
@@ -17,7 +17,7 @@ const MOST_ENTRIES: usize = 64;
 const ENTRIES: usize = 1 << 18;
 /// Along an axis.
 const MOST_CELLS: u32 = 16;
-/// The least probability of what can be chosen: numbers have 24 bits.
+/// The least probability of what can be chosen: what is chosen less often makes bright dots.
 const LEAST_SHARE: f64 = 1.0 / 65_536.0;
 /// What has a smaller share (lamps that hardly have an area) stays at that.
 const NEGLIGIBLE_SHARE: f64 = LEAST_SHARE * LEAST_SHARE * LEAST_SHARE;
@@ -129,9 +129,13 @@ impl LightGrid {
         let sum = sum(&weights);
         let shares: Vec<_> = weights.iter().map(|w| w.1 / sum).chain(std::iter::repeat(0.0)).take(entries).collect();
         let keys = weights.iter().map(|w| w.0).chain(std::iter::repeat(NO_KEY));
-        let columns = alias_table(&shares);
-        let entry = |((threshold, alias), (share, key))| Entry { threshold, alias, probability: share as f32, key };
-        columns.into_iter().zip(shares.iter().copied().zip(keys)).map(entry).collect()
+        let entry = |(column, key): (Column, u32)| Entry {
+            threshold: column.threshold,
+            alias: column.alias,
+            probability: column.share as f32,
+            key,
+        };
+        alias_table(&shares).into_iter().zip(keys).map(entry).collect()
     }
 }
 
