@@ -11,8 +11,12 @@ use super::layout::kind;
 use super::light_list::LightList;
 use super::lights::{Light, LightShape};
 use super::settings::RenderSettings;
+use super::sides::Emitters;
 use super::space::RenderSpace;
 use super::spheres::{self, ConstantSphere};
+
+/// Rows of a constant sphere or facet (`surface_of_constant` of shaders/lib/surface.glsl).
+const CONSTANT_ROWS: usize = 3;
 
 /// Where a primitive of the shader comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,13 +77,17 @@ impl Gathered {
         gathered.add_facets(facets, &scene.materials, &materials);
         gathered.first_material = gathered.shapes.len() as u32;
         gathered.shapes.extend(materials);
+        // Rays that meet nothing look at the first one, and all may be too small for single precision.
+        let rows = gathered.shapes.len().max(CONSTANT_ROWS);
+        gathered.shapes.resize(rows, [0.0; 4]);
         gathered
     }
 
     fn add_constant_spheres(&mut self, scene: &Scene, space: &RenderSpace, materials: &[[f32; 4]]) {
+        let emitters = Emitters::of(scene);
         for &i in &self.constant_origins {
             let sphere = &scene.spheres[i];
-            let constant = spheres::classify(sphere, scene, space);
+            let constant = spheres::classify(i, scene, &emitters, space);
             let [x, y, z] = constant.center;
             self.shapes.push([x, y, z, constant.curvature]);
             self.shapes.push(materials[constant.material as usize]);

@@ -34,6 +34,7 @@ pub(crate) mod renderer;
 mod screened_poisson;
 mod settings;
 mod shares;
+mod sides;
 pub(crate) mod sobol;
 pub(crate) mod space;
 mod spheres;

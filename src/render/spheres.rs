@@ -1,7 +1,8 @@
 //! How each analytic sphere is intersected; see shaders/lib/intersect/sphere.glsl.
 
-use crate::scene::{Light, Scene, Sphere, Surface};
+use crate::scene::{Light, Scene, Sphere};
 
+use super::sides::{Emitters, Place, is_opaque, place_of_point};
 use super::space::RenderSpace;
 
 /// Spheres that shaders have written out.
@@ -11,9 +12,9 @@ pub(crate) const MAX_CONSTANT_SPHERES: usize = 16;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub(crate) enum Side {
-    /// Opaque, the camera is outside: only the near root counts.
+    /// Opaque, camera and emitters are outside: only the near root counts.
     Solid = 0,
-    /// Opaque, the camera is inside: only the far root counts.
+    /// Opaque, camera and emitters are inside: only the far root counts.
     Cavity = 1,
     /// Rays may be on either side.
     Both = 2,
@@ -56,17 +57,24 @@ pub(crate) fn partition(scene: &Scene, space: &RenderSpace) -> (Vec<usize>, Vec<
     (constant, rest)
 }
 
-/// Chooses side and form of a sphere.
-pub(crate) fn classify(sphere: &Sphere, scene: &Scene, space: &RenderSpace) -> ConstantSphere {
+/// Chooses side and form of the sphere with this index in the scene.
+pub(crate) fn classify(index: usize, scene: &Scene, emitters: &Emitters, space: &RenderSpace) -> ConstantSphere {
+    let sphere = &scene.spheres[index];
     let center = space.point(sphere.center);
     let radius = space.length(sphere.radius);
-    let opaque = !matches!(scene.materials[sphere.material as usize].surface, Surface::Dielectric { .. });
     // The camera is the origin; on the surface itself either side is possible.
     let distance = center.length();
     let margin = 1e-6 * radius;
-    let side = match opaque {
-        true if distance > radius + margin => Side::Solid,
-        true if distance < radius - margin => Side::Cavity,
+    let camera = match distance - radius {
+        d if d > margin => Place::Outside,
+        d if d < -margin => Place::Inside,
+        _ => Place::Across,
+    };
+    // Shadow rays end, and beams begin, on emitters that no path gets to.
+    let together = is_opaque(sphere, scene) && camera != Place::Across && emitters.are_all(camera, index, scene);
+    let side = match camera {
+        Place::Outside if together => Side::Solid,
+        Place::Inside if together => Side::Cavity,
         _ => Side::Both,
     };
     // WALL: error ~ reach·2⁻²² whatever the radius. SMALL: error ~ (reach + r)·2⁻²³, fine up to a few times the
@@ -91,11 +99,6 @@ pub(crate) fn visible_lights(scene: &Scene) -> impl Iterator<Item = &Light> {
 /// Whether an opaque sphere separates a point light from everything that a path can reach. Such a light adds nothing.
 fn hides(sphere: &Sphere, scene: &Scene, light: &Light) -> bool {
     let Light::Point { position, .. } = light;
-    let opaque = !matches!(scene.materials[sphere.material as usize].surface, Surface::Dielectric { .. });
-    let camera_distance = scene.camera.position.distance(sphere.center);
-    let light_distance = position.distance(sphere.center);
-    let (inside, outside) = (sphere.radius * (1.0 - 1e-12), sphere.radius * (1.0 + 1e-12));
-    opaque
-        && ((camera_distance > outside && light_distance < inside)
-            || (camera_distance < inside && light_distance > outside))
+    let places = [scene.camera.position, *position].map(|point| place_of_point(sphere, point));
+    is_opaque(sphere, scene) && matches!(places, [Place::Outside, Place::Inside] | [Place::Inside, Place::Outside])
 }

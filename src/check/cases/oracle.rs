@@ -46,6 +46,15 @@ pub(super) const CASES: &[Case] = &[
         measure: |lab| against_oracle(lab, &lamps()),
     },
     Case {
+        name: "oracle/lamps-across",
+        what: "spheres around and across lamps, one of them the room: what is on the other side of a surface lights nothing",
+        oracle: "path tracer in f64",
+        quantity: "the same",
+        threshold: 1.0,
+        full_only: false,
+        measure: |lab| against_oracle(lab, &lamps_across()),
+    },
+    Case {
         name: "oracle/reused-paths",
         what: "a body, many balls, a screen and a mirror in a room: paths serve pixels that may not see their second hits",
         oracle: "path tracer in f64",
@@ -91,6 +100,24 @@ pub(super) const CASES: &[Case] = &[
         measure: |lab| against_oracle(lab, &within_glass()),
     },
 ];
+
+/// A spherical room with lamps that opaque spheres hide or cut.
+fn lamps_across() -> Scene {
+    let mut scene = empty();
+    scene.integrator.max_depth = 4;
+    scene.sphere(v(0.0, 0.0, -5.0), 7.0, diffuse(0.5));
+    // Across the wall, and outside of it.
+    scene.sphere(v(0.0, 7.5, -5.0), 1.5, emitter(4.0));
+    scene.sphere(v(-9.5, 0.0, -5.0), 2.0, emitter(50.0));
+    // Half in a ball, within one, and a flat one through one.
+    scene.sphere(v(0.0, -104.0, -6.0), 101.0, diffuse(0.75));
+    scene.sphere(v(-1.5, -3.0, -5.0), 0.75, emitter(3.0));
+    scene.sphere(v(2.0, -1.5, -6.0), 1.25, diffuse(0.625));
+    scene.sphere(v(2.0, -0.75, -6.0), 0.375, emitter(100.0));
+    scene.sphere(v(-1.0, 1.0, -7.0), 1.0, mirror(0.875));
+    scene.quad([v(-1.75, 1.0, -8.0), v(-0.25, 1.0, -8.0), v(-0.25, 1.0, -5.25), v(-1.75, 1.0, -5.25)], emitter(2.0));
+    scene
+}
 
 /// A room whose light comes by way of glass and mirrors, with a tree.
 fn caustics() -> Scene {

@@ -107,7 +107,7 @@ impl Launch {
             _ if split != Split::NONE => subgroup * split.invocations,
             size => {
                 let size = size.unwrap_or(facts.workgroup_of(slots));
-                if reuse { size.next_multiple_of(subgroup) } else { size }
+                if reuse { size.checked_next_multiple_of(subgroup).unwrap_or(size) } else { size }
             }
         };
         if workgroup == 0 || workgroup > most_invocations {
