@@ -3,11 +3,11 @@
 use std::borrow::Cow;
 use std::ops::ControlFlow;
 
+use crate::Context;
 use crate::image::metrics::{self, CompareOptions};
 use crate::image::{Image, ImageError};
 use crate::render::{Adaptive, Film, MAX_SAMPLES, RenderError, RenderSettings, RenderStatistics, Renderer};
 use crate::scene::Scene;
-use crate::{Context, ContextOptions};
 
 use super::configuration::Configuration;
 use super::error::BenchError;
@@ -91,10 +91,9 @@ impl<'a> Contender<'a> {
         let fail = |source| BenchError::Render { what: format!("{} ({})", scene.source, configuration.label), source };
         let context = match &configuration.device {
             None => default_context.clone(),
-            Some(device) => {
-                let options = ContextOptions { device: Some(device.clone()), ..ContextOptions::default() };
-                Context::new(&options).map_err(|source| BenchError::Device { device: device.clone(), source })?
-            }
+            Some(device) => default_context
+                .open_beside(device)
+                .map_err(|source| BenchError::Device { device: device.clone(), source })?,
         };
         let scene = match configuration.roulette {
             None => Cow::Borrowed(scene),

@@ -133,7 +133,7 @@ pub struct GrowthRow {
     pub msamples_per_s: f64,
     /// Rays a second, millions.
     pub mrays_per_s: f64,
-    /// Most device memory in use, bytes.
+    /// Device memory in use after it, bytes.
     pub device_bytes: u64,
 }
 

@@ -104,7 +104,7 @@ impl Buffer {
             Usage::Readback => (vk::BufferUsageFlags::TRANSFER_DST, MemoryLocation::GpuToCpu),
         };
         let info = vk::BufferCreateInfo::default().size(bytes).usage(flags);
-        let no_memory = |reason: String| GpuError::OutOfMemory { what: name.to_owned(), bytes, reason };
+        let no_memory = |reason: String| GpuError::OutOfMemory { what: format!("{name} ({bytes} bytes)"), reason };
         // SAFETY: a live device; the size is not 0.
         let raw = unsafe { device.raw.create_buffer(&info, None) }.map_err(|e| no_memory(e.to_string()))?;
         let host_reads = location == MemoryLocation::GpuToCpu;

@@ -46,7 +46,7 @@ impl Context {
     /// # Errors
     /// No loader, no device, an unsuitable device, or a failed Vulkan call.
     pub fn new(options: &ContextOptions) -> Result<Self, GpuError> {
-        Ok(Self(Arc::new(Device::new(options)?)))
+        Ok(Self(Arc::new(Device::new(options, Messages::default())?)))
     }
 
     /// The same device opened once more, with an instance, a queue and messages of its own.
@@ -54,11 +54,23 @@ impl Context {
     /// # Errors
     /// As for [`Context::new`].
     pub fn reopen(&self) -> Result<Self, GpuError> {
-        Self::new(&ContextOptions {
-            device: Some(self.info().index.to_string()),
+        Self::new(&self.options_for(self.info().index.to_string()))
+    }
+
+    /// Another device, by index, UUID or part of the name, under the same validation, whose messages join those of this one.
+    ///
+    /// # Errors
+    /// As for [`Context::new`].
+    pub fn open_beside(&self, device: &str) -> Result<Self, GpuError> {
+        Ok(Self(Arc::new(Device::new(&self.options_for(device.to_owned()), self.messages().clone())?)))
+    }
+
+    fn options_for(&self, device: String) -> ContextOptions {
+        ContextOptions {
+            device: Some(device),
             validation: self.validation(),
             shader_folder: self.0.shader_folder.clone(),
-        })
+        }
     }
 
     /// The devices that Vulkan reports, and which of them [`Context::new`] would pick for `wanted`, with the reason.
@@ -67,7 +79,7 @@ impl Context {
     /// No loader, or enumeration failed. A failed choice is in the inner result.
     #[allow(clippy::type_complexity)]
     pub fn devices(wanted: Option<&str>) -> Result<(Vec<DeviceInfo>, Result<(usize, String), GpuError>), GpuError> {
-        let instance = Instance::new(Validation::Off)?;
+        let instance = Instance::new(Validation::Off, Messages::default())?;
         let devices: Vec<_> = select::enumerate(&instance)?.into_iter().map(|(_, info)| info).collect();
         let choice = select::pick(&devices, wanted);
         Ok((devices, choice))
@@ -132,8 +144,8 @@ pub(crate) struct Device {
 }
 
 impl Device {
-    fn new(options: &ContextOptions) -> Result<Self, GpuError> {
-        let instance = Instance::new(options.validation)?;
+    fn new(options: &ContextOptions, messages: Messages) -> Result<Self, GpuError> {
+        let instance = Instance::new(options.validation, messages)?;
         let devices = select::enumerate(&instance)?;
         let infos: Vec<_> = devices.iter().map(|(_, info)| info.clone()).collect();
         let (index, choice) = select::pick(&infos, options.device.as_deref())?;
@@ -189,11 +201,7 @@ impl Device {
             Err(error) => {
                 // SAFETY: nothing else was made with the device.
                 unsafe { raw.destroy_device(None) };
-                return Err(GpuError::OutOfMemory {
-                    what: "the allocator".to_owned(),
-                    bytes: 0,
-                    reason: error.to_string(),
-                });
+                return Err(GpuError::OutOfMemory { what: "the allocator".to_owned(), reason: error.to_string() });
             }
         };
         let valid_bits = families[queue_family as usize].timestamp_valid_bits;

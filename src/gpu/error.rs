@@ -55,13 +55,11 @@ pub enum GpuError {
         /// Name of the device.
         device: String,
     },
-    /// Memory for a buffer could not be had.
-    #[error("no device memory for {what} ({bytes} bytes): {reason}")]
+    /// Memory could not be had, of the device or of the host.
+    #[error("no memory for {what}: {reason}")]
     OutOfMemory {
-        /// Which buffer.
+        /// Which buffer, with its size, or which call.
         what: String,
-        /// Its size, bytes.
-        bytes: u64,
         /// The allocator's or the driver's word.
         reason: String,
     },
@@ -75,10 +73,13 @@ pub enum GpuError {
     },
 }
 
-/// Names the Vulkan function of a failed call, and tells a lost device apart.
+/// Names the Vulkan function of a failed call, and tells a lost device and a lack of memory apart.
 pub(crate) fn check<T>(call: &'static str, result: Result<T, vk::Result>) -> Result<T, GpuError> {
     result.map_err(|result| match result {
         vk::Result::ERROR_DEVICE_LOST => GpuError::DeviceLost(call),
+        vk::Result::ERROR_OUT_OF_HOST_MEMORY | vk::Result::ERROR_OUT_OF_DEVICE_MEMORY => {
+            GpuError::OutOfMemory { what: call.to_owned(), reason: result.to_string() }
+        }
         result => GpuError::Call { call, result },
     })
 }

@@ -35,14 +35,14 @@ pub(crate) struct Instance {
 }
 
 impl Instance {
-    /// Loads Vulkan and makes an instance of version 1.2.
+    /// Loads Vulkan and makes an instance of version 1.2, whose messages join these.
     ///
     /// # Errors
     /// No loader; the validation layer is missing; the driver refuses.
-    pub fn new(validation: Validation) -> Result<Self, GpuError> {
+    pub fn new(validation: Validation, messages: Messages) -> Result<Self, GpuError> {
         // SAFETY: the loader library is trusted, as every program that opens it does.
         let entry = unsafe { ash::Entry::load() }.map_err(|e| GpuError::NoLoader(e.to_string()))?;
-        let messages = Arc::new(Messages::default());
+        let messages = Arc::new(messages);
 
         let mut layers: Vec<*const c_char> = Vec::new();
         let mut extensions: Vec<*const c_char> = Vec::new();

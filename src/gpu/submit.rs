@@ -85,7 +85,7 @@ impl Timeline {
 
     /// Records with `record` and submits. Returns the ticket to wait for.
     ///
-    /// The slot's previous submission must have been waited for (its stage times are overwritten).
+    /// Waits for the slot's previous submission, whose stage times are overwritten.
     pub fn submit(&mut self, record: impl FnOnce(&mut Recorder<'_>)) -> Result<Ticket, GpuError> {
         let index = (self.submitted % self.slots.len() as u64) as usize;
         let raw = self.device.raw.clone();
@@ -225,7 +225,7 @@ impl Recorder<'_> {
         }
     }
 
-    /// Copies all of `from` that fits into `to`, from and to the given byte offsets.
+    /// Copies bytes of `from` to `to`, from and to the given byte offsets.
     pub fn copy(&mut self, from: &Buffer, from_offset: u64, to: &Buffer, to_offset: u64, bytes: u64) {
         let region = [vk::BufferCopy { src_offset: from_offset, dst_offset: to_offset, size: bytes }];
         // SAFETY: both buffers are alive and hold the range.

@@ -4,10 +4,10 @@
 // for each scene, and for each place of the camera.
 //
 // Side: from where can rays meet it?
-//   SOLID   opaque, the camera is outside: no path gets inside, so only the near root counts. A ray that starts a
-//           rounding error inside is stopped at once: there is nothing to leak into.
-//   CAVITY  opaque, the camera is inside: only the far root counts.
-//   BOTH    dielectric, or undecided.
+//   SOLID   opaque, the camera and all lamps are outside: no ray begins or ends inside, so only the near root counts. A
+//           ray that starts a rounding error inside is stopped at once: there is nothing to leak into.
+//   CAVITY  opaque, the camera and all lamps are inside: only the far root counts.
+//   BOTH    all others: dielectrics, spheres around or across a lamp, and with the camera on them.
 //
 // Form: how are the roots computed (approach_wall, approach_small)? With f = c − o, b = f·d, |d| = 1:
 //   WALL    b² − C with C = |f|² − r² = K − 2 c·o + |o|², K = |c|² − r² rounded once on the host. Its error is that of
@@ -106,8 +106,8 @@ float distance_to_either_side(Approach a, bool wall, int leaving) {
     return hit ? (inside ? upper(farther, 0.0) : nearer) : INFINITY;
 }
 
-// Whether a solid sphere lies between the ray's origin and the point at `distance`. That point is outside (the host drops
-// lights inside of one): then the near root is before the point exactly if the closest approach is.
+// Whether a solid sphere lies between the ray's origin and the point at `distance`. That point is outside, lamps being there
+// (and of points the host drops those inside): then the near root is before it exactly if the closest approach is.
 bool solid_occludes(Approach a, float distance, int leaving) {
     return leaving == 0 && a.b > 0.0 && a.b < distance && a.disc > 0.0;
 }
