@@ -1,4 +1,4 @@
-//! Files that appear whole or not at all.
+//! Files that are read and written whole, or not at all.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -22,7 +22,7 @@ pub type Writer<'a> = BufWriter<&'a mut File>;
 /// Writes a file under a temporary name in the same directory, then renames it to `path`.
 ///
 /// When anything fails, the temporary file is removed and an older file at `path` stays as it was. Where `path` is a
-/// symbolic link, the file that it points to is replaced. What is no file, such as a pipe or `/dev/null`, is written
+/// symbolic link, the file that it points to is replaced. The new file has the permissions of the old one. What is no file, such as a pipe or `/dev/null`, is written
 /// as it stands.
 ///
 /// # Errors
@@ -43,6 +43,21 @@ pub fn check_writable(path: &Path) -> Result<(), WriteError> {
     checked.map_err(|source| WriteError { path: path.to_owned(), source })
 }
 
+/// The content of a regular file. Anything else (a folder, a pipe that nobody writes to, a device that never ends) is an error.
+///
+/// # Errors
+/// It is something else, or cannot be read.
+pub fn read_regular(path: &Path) -> io::Result<Vec<u8>> {
+    let metadata = fs::metadata(path)?;
+    if metadata.is_dir() {
+        return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder, expected a file"));
+    }
+    if !metadata.is_file() {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is not a regular file"));
+    }
+    fs::read(path)
+}
+
 /// Whether there is something at `path` that is neither a file nor a directory.
 fn is_stream(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
@@ -55,6 +70,10 @@ fn write_stream<T>(path: &Path, write: impl FnOnce(&mut Writer<'_>) -> io::Resul
 fn replace<T>(path: &Path, write: impl FnOnce(&mut Writer<'_>) -> io::Result<T>) -> io::Result<T> {
     let (target, mut temporary) = replaceable(path)?;
     let result = fill(temporary.as_file_mut(), write)?;
+    if let Ok(old) = fs::metadata(&target) {
+        // Where the system keeps none, as on some network folders, the image is still written.
+        let _ = temporary.as_file().set_permissions(old.permissions());
+    }
     temporary.persist(&target).map_err(|e| e.error)?;
     Ok(result)
 }
@@ -142,19 +161,22 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn permissions_are_those_of_any_new_file_and_links_are_followed() {
+    fn permissions_are_those_of_the_old_file_or_of_any_new_one_and_links_are_followed() {
         use std::os::unix::fs::PermissionsExt;
         let directory = tempfile::tempdir().unwrap();
         let (plain, target, link) =
             (directory.path().join("p"), directory.path().join("t"), directory.path().join("l"));
+        let made = directory.path().join("m");
         fs::write(&plain, "").unwrap();
+        write_whole(&made, |w| w.write_all(b"new")).unwrap();
         fs::write(&target, "old").unwrap();
+        fs::set_permissions(&target, fs::Permissions::from_mode(0o600)).unwrap();
         std::os::unix::fs::symlink("t", &link).unwrap();
         write_whole(&link, |w| w.write_all(b"new")).unwrap();
         assert!(link.is_symlink());
         assert_eq!(fs::read(&target).unwrap(), b"new");
         let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode();
-        assert_eq!(mode(&target), mode(&plain));
+        assert_eq!((mode(&made), mode(&target) & 0o777), (mode(&plain), 0o600));
     }
 
     #[cfg(unix)]

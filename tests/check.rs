@@ -33,7 +33,10 @@ fn only(names: &[&str]) -> RunOptions {
 #[test]
 fn the_quick_suite_passes_under_validation() {
     let jobs = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
-    let report = suite(&RunOptions { jobs, timeout: Duration::from_secs(600), ..RunOptions::default() }, &Expectations::default());
+    let report = suite(
+        &RunOptions { jobs, timeout: Duration::from_secs(600), ..RunOptions::default() },
+        &Expectations::default(),
+    );
     let bad: Vec<_> = report.cases.iter().filter(|c| c.verdict != Verdict::Pass).collect();
     assert!(bad.is_empty(), "{bad:#?}");
     assert!(report.validation && report.passes());

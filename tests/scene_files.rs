@@ -74,7 +74,10 @@ fn versions() {
 
 #[test]
 fn wrong_types() {
-    assert_rejected(&changed("radius = 1", "radius = \"big\" #!"), &["sphere 1: radius", "string \"big\"", "f64"]);
+    assert_rejected(
+        &changed("radius = 1", "radius = \"big\" #!"),
+        &["sphere 1: radius", "string \"big\"", "expected a number"],
+    );
     assert_rejected(&changed("[0, 0, 5]", "[0, 0] #!"), &["camera: position", "length 2", "three numbers"]);
     assert_rejected(&changed("[0, 0, 5]", "[0, 0, 5, 6] #!"), &["camera: position", "length 4", "three numbers"]);
     assert_rejected(&changed("[0, 9, 0]", "[0, true, 0] #!"), &["light 1: position", "boolean `true`"]);

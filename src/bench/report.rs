@@ -270,14 +270,15 @@ impl SceneReport {
             let steps =
                 c.steps_per_ray.map_or_else(String::new, |s| format!("; {} tree steps a ray", significant(Some(s))));
             let rays = c.rows.last().map_or(0.0, |r| r.rays_per_sample);
+            let slope =
+                c.slope.as_ref().map_or_else(String::new, |s| format!("; RMSE ∝ samples^({})", exponent(Some(s))));
             let _ = writeln!(
                 out,
-                "\n{}: set-up {} s, of which pipeline {} s; {} rays a sample{steps}; RMSE ∝ samples^({})",
+                "\n{}: set-up {} s, of which pipeline {} s; {} rays a sample{steps}{slope}",
                 if markdown { format!("**{}**", c.label) } else { c.label.clone() },
                 significant(Some(c.setup_s)),
                 significant(Some(c.compile_s)),
                 significant(Some(rays)),
-                exponent(c.slope.as_ref())
             );
             if markdown {
                 out.push('\n');

@@ -5,6 +5,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::cases;
+use crate::scene::Location;
 
 /// Failures that are declared: they count as expected, and their passing as a fault.
 ///
@@ -37,7 +38,7 @@ pub struct Expectation {
 #[derive(Debug, thiserror::Error)]
 pub enum ExpectationsError {
     /// The file cannot be read.
-    #[error("{file}: {reason}")]
+    #[error("{file} cannot be read: {reason}")]
     Read {
         /// The file.
         file: String,
@@ -45,12 +46,12 @@ pub enum ExpectationsError {
         reason: std::io::Error,
     },
     /// It is not what it should be.
-    #[error("{file}: {reason}")]
+    #[error("{at}: {problem}")]
     Syntax {
-        /// The file.
-        file: String,
-        /// Line and problem.
-        reason: toml::de::Error,
+        /// Where.
+        at: Location,
+        /// What.
+        problem: String,
     },
     /// It declares a case that does not exist.
     #[error("{file}: there is no case '{case}'; `photolith check --list` names them")]
@@ -90,8 +91,10 @@ impl Expectations {
     /// See [`ExpectationsError`].
     pub fn parse(text: &str, file: &str) -> Result<Self, ExpectationsError> {
         let file = file.to_owned();
-        let all: Self =
-            toml::from_str(text).map_err(|reason| ExpectationsError::Syntax { file: file.clone(), reason })?;
+        let all: Self = toml::from_str(text).map_err(|error| ExpectationsError::Syntax {
+            at: Location::of_byte(&file, text, error.span().map_or(0, |span| span.start)),
+            problem: error.message().trim().replace('\n', ", "),
+        })?;
         for e in &all.expected {
             if !cases().any(|c| c.name == e.case) {
                 return Err(ExpectationsError::NoSuchCase { file, case: e.case.clone() });

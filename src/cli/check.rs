@@ -18,8 +18,9 @@ use photolith::gpu::DeviceKind;
 use photolith::{Context, ContextOptions, Validation};
 
 use super::interrupt::Interrupt;
+use super::numbers::{count, seconds};
 use super::options::DeviceOptions;
-use super::{exit, output};
+use super::{exit, output, paths};
 
 mod table;
 
@@ -46,7 +47,7 @@ pub struct CheckArgs {
     filter: Vec<String>,
 
     /// List the cases and run none
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["junit", "markdown", "expectations", "device", "validate"])]
     list: bool,
 
     /// Print one line of JSON (schema photolith-check-1) instead of the table
@@ -71,11 +72,11 @@ pub struct CheckArgs {
     expectations: Option<PathBuf>,
 
     /// How long a case may take; default 120, or 1800 with --full
-    #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     timeout: Option<u64>,
 
     /// Cases at a time; default: as many as there are cores on a CPU device, else 1
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = count)]
     jobs: Option<NonZeroUsize>,
 }
 
@@ -94,6 +95,9 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<ExitCode> {
         output::print(&list(&options, args.json))?;
         return Ok(ExitCode::from(exit::OK));
     }
+    let inputs = args.with.iter().chain(&args.expectations);
+    let outputs = [("--junit", &args.junit), ("--markdown", &args.markdown)];
+    paths::check_apart(inputs, outputs.into_iter().filter_map(|(option, path)| Some((option, path.as_ref()?))))?;
     // Before minutes of measuring, not after.
     for path in args.junit.iter().chain(&args.markdown) {
         files::check_writable(path)?;
@@ -199,7 +203,7 @@ fn list(options: &RunOptions, json: bool) -> String {
 }
 
 fn read_report(path: &PathBuf) -> anyhow::Result<Report> {
-    let text = std::fs::read_to_string(path).with_context(|| format!("{}", path.display()))?;
+    let text = std::fs::read_to_string(path).with_context(|| format!("{} cannot be read", path.display()))?;
     let report: Report = serde_json::from_str(&text).with_context(|| format!("{}: not a report", path.display()))?;
     if report.schema != SCHEMA {
         bail!("{}: schema {}, expected {SCHEMA}", path.display(), report.schema);

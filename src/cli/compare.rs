@@ -12,7 +12,7 @@ use photolith::scene::Transfer;
 use serde::Serialize;
 
 use super::numbers::{finite, not_negative, pixels_per_degree, positive, probability};
-use super::{exit, output};
+use super::{exit, output, paths};
 
 mod report;
 
@@ -122,6 +122,7 @@ pub fn run(args: &CompareArgs) -> Result<ExitCode> {
         if !matches!(Format::from_path(path), Ok(Format::Png)) {
             bail!("{}: an error map is written as .png", path.display());
         }
+        paths::check_apart([&args.image, &args.reference], [("--heatmap", path)])?;
         check_writable(path)?;
     }
     let (image, _) = read(&args.image)?;

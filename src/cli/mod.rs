@@ -10,8 +10,10 @@ mod interrupt;
 mod numbers;
 mod options;
 mod output;
+mod paths;
 mod progress;
 mod render;
+mod signals;
 mod text;
 
 use std::process::ExitCode;
@@ -82,6 +84,7 @@ fn run(cli: Cli) -> anyhow::Result<ExitCode> {
         .format_target(false)
         .format_timestamp(None)
         .init();
+    signals::fail_at_the_size_limit_of_files();
     // SAFETY: no other thread has been started.
     unsafe { photolith::gpu::separate_caches_by_width() };
     match cli.command {

@@ -1,5 +1,7 @@
 //! Numbers as options take them: each parser says what it expected.
 
+use std::num::NonZeroUsize;
+
 /// A finite number that is good.
 fn number(text: &str, expected: &str, good: impl Fn(f64) -> bool) -> Result<f64, String> {
     text.parse().ok().filter(|&v: &f64| v.is_finite() && good(v)).ok_or_else(|| format!("expected {expected}"))
@@ -30,6 +32,21 @@ pub fn pixels_per_degree(text: &str) -> Result<f64, String> {
     number(text, "a number of 1 to 1000", |v| (1.0..=1000.0).contains(&v))
 }
 
+/// A number of things, at least 1.
+pub fn count(text: &str) -> Result<NonZeroUsize, String> {
+    text.parse().map_err(|_| "expected an integer of at least 1".to_owned())
+}
+
+/// A whole number of seconds, at least 1.
+pub fn seconds(text: &str) -> Result<u64, String> {
+    text.parse().ok().filter(|&s| s > 0).ok_or_else(|| "expected a whole number of seconds, at least 1".to_owned())
+}
+
+/// Any number of 32 bits.
+pub fn seed(text: &str) -> Result<u32, String> {
+    text.parse().map_err(|_| format!("expected an integer from 0 to {}", u32::MAX))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -40,6 +57,10 @@ mod tests {
         assert_eq!((probability("0.5"), pixels_per_degree("67")), (Ok(0.5), Ok(67.0)));
         for error in [finite("inf"), not_negative("-1"), positive("0"), probability("1"), pixels_per_degree("0.5")] {
             assert!(error.is_err_and(|e| e.starts_with("expected a number")));
+        }
+        assert_eq!((count("3").map(usize::from), seconds("9"), seed("4294967295")), (Ok(3), Ok(9), Ok(u32::MAX)));
+        for error in [count("0").err(), seconds("1e-9").err(), seconds("0").err(), seed("4294967296").err()] {
+            assert!(error.is_some_and(|e| e.starts_with("expected a")));
         }
     }
 }

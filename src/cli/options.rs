@@ -13,6 +13,8 @@ use photolith::render::{
 use photolith::scene::Scene;
 use photolith::{ContextOptions, RenderSettings, Validation, user_cache};
 
+use super::numbers::seed;
+
 /// Which device, and whether it is watched.
 #[derive(Args, Clone)]
 pub struct DeviceOptions {
@@ -58,7 +60,7 @@ pub struct SceneOptions {
     #[arg(long, value_name = "WxH")]
     pub size: Option<Size>,
 
-    /// Samples per pixel instead of the scene's; with --noise, the most that a pixel gets [default: 16384]
+    /// Samples per pixel instead of the scene's; with `render --noise`, the most that a pixel gets [default: 16384]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
     pub samples: Option<u32>,
 
@@ -67,7 +69,7 @@ pub struct SceneOptions {
     pub max_depth: Option<u32>,
 
     /// Selects the random numbers
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", value_parser = seed, default_value_t = 0)]
     pub seed: u32,
 
     /// Random numbers

@@ -9,9 +9,9 @@ use anyhow::{Context as _, anyhow};
 use clap::Args;
 use photolith::gpu::prefer_wide_vectors;
 use photolith::image::{self, Metadata};
-use photolith::render::{Adaptive, Features, Prepared, RenderStatistics};
+use photolith::render::{Adaptive, Choice as _, Features, Prepared, RenderStatistics};
 use photolith::scene::Scene;
-use photolith::{Context, Image, RenderSettings, Renderer, Validation};
+use photolith::{Context, Image, RenderError, RenderSettings, Renderer, Validation};
 use serde_json::json;
 
 use super::interrupt::Interrupt;
@@ -127,7 +127,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     })
     .context("starting a thread")?;
     let context = context?;
-    let mut renderer = Renderer::with(&context, prepared?)?;
+    let mut renderer = Renderer::with(&context, prepared?).map_err(|error| told_of_shaders(args, error))?;
     if renderer.hidden_lights() > 0 {
         log::warn!("{} light(s) left out: an opaque sphere keeps them from all that is seen", renderer.hidden_lights());
     }
@@ -136,7 +136,8 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let film = renderer.render(|progress| {
         bar.set(progress);
         interrupt.go_on()
-    })?;
+    });
+    let film = film.map_err(|error| told_of_shaders(args, error))?;
     bar.finish();
 
     let statistics = renderer.statistics();
@@ -181,6 +182,15 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     exit::with(code, printed)
 }
 
+/// An error, which the user's own shaders may be the cause of.
+fn told_of_shaders(args: &RenderArgs, error: RenderError) -> anyhow::Error {
+    let error = anyhow::Error::from(error);
+    match &args.spirv {
+        Some(folder) => error.context(format!("with shaders of {}", folder.display())),
+        None => error,
+    }
+}
+
 /// What adaptive sampling reached, for people.
 fn say_noise(target: f64, statistics: &RenderStatistics) {
     let samples = samples(statistics);
@@ -211,17 +221,34 @@ fn metadata(scene: &Scene, settings: &RenderSettings, context: &Context, rendere
     m.push("Scene", &scene.source);
     let statistics = renderer.statistics();
     m.push("Samples", statistics.mean_samples_per_pixel);
+    if let Some(adaptive) = settings.adaptive {
+        m.push("NoiseTarget", adaptive.noise);
+    }
     if let Some(reached) = statistics.adaptive {
         m.push("Noise", reached.noise);
+    }
+    if let Some(limit) = settings.time_limit {
+        m.push("TimeLimit", limit.as_secs_f64());
+    }
+    if statistics.stopped {
+        m.push("Stopped", true);
     }
     if statistics.most_samples_per_pixel > statistics.samples_per_pixel {
         m.push("FewestSamples", statistics.samples_per_pixel);
         m.push("MostSamples", statistics.most_samples_per_pixel);
     }
     m.push("MaxDepth", scene.integrator.max_depth);
+    m.push("Indirect", scene.integrator.indirect);
+    m.push("RussianRoulette", scene.integrator.russian_roulette.map_or("off".to_owned(), |hit| hit.to_string()));
     m.push("Seed", settings.seed);
-    m.push("Sampler", format!("{:?}", settings.sampler));
-    m.push("Intersection", format!("{:?}", settings.triangle_test));
+    m.push("Sampler", settings.sampler.name());
+    m.push("Intersection", settings.triangle_test.name());
+    m.push("Reuse", settings.reuse.name());
+    m.push("Gradients", settings.gradients.name());
+    m.push("Shares", settings.shares.name());
+    m.push("LightSamples", settings.light_samples.name());
+    m.push("Glances", settings.glances.name());
+    m.push("Beams", settings.beams.name());
     m.push("Filter", format!("{:?}", scene.film.filter));
     m.push("Device", &context.info().name);
     m.push("Driver", &context.info().driver);

@@ -171,9 +171,15 @@ pub(crate) fn compute_queue_family(instance: &Instance, device: vk::PhysicalDevi
     find(vk::QueueFlags::GRAPHICS).or_else(|| find(vk::QueueFlags::empty())).map(|i| i as u32)
 }
 
+/// A name in lower case, without the width of vectors that is in a CPU driver's, as in "llvmpipe (LLVM 15.0.6, 256 bits)": that
+/// changes with what is rendered.
+fn comparable(name: &str) -> String {
+    [128, 256, 512].iter().fold(name.to_lowercase(), |name, width| name.replace(&format!("{width} bits"), "bits"))
+}
+
 /// Picks a device and says why.
 ///
-/// `wanted` is an index, a UUID, or part of a name (any case). Without it: usable devices only, discrete before
+/// `wanted` is an index, a UUID, or part of a name (any case); a number is an index only. Without it: usable devices only, discrete before
 /// integrated before virtual before CPU, then the driver's order (which `MESA_VK_DEVICE_SELECT` changes).
 pub(crate) fn pick(devices: &[DeviceInfo], wanted: Option<&str>) -> Result<(usize, String), GpuError> {
     if devices.is_empty() {
@@ -181,13 +187,14 @@ pub(crate) fn pick(devices: &[DeviceInfo], wanted: Option<&str>) -> Result<(usiz
     }
     let (index, reason) = match wanted {
         Some(text) => {
-            let lower = text.to_lowercase();
-            let found = text
-                .parse::<usize>()
-                .ok()
-                .filter(|&i| i < devices.len())
-                .or_else(|| devices.iter().position(|d| d.uuid == lower || d.uuid.replace('-', "") == lower))
-                .or_else(|| devices.iter().position(|d| !lower.is_empty() && d.name.to_lowercase().contains(&lower)));
+            let name = comparable(text.trim());
+            let found = match text.parse::<usize>() {
+                Ok(index) => Some(index).filter(|&i| i < devices.len()),
+                Err(_) => devices
+                    .iter()
+                    .position(|d| d.uuid == name || d.uuid.replace('-', "") == name)
+                    .or_else(|| devices.iter().position(|d| !name.is_empty() && comparable(&d.name).contains(&name))),
+            };
             let index = found.ok_or_else(|| GpuError::NoSuchDevice {
                 wanted: text.to_owned(),
                 known: devices.iter().map(|d| format!("{}: {}", d.index, d.name)).collect::<Vec<_>>().join(", "),
@@ -236,7 +243,7 @@ mod tests {
     #[test]
     fn prefers_real_gpus_and_finds_by_index_name_and_uuid() {
         let mut all = vec![
-            device(0, "llvmpipe", DeviceKind::Cpu),
+            device(0, "llvmpipe (LLVM 15.0.6, 256 bits)", DeviceKind::Cpu),
             device(1, "Intel Iris", DeviceKind::Integrated),
             device(2, "GeForce", DeviceKind::Discrete),
         ];
@@ -244,6 +251,12 @@ mod tests {
         assert_eq!(pick(&all, Some("0")).unwrap().0, 0);
         assert_eq!(pick(&all, Some("LLVM")).unwrap().0, 0);
         assert_eq!(pick(&all, Some(&all[1].uuid)).unwrap().0, 1);
+        for name in ["llvmpipe (LLVM 15.0.6, 512 bits)", "256 bits", " llvmpipe "] {
+            assert_eq!(pick(&all, Some(name)).unwrap().0, 0, "{name}");
+        }
+        for nothing in ["15", "256", " ", ""] {
+            assert!(matches!(pick(&all, Some(nothing)), Err(GpuError::NoSuchDevice { .. })), "{nothing}");
+        }
         assert!(matches!(pick(&all, Some("radeon")), Err(GpuError::NoSuchDevice { .. })));
         assert!(matches!(pick(&all, Some("7")), Err(GpuError::NoSuchDevice { .. })));
         all[2].missing.push("Vulkan 1.2".to_owned());

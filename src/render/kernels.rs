@@ -3,7 +3,8 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use crate::gpu::words_of;
+use crate::files::read_regular;
+use crate::gpu::{GpuError, words_of};
 
 use super::aliased::declare_aliased;
 use super::error::RenderError;
@@ -81,10 +82,68 @@ pub(crate) fn spirv(kernel: &Kernel, settings: &RenderSettings) -> Result<Cow<'s
         return Ok(Cow::Borrowed(kernel.spirv));
     }
     log::info!("{}: used instead of the built-in shader", path.display());
-    let bytes = std::fs::read(&path).map_err(|e| RenderError::Settings(format!("{}: {e}", path.display())))?;
+    let fail = |problem: &dyn std::fmt::Display| RenderError::Settings(format!("{}: {problem}", path.display()));
+    let bytes = read_regular(&path).map_err(|error| fail(&error))?;
     // The magic number of the SPIR-V specification, section 2.3.
     if bytes.len() < 20 || bytes.len() % 4 != 0 || bytes[..4] != 0x0723_0203u32.to_le_bytes() {
-        return Err(RenderError::Settings(format!("{}: not a SPIR-V module", path.display())));
+        return Err(fail(&"not a SPIR-V module"));
     }
-    Ok(Cow::Owned(declare_aliased(&words_of(&bytes)).into_iter().flat_map(u32::to_le_bytes).collect()))
+    let words = words_of(&bytes);
+    check_module(&words).map_err(|problem| fail(&problem))?;
+    Ok(Cow::Owned(declare_aliased(&words).into_iter().flat_map(u32::to_le_bytes).collect()))
+}
+
+/// What went wrong in making a pipeline: a driver that cannot do anything with the caller's shader is not at fault.
+pub(crate) fn not_made(kernel: &Kernel, settings: &RenderSettings, error: GpuError) -> RenderError {
+    let path = settings.spirv_folder.as_deref().map(|folder| file_of(kernel.name, folder)).filter(|path| path.exists());
+    match (path, error) {
+        (Some(path), error @ GpuError::Call { .. }) => {
+            RenderError::Settings(format!("{}: the driver does not take this shader: {error}", path.display()))
+        }
+        (_, error) => error.into(),
+    }
+}
+
+/// Checks what a driver would only crash at: that a module is whole, and has a compute shader `main`.
+fn check_module(words: &[u32]) -> Result<(), &'static str> {
+    // Opcodes and models are those of the SPIR-V specification 1.6, section 3.
+    const ENTRY_POINT: u32 = 15;
+    const FUNCTION_END: u32 = 1 << 16 | 56;
+    const DAMAGED: &str = "the SPIR-V module is damaged: it ends within a function or an instruction";
+    const GL_COMPUTE: u32 = 5;
+    const MAIN: u32 = u32::from_le_bytes(*b"main");
+    let mut is_compute = false;
+    let mut rest = &words[5..];
+    while let Some(first) = rest.first() {
+        let count = (first >> 16) as usize;
+        let (instruction, after) = rest.split_at_checked(count).filter(|_| count > 0).ok_or(DAMAGED)?;
+        is_compute = is_compute
+            || matches!(*instruction, [_, GL_COMPUTE, _, MAIN, 0, ..] if instruction[0] & 0xffff == ENTRY_POINT);
+        rest = after;
+    }
+    if words.last() != Some(&FUNCTION_END) {
+        return Err(DAMAGED);
+    }
+    if is_compute { Ok(()) } else { Err("there is no compute shader main in the SPIR-V module") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn damaged_modules_and_other_shaders_are_refused() {
+        for kernel in [PATH_TRACE, PATH_TURNS, PATH_QUEUE, LIGHT_TRACE, TRAVERSE] {
+            let words = words_of(kernel.spirv);
+            assert_eq!(check_module(&words), Ok(()), "{}", kernel.name);
+            for cut in [1, 2, 3, 1000] {
+                assert!(check_module(&words[..words.len() - cut]).unwrap_err().contains("damaged"), "{cut} words less");
+            }
+            let mut graphics = words.clone();
+            let model = graphics.windows(4).position(|w| w[0] & 0xffff == 15 && w[1] == 5).unwrap();
+            graphics[model + 1] = 4;
+            assert!(check_module(&graphics).unwrap_err().contains("no compute shader"));
+        }
+        assert!(check_module(&[0; 5]).is_err());
+    }
 }

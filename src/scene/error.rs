@@ -185,7 +185,7 @@ pub enum SceneError {
 
     /// A mesh has nothing to render.
     #[error(
-        "{file}: empty mesh: {faces} faces, {degenerate} of them without area, expected at least one face with an area"
+        "{file}: empty mesh: {faces} faces, {degenerate} of them without area{placed}, expected at least one face with an area"
     )]
     EmptyMesh {
         /// The mesh's file.
@@ -194,6 +194,8 @@ pub enum SceneError {
         faces: usize,
         /// Faces that have no area.
         degenerate: usize,
+        /// What may have taken it from them.
+        placed: &'static str,
     },
 
     /// Nothing to render.

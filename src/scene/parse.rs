@@ -38,8 +38,15 @@ pub(super) fn parse(text: &str, file: &str) -> Result<SceneTable, SceneError> {
     })
 }
 
+/// A parser's words in one line, and those of its language in plain ones.
 fn one_line(message: &str) -> String {
-    message.trim().replace('\n', ", ")
+    let plain = [
+        ("\n", ", "),
+        ("expected i64", "expected an integer"),
+        ("expected f64", "expected a number"),
+        (" as i128", ""),
+    ];
+    plain.iter().fold(message.trim().to_owned(), |message, (from, to)| message.replace(from, to))
 }
 
 /// The version that a file claims to be of, if that is an integer, and where it says so.

@@ -1,24 +1,15 @@
 //! Reading files, those that the user names and those that a scene names.
 
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+
+use crate::files::read_regular;
 
 use super::error::SceneError;
 
 /// The content of a regular file. Anything else (a folder, a device that never ends) is an error.
 pub(super) fn read_file(path: &Path) -> Result<Vec<u8>, SceneError> {
-    let read = || {
-        let metadata = fs::metadata(path)?;
-        if metadata.is_dir() {
-            return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder, expected a file"));
-        }
-        if !metadata.is_file() {
-            return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is not a regular file"));
-        }
-        fs::read(path)
-    };
-    read().map_err(|reason| SceneError::Read { path: path.to_owned(), reason })
+    read_regular(path).map_err(|reason| SceneError::Read { path: path.to_owned(), reason })
 }
 
 /// A file that another file names, by a path that starts from the other file's folder. Without a folder (text that

@@ -12,13 +12,21 @@ use photolith::files::{check_writable, write_whole};
 use photolith::scene::Scene;
 
 use super::{BenchArgs, document};
-use crate::cli::output;
+use crate::cli::{output, paths};
 
 /// Checks that all that was asked for can be written, before an hour of measuring.
 ///
 /// # Errors
 /// Something cannot.
 pub fn check(args: &BenchArgs) -> Result<()> {
+    let outputs = [
+        ("--csv", &args.csv),
+        ("--plot", &args.plot),
+        ("--markdown", &args.markdown),
+        ("--dump-rays", &args.dump_rays),
+    ];
+    let outputs = outputs.into_iter().filter_map(|(option, path)| Some((option, path.as_ref()?)));
+    paths::check_apart(args.scenes.iter().chain(&args.reference.reference), outputs)?;
     for path in args.csv.iter().chain(&args.dump_rays) {
         check_writable(path)?;
     }

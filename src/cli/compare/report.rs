@@ -172,7 +172,7 @@ impl Table<'_> {
             }
         });
         // The column is there only when there are thresholds.
-        let verdict = if self.checks.is_empty() { verdict } else { format!("{verdict:<22}") };
+        let verdict = if self.checks.is_empty() { verdict } else { format!("{verdict:<21} ") };
         let line = format!("{label:<11}{value:<24}{verdict}{note}");
         self.text.push_str(line.trim_end());
         self.text.push('\n');

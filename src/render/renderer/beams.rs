@@ -90,7 +90,8 @@ impl BeamTracer {
             .bool(constant::REPEATS, false)
             .bool(constant::REUSE, false);
         let spirv = kernels::spirv(&LIGHT_TRACE, settings)?;
-        Ok(Pipeline::new(device, LIGHT_TRACE.name, &spirv, &specialization, layout)?)
+        Pipeline::new(device, LIGHT_TRACE.name, &spirv, &specialization, layout)
+            .map_err(|error| kernels::not_made(&LIGHT_TRACE, settings, error))
     }
 
     /// What the kernel sees.

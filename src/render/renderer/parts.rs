@@ -66,7 +66,10 @@ impl Parts {
                 }
                 None => Ok(None),
             };
-            let of_paths = || Pipeline::new(device, built_in.name, &spirv, &specialization, &layout);
+            let of_paths = || {
+                Pipeline::new(device, built_in.name, &spirv, &specialization, &layout)
+                    .map_err(|error| kernels::not_made(&built_in, settings, error))
+            };
             let (pipeline, beams) = if one_by_one || beam_layout.is_none() {
                 (of_paths(), of_beams())
             } else {

@@ -57,7 +57,8 @@ impl MeshRequest {
         let (triangles, degenerate) = with_area(&obj, &positions);
         let faces = obj.faces.len();
         if triangles.is_empty() {
-            return Err(SceneError::EmptyMesh { file: file.to_owned(), faces, degenerate });
+            let placed = if self.placement == Placement::default() { "" } else { " after scale, rotate and translate" };
+            return Err(SceneError::EmptyMesh { file: file.to_owned(), faces, degenerate, placed });
         }
         if degenerate > 0 {
             warnings.push(format!("{file}: {degenerate} of {faces} faces have no area and are dropped"));
