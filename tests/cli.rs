@@ -397,6 +397,62 @@ fn the_time_limit_leaves_no_pixel_out() {
     assert!(dark < 1024 * 640 / 1000, "{dark} pixels without light");
 }
 
+/// The time limit is over before the first dispatch ends, so that each start does one.
+#[test]
+fn a_rendering_in_several_starts_is_that_of_one() {
+    let directory = directory();
+    let d = directory.path();
+    let render = |options: &str| {
+        let settings = "--size 48x32 --samples 50 --samples-per-dispatch 5 --seed 3";
+        let scene = scene_path("cornell");
+        let output = run(d, &format!("render {} {settings} -o out.exr {options}", scene.display()));
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        text(&output.stderr).to_owned()
+    };
+    render("--time-limit 1e9");
+    let (whole, _) = read(&d.join("out.exr")).unwrap();
+    let mut starts = 0;
+    let in_parts = "--time-limit 0.000001 --checkpoint rest";
+    while render(in_parts).contains("rest: the same command goes on from here") {
+        starts += 1;
+        assert!(d.join("rest").exists() && starts < 50, "{starts} starts");
+        assert!(read(&d.join("out.exr")).is_ok());
+    }
+    assert!(starts > 1);
+    assert_eq!(names(d), ["ball.toml", "out.exr"]);
+    assert_eq!(read(&d.join("out.exr")).unwrap().0.pixels(), whole.pixels());
+    // Kept from time to time, within one start.
+    render("--checkpoint rest --checkpoint-every 0.000001");
+    assert_eq!(names(d), ["ball.toml", "out.exr"]);
+}
+
+#[test]
+fn checkpoints_of_other_renderings_are_refused_and_stay() {
+    let directory = directory();
+    let d = directory.path();
+    let in_parts = "render ball.toml --size 16x16 --samples 9 --samples-per-dispatch 1 --reuse off --time-limit 0.000001 \
+                    --checkpoint rest -o out.png";
+    assert_eq!(run(d, in_parts).status.code(), Some(0));
+    let kept = fs::read(d.join("rest")).unwrap();
+    put(d, "other.toml", &format!("version = 1\n{CAMERA}{SKY}{}", BALL.replace("radius = 1", "radius = 1.1")));
+    for (arguments, words) in [
+        (format!("{in_parts} --seed 4"), ["found \"Seed: 0\"", "expected \"Seed: 4\""]),
+        (in_parts.replace("9", "10"), ["found \"Samples: 9\"", "expected \"Samples: 10\""]),
+        (in_parts.replace("ball", "other"), ["found \"Scene: ", "expected \"Scene: "]),
+        (format!("{in_parts} --noise 0.1"), ["--noise", "--checkpoint"]),
+        (in_parts.replace("rest", "out.png"), ["--checkpoint out.png", "--output writes this file too"]),
+        (in_parts.replace("rest", "ball.toml"), ["--checkpoint ball.toml", "also read"]),
+    ] {
+        assert_fails(&run(d, &arguments), 2, &words, &arguments);
+        assert_eq!(fs::read(d.join("rest")).unwrap(), kept, "{arguments}");
+    }
+    for (damaged, word) in [(&kept[..kept.len() - 1], "damaged"), (&b"a text"[..], "not a checkpoint")] {
+        fs::write(d.join("rest"), damaged).unwrap();
+        assert_fails(&run(d, in_parts), 2, &["rest", word], word);
+        assert_eq!(fs::read(d.join("rest")).unwrap(), damaged);
+    }
+}
+
 /// The program at work with such arguments, after Ctrl-C.
 #[cfg(unix)]
 fn interrupted(directory: &Path, arguments: &str) -> Child {

@@ -7,17 +7,20 @@ use std::time::Duration;
 
 use anyhow::{Context as _, anyhow};
 use clap::Args;
+use photolith::bench::fingerprint;
+use photolith::files::check_writable;
 use photolith::gpu::prefer_wide_vectors;
 use photolith::image::{self, Metadata};
-use photolith::render::{Adaptive, Choice as _, Features, Prepared, RenderStatistics};
+use photolith::render::{Adaptive, Choice as _, Features, Prepared, Progress, RenderStatistics, shaders_hash};
 use photolith::scene::Scene;
 use photolith::{Context, Image, RenderError, RenderSettings, Renderer, Validation};
 use serde_json::json;
 
+use super::checkpoint::Keeper;
 use super::interrupt::Interrupt;
 use super::options::{DeviceOptions, SceneOptions};
 use super::progress::Bar;
-use super::{exit, output};
+use super::{exit, output, paths};
 
 /// Arguments of `photolith render`.
 #[derive(Args)]
@@ -43,6 +46,15 @@ pub struct RenderArgs {
     /// Stop after so many seconds of rendering and write what there is: a sample of every pixel at least
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     time_limit: Option<Duration>,
+
+    /// Keep what is done in this file, from time to time and when stopped; if it is there, go on from it. It is removed when
+    /// the image is complete, which has the same bits as if it had been rendered at once
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["noise", "spirv"])]
+    checkpoint: Option<PathBuf>,
+
+    /// How often it is written (with --time-limit: at the end only)
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "600", requires = "checkpoint")]
+    checkpoint_every: Duration,
 
     /// Samples per pixel of one dispatch instead of the measured number (changes no bit of the image)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
@@ -101,6 +113,10 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     };
     // Before hours of rendering, not after.
     image::check_writable(&path)?;
+    if let Some(checkpoint) = &args.checkpoint {
+        paths::check_apart([&args.scene], [("--output", &path), ("--checkpoint", checkpoint)])?;
+        check_writable(checkpoint)?;
+    }
     let (scene, mut settings) = args.scene_options.load(&args.scene)?;
     if let Some(noise) = args.noise {
         settings.adaptive = Some(Adaptive::to_noise(noise));
@@ -131,13 +147,21 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     if renderer.hidden_lights() > 0 {
         log::warn!("{} light(s) left out: an opaque sphere keeps them from all that is seen", renderer.hidden_lights());
     }
+    let mut keeper = match &args.checkpoint {
+        Some(path) => Some(Keeper::open(path, args.checkpoint_every, &identity(&scene, &settings, &context))?),
+        None => None,
+    };
     let setup = started.elapsed().as_secs_f64();
     let bar = Bar::new();
-    let film = renderer.render(|progress| {
+    let on_progress = |progress: &Progress| {
         bar.set(progress);
         interrupt.go_on()
-    });
-    let film = film.map_err(|error| told_of_shaders(args, error))?;
+    };
+    let blame = |error| told_of_shaders(args, error);
+    let film = match &mut keeper {
+        Some(keeper) => keeper.render(&mut renderer, blame, on_progress)?,
+        None => renderer.render(on_progress).map_err(blame)?,
+    };
     bar.finish();
 
     let statistics = renderer.statistics();
@@ -237,6 +261,23 @@ fn metadata(scene: &Scene, settings: &RenderSettings, context: &Context, rendere
         m.push("FewestSamples", statistics.samples_per_pixel);
         m.push("MostSamples", statistics.most_samples_per_pixel);
     }
+    push_settings(&mut m, scene, settings, context);
+    m
+}
+
+/// All that the bits of an image depend on.
+fn identity(scene: &Scene, settings: &RenderSettings, context: &Context) -> Metadata {
+    let mut m = Metadata::new();
+    m.push("Program", format!("photolith {}, shaders {:016x}", env!("CARGO_PKG_VERSION"), shaders_hash()));
+    m.push("Size", format!("{}x{}", scene.film.width, scene.film.height));
+    m.push("Samples", settings.samples);
+    push_settings(&mut m, scene, settings, context);
+    m.push("TimeLimit", settings.time_limit.is_some());
+    m.push("Scene", format!("{:016x}", fingerprint(scene)));
+    m
+}
+
+fn push_settings(m: &mut Metadata, scene: &Scene, settings: &RenderSettings, context: &Context) {
     m.push("MaxDepth", scene.integrator.max_depth);
     m.push("Indirect", scene.integrator.indirect);
     m.push("RussianRoulette", scene.integrator.russian_roulette.map_or("off".to_owned(), |hit| hit.to_string()));
@@ -252,7 +293,6 @@ fn metadata(scene: &Scene, settings: &RenderSettings, context: &Context, rendere
     m.push("Filter", format!("{:?}", scene.film.filter));
     m.push("Device", &context.info().name);
     m.push("Driver", &context.info().driver);
-    m
 }
 
 fn report(

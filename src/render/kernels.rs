@@ -1,10 +1,12 @@
 //! The SPIR-V of the path tracer's kernels.
 
 use std::borrow::Cow;
+use std::hash::Hasher;
 use std::path::{Path, PathBuf};
 
 use crate::files::read_regular;
 use crate::gpu::{GpuError, words_of};
+use crate::hash::Fnv;
 
 use super::aliased::declare_aliased;
 use super::error::RenderError;
@@ -56,6 +58,13 @@ pub(crate) const fn built_in(schedule: Schedule) -> Kernel {
         Schedule::Turns => PATH_TURNS,
         Schedule::Queue => PATH_QUEUE,
     }
+}
+
+/// A number that tells the built-in shaders apart from those of another build.
+pub fn shaders_hash() -> u64 {
+    let mut hash = Fnv::default();
+    [PATH_TRACE, PATH_TURNS, PATH_QUEUE, LIGHT_TRACE].iter().for_each(|kernel| hash.write(kernel.spirv));
+    hash.finish()
 }
 
 /// The names of kernels that may be in the folder of the settings.

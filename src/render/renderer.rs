@@ -11,6 +11,7 @@ mod launch;
 mod parts;
 mod passes;
 mod repeats;
+mod resume;
 mod reuse_policy;
 mod schedule;
 mod shares;
@@ -32,6 +33,7 @@ use crate::accel::{MAX_RECORDS, TreeStatistics};
 use crate::gpu::{Context, Pipeline, Timeline};
 use crate::scene::Scene;
 
+use super::checkpoint::Checkpoint;
 use super::error::RenderError;
 use super::features::Features;
 use super::film::{Film, slot_count, slots_of_row};
@@ -85,6 +87,10 @@ pub struct Renderer {
     certainties: Certainties,
     /// How the samples of each pixel begin.
     beginnings: Beginnings,
+    /// Samples per pixel before the part of the rendering that is being done, with groups in one place.
+    phase_begin: u32,
+    /// Samples, over all pixels, that had been done of that part when the rendering was stopped.
+    partly: u64,
     /// By how much variance must fall in the trial.
     reuse_is_worth: f64,
     stage: &'static str,
@@ -136,6 +142,8 @@ impl Renderer {
             places: Places::default(),
             certainties: Certainties::default(),
             beginnings: Beginnings::default(),
+            phase_begin: 0,
+            partly: 0,
             reuse: ReuseTrial::Never,
             reuses: if *reuse { settings.reuse } else { Reuse::Off },
             fewest_reused: reuse_policy::fewest_samples(needed, settings.reuse, facts),
@@ -226,7 +234,16 @@ impl Renderer {
     ///
     /// # Errors
     /// The device fails, or the driver cuts loops short.
-    pub fn render(&mut self, mut on_progress: impl FnMut(&Progress) -> ControlFlow<()>) -> Result<Film, RenderError> {
+    pub fn render(&mut self, on_progress: impl FnMut(&Progress) -> ControlFlow<()>) -> Result<Film, RenderError> {
+        self.render_from(None, on_progress)
+    }
+
+    /// From the beginning, or from where another rendering was stopped.
+    fn render_from(
+        &mut self,
+        checkpoint: Option<&Checkpoint>,
+        mut on_progress: impl FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Result<Film, RenderError> {
         let RenderStatistics { setup_seconds, compile_seconds, .. } = self.statistics;
         self.statistics = RenderStatistics { setup_seconds, compile_seconds, ..RenderStatistics::default() };
         // Beams come last.
@@ -237,25 +254,29 @@ impl Renderer {
         let long = self.settings.samples >= self.fewest_reused;
         self.reuse = if long { ReuseTrial::of(self.reuses) } else { ReuseTrial::Never };
         self.shares = Shares::default();
+        self.partly = 0;
         self.survey()?;
         self.find_beginnings()?;
         self.try_reuse()?;
+        let done = checkpoint.map_or(Ok(0), |checkpoint| self.take_up(checkpoint))?;
+        watch.redone = checkpoint.map_or(0, Checkpoint::samples);
         let film = match self.settings.adaptive {
-            None => self.render_uniform(&mut watch)?,
+            None => self.render_uniform(done, &mut watch)?,
             Some(adaptive) if self.makes_gradients() => self.render_twins(&adaptive, &mut watch)?,
             Some(adaptive) => self.render_adaptive(&adaptive, &mut watch)?,
         };
         self.statistics.count_pixels(&film);
         self.statistics.reuse_gain = self.reuse.gain();
-        self.statistics.render_seconds = watch.elapsed().as_secs_f64();
+        let before = checkpoint.map_or(0.0, |checkpoint| checkpoint.figures.render_seconds);
+        self.statistics.render_seconds = before + watch.elapsed().as_secs_f64();
         Ok(film)
     }
 
-    /// The samples that are asked for.
-    fn render_uniform(&mut self, watch: &mut Watch<'_>) -> Result<Film, RenderError> {
+    /// The samples that are asked for, but for so many per pixel that are done.
+    fn render_uniform(&mut self, begin: u32, watch: &mut Watch<'_>) -> Result<Film, RenderError> {
         watch.total = self.samples_of_image(self.settings.samples);
-        let (mut done, mut light) = (0, self.no_beams());
-        for samples in self.samples_between_beams() {
+        let (mut done, mut light) = (begin, self.no_beams());
+        for samples in self.samples_between_beams().skip_while(|&samples| samples < begin) {
             self.pass(&self.whole_film(), done, samples, watch)?;
             if watch.stop {
                 break;

@@ -134,6 +134,7 @@ impl Renderer {
         let (mut done, mut complete) = (done, true);
         while done < samples && complete && !watch.stop {
             let phase_end = phases.end(done).min(samples);
+            self.phase_begin = done;
             let shifted = phases.is_shifted(done);
             self.groups = Groups { shifted, other_samples: phases.samples(done)[usize::from(!shifted)] };
             let result = self.steady_pass(spans, done, phase_end, watch);

@@ -24,6 +24,9 @@ pub(super) struct Watch<'a> {
     on_progress: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
     /// Samples to do, over all pixels: for the reports of progress only.
     pub total: u64,
+    /// Samples that were done when the rendering was stopped before. It is not stopped again before there is a further one: else it
+    /// might never get any further.
+    pub redone: u64,
     /// No further dispatch may begin.
     pub stop: bool,
     /// Because who watches said so.
@@ -34,7 +37,7 @@ impl<'a> Watch<'a> {
     /// Begins now.
     pub fn new(limit: Option<Duration>, on_progress: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Self {
         let start = Instant::now();
-        Self { start, last_finished: start, limit, on_progress, total: 0, stop: false, interrupted: false }
+        Self { start, last_finished: start, limit, on_progress, total: 0, redone: 0, stop: false, interrupted: false }
     }
 
     /// Time since the beginning.
@@ -59,6 +62,9 @@ impl<'a> Watch<'a> {
     /// So many samples are done, and the last dispatch took so many seconds. Stops if that is wanted, or if another would not end in
     /// time, unless `uneven`: some pixels have no sample yet.
     pub fn report(&mut self, done: u64, seconds: f64, uneven: bool) {
+        if self.redone > 0 && done <= self.redone {
+            return;
+        }
         let progress = Progress { done, total: self.total.max(done), elapsed: self.elapsed() };
         self.interrupted |= (self.on_progress)(&progress).is_break();
         self.stop |= self.interrupted;
@@ -103,7 +109,8 @@ impl Renderer {
         samples: u32,
         watch: &mut Watch<'_>,
     ) -> Result<bool, RenderError> {
-        let end = self.statistics.samples + self.samples_between(spans, done, samples);
+        let begin = self.statistics.samples - take(&mut self.partly);
+        let end = begin + self.samples_between(spans, done, samples);
         let mut plan = Plan::new(spans.to_vec(), done, samples, &self.pace);
         let mut in_flight: VecDeque<(Ticket, Instant, usize)> = VecDeque::new();
         let mut done_before_repeat = None;
