@@ -413,7 +413,7 @@ fn a_rendering_in_several_starts_is_that_of_one() {
     let (whole, _) = read(&d.join("out.exr")).unwrap();
     let mut starts = 0;
     let in_parts = "--time-limit 0.000001 --checkpoint rest";
-    while render(in_parts).contains("rest: the same command goes on from here") {
+    while render(in_parts).contains("kept in rest: the same command goes on from there") {
         starts += 1;
         assert!(d.join("rest").exists() && starts < 50, "{starts} starts");
         assert!(read(&d.join("out.exr")).is_ok());
@@ -422,8 +422,9 @@ fn a_rendering_in_several_starts_is_that_of_one() {
     assert_eq!(names(d), ["ball.toml", "out.exr"]);
     assert_eq!(read(&d.join("out.exr")).unwrap().0.pixels(), whole.pixels());
     // Kept from time to time, within one start.
-    render("--checkpoint rest --checkpoint-every 0.000001");
+    render("--time-limit 1e9 --checkpoint rest --checkpoint-every 0.000001");
     assert_eq!(names(d), ["ball.toml", "out.exr"]);
+    assert_eq!(read(&d.join("out.exr")).unwrap().0.pixels(), whole.pixels());
 }
 
 #[test]
@@ -439,6 +440,8 @@ fn checkpoints_of_other_renderings_are_refused_and_stay() {
         (format!("{in_parts} --seed 4"), ["found \"Seed: 0\"", "expected \"Seed: 4\""]),
         (in_parts.replace("9", "10"), ["found \"Samples: 9\"", "expected \"Samples: 10\""]),
         (in_parts.replace("ball", "other"), ["found \"Scene: ", "expected \"Scene: "]),
+        (format!("{in_parts} --accel none"), ["found \"Accel: bvh\"", "expected \"Accel: none\""]),
+        (in_parts.replace("--time-limit 0.000001", ""), ["found \"TimeLimit: some\"", "expected \"TimeLimit: none\""]),
         (format!("{in_parts} --noise 0.1"), ["--noise", "--checkpoint"]),
         (in_parts.replace("rest", "out.png"), ["--checkpoint out.png", "--output writes this file too"]),
         (in_parts.replace("rest", "ball.toml"), ["--checkpoint ball.toml", "also read"]),
@@ -451,6 +454,40 @@ fn checkpoints_of_other_renderings_are_refused_and_stay() {
         assert_fails(&run(d, in_parts), 2, &["rest", word], word);
         assert_eq!(fs::read(d.join("rest")).unwrap(), damaged);
     }
+}
+
+/// A limit of the size of files stands for a full disk.
+#[cfg(unix)]
+#[test]
+fn what_cannot_be_written_costs_neither_image_nor_checkpoint() {
+    let directory = directory();
+    let d = directory.path();
+    let limited = |limit: &str, arguments: &str| {
+        let script = format!("ulimit -f {limit}; exec \"$0\" {arguments}");
+        let mut command = Command::new("bash");
+        command.current_dir(d).args(["-c", &script, env!("CARGO_BIN_EXE_photolith")]).output().unwrap()
+    };
+    let scene = scene_path("spheres");
+    let arguments = format!("render {} --size 64x64 --samples 40 --samples-per-dispatch 1", scene.display());
+    // The image is larger than files may be, and the checkpoint is larger still.
+    let output = limited("unlimited", &format!("{arguments} -o out.pfm --checkpoint rest --time-limit 0.000001"));
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let rest = fs::read(d.join("rest")).unwrap();
+    fs::remove_file(d.join("out.pfm")).unwrap();
+    let output = limited("40", &format!("{arguments} -o out.pfm --checkpoint rest --time-limit 1000"));
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    assert!(text(&output.stderr).contains("cannot write out.pfm"), "{output:?}");
+    assert_eq!(fs::read(d.join("rest")).unwrap(), rest);
+    // The checkpoint is larger than files may be, and the image is not.
+    let output = limited(
+        "100",
+        &format!("{arguments} -o out.png --checkpoint other --checkpoint-every 0.000001 --time-limit 0.000001"),
+    );
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    let stderr = text(&output.stderr);
+    assert!(stderr.contains("what is done is not kept: cannot write other"), "{stderr}");
+    assert!(read(&d.join("out.png")).is_ok());
+    assert_eq!(names(d), ["ball.toml", "out.png", "rest"]);
 }
 
 /// The program at work with such arguments, after Ctrl-C.

@@ -3,39 +3,47 @@
 mod common;
 
 use std::ops::ControlFlow;
+use std::time::Duration;
 
-use common::{assert_same_bits, context, render, shipped};
-use photolith::render::{Adaptive, Checkpoint, Reuse};
+use common::{assert_same_bits, context, render, render_counted, shipped};
+use photolith::render::{Adaptive, Checkpoint, Progress, RenderStatistics, Reuse};
 use photolith::{Film, RenderError, RenderSettings, Renderer, Scene};
 
 const SAMPLES: u32 = 24;
 
-/// Stopped after every few dispatches, with a renderer of its own each time.
-fn in_parts(scene: &Scene, settings: &RenderSettings, dispatches: u32) -> (Film, u32) {
+/// Stopped after every few dispatches that bring a further sample, or beams, with a renderer of its own each time.
+fn in_parts(scene: &Scene, settings: &RenderSettings, dispatches: u32) -> (Film, RenderStatistics, u32) {
     let context = context();
     let mut kept: Option<Checkpoint> = None;
-    for parts in 1.. {
+    for parts in 1..1000 {
         let mut renderer = Renderer::new(&context, scene, settings).unwrap();
         let mut left = dispatches;
-        let progress = |_: &_| {
-            left -= 1;
+        let before = kept.as_ref().map_or(0, Checkpoint::samples);
+        let progress = |progress: &Progress| {
+            left -= u32::from(progress.done > before || progress.done >= progress.total);
             if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
         let film = match &kept {
             Some(checkpoint) => renderer.go_on(checkpoint, progress).unwrap(),
             None => renderer.render(progress).unwrap(),
         };
-        let Some(checkpoint) = renderer.checkpoint().unwrap() else {
-            assert_eq!(renderer.statistics().samples, film.counts().iter().map(|&n| u64::from(n)).sum::<u64>());
-            return (film, parts);
-        };
+        let checkpoint = renderer.checkpoint().unwrap();
+        if !renderer.statistics().stopped {
+            assert_eq!(checkpoint.samples(), film.counts().iter().map(|&n| u64::from(n)).sum::<u64>());
+            return (film, renderer.statistics().clone(), parts);
+        }
         let mut bytes = Vec::new();
         checkpoint.write("what", &mut bytes).unwrap();
         let (what, read) = Checkpoint::read(&bytes).unwrap();
         assert_eq!((what.as_str(), &read), ("what", &checkpoint));
         kept = Some(read);
     }
-    unreachable!()
+    panic!("it gets no further")
+}
+
+fn counts(statistics: &RenderStatistics) -> [u64; 6] {
+    let s = statistics;
+    [s.samples, s.reused_samples, s.rays, s.shadow_rays, s.bad_samples, s.beams]
 }
 
 #[test]
@@ -46,11 +54,14 @@ fn stopping_changes_no_bit() {
             let scene = shipped(name, (40, 24), SAMPLES);
             // Small dispatches, so that rounds, phases and what precedes beams are cut in two.
             let settings = RenderSettings { samples_per_dispatch: Some(5), reuse, ..RenderSettings::of(&scene) };
-            let whole = render(&context, &scene, &settings);
-            for dispatches in [1, 3] {
-                let (film, parts) = in_parts(&scene, &settings, dispatches);
+            let (whole, statistics) = render_counted(&context, &scene, &settings);
+            let passage = RenderSettings { passage: Some(1 << 16), ..settings.clone() };
+            for (settings, dispatches) in [(&settings, 1), (&settings, 3), (&passage, 2)] {
+                let (film, in_all, parts) = in_parts(&scene, settings, dispatches);
                 assert!(parts > 1, "{name}: never stopped");
-                assert_same_bits(&whole, &film, &format!("{name}, {reuse:?}, {dispatches} dispatches at a time"));
+                let what = format!("{name}, {reuse:?}, {dispatches} dispatches at a time");
+                assert_same_bits(&whole, &film, &what);
+                assert_eq!(counts(&in_all), counts(&statistics), "{what}");
             }
         }
     }
@@ -63,24 +74,48 @@ fn stopping_within_a_round_changes_no_bit() {
     let scene = shipped("cat", (160, 128), 12);
     let settings = RenderSettings::of(&scene);
     let whole = render(&context, &scene, &settings);
-    let (film, parts) = in_parts(&scene, &settings, 1);
+    let (film, _, parts) = in_parts(&scene, &settings, 1);
     assert!(parts > 1, "never stopped");
     assert_same_bits(&whole, &film, "in parts");
+    // Samples run out of the budget of loops, and are done again.
+    let settings = RenderSettings { loop_budget: Some(4000), ..settings };
+    assert_same_bits(&whole, &in_parts(&scene, &settings, 3).0, "in parts, with a budget");
 }
 
 #[test]
-fn a_complete_rendering_leaves_nothing_and_others_are_refused() {
+fn what_is_handed_out_meanwhile_is_gone_on_with() {
+    let context = context();
+    for name in ["cornell", "cat"] {
+        let scene = shipped(name, (40, 24), SAMPLES);
+        let settings = RenderSettings { samples_per_dispatch: Some(5), ..RenderSettings::of(&scene) };
+        let whole = render(&context, &scene, &settings);
+        let mut renderer = Renderer::new(&context, &scene, &settings).unwrap();
+        let (mut kept, go_on) = (Vec::new(), |_: &Progress| ControlFlow::Continue(()));
+        let film = renderer.render_keeping(None, Duration::ZERO, |checkpoint| kept.push(checkpoint), go_on).unwrap();
+        assert_same_bits(&whole, &film, name);
+        assert!(kept.len() > 2, "{name}: {}", kept.len());
+        assert!(kept.is_sorted_by(|a, b| a.samples() < b.samples() && a.seconds() < b.seconds()));
+        for checkpoint in [&kept[0], &kept[kept.len() / 2], &renderer.checkpoint().unwrap()] {
+            assert_same_bits(&whole, &renderer.go_on(checkpoint, go_on).unwrap(), name);
+        }
+    }
+}
+
+#[test]
+fn checkpoints_of_other_renderings_are_refused() {
     let context = context();
     let scene = shipped("cat", (16, 16), 64);
-    let stop = |_: &_| ControlFlow::Break(());
     let settings = RenderSettings { samples_per_dispatch: Some(1), reuse: Reuse::Always, ..RenderSettings::of(&scene) };
     let mut renderer = Renderer::new(&context, &scene, &settings).unwrap();
+    assert!(renderer.checkpoint().is_err(), "nothing is rendered");
+    let mut left = 20;
+    let stop = |_: &Progress| {
+        left -= 1;
+        if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
     renderer.render(stop).unwrap();
-    let checkpoint = renderer.checkpoint().unwrap().unwrap();
-    renderer.render(|_| ControlFlow::Continue(())).unwrap();
-    assert_eq!(renderer.checkpoint().unwrap(), None);
+    let checkpoint = renderer.checkpoint().unwrap();
 
-    // More pixels, fewer samples than there are, other gradients.
     let refused = |scene: &Scene, settings: &RenderSettings| {
         let mut renderer = Renderer::new(&context, scene, settings).unwrap();
         let taken = renderer.go_on(&checkpoint, |_| ControlFlow::Continue(()));

@@ -1,12 +1,13 @@
 //! `render --checkpoint`: what is done is kept in a file, from which a later start of the program goes on.
 
 use std::fs;
+use std::io::{self, Write as _};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use anyhow::{Context as _, Result, bail};
-use photolith::files::{read_regular, write_whole};
+use anyhow::{Context as _, Result, anyhow, bail};
+use photolith::files::{WriteError, read_regular, write_whole};
 use photolith::image::Metadata;
 use photolith::render::{Checkpoint, Progress};
 use photolith::{Film, RenderError, Renderer};
@@ -19,8 +20,8 @@ pub struct Keeper {
     every: Duration,
     /// All that the image depends on.
     what: String,
-    /// What was in the file, or is now.
-    kept: Option<Checkpoint>,
+    /// What was in the file.
+    from: Option<Checkpoint>,
 }
 
 impl Keeper {
@@ -30,58 +31,60 @@ impl Keeper {
     /// The file is no checkpoint, or one of another rendering: it stays as it is.
     pub fn open(path: &Path, every: Duration, what: &Metadata) -> Result<Self> {
         let what: String = what.iter().map(|(key, value)| format!("{key}: {}\n", value.replace('\n', " "))).collect();
-        let kept = if path.exists() { Some(read(path, &what)?) } else { None };
-        Ok(Self { path: path.to_owned(), every, what, kept })
+        // What is removed at the end is the file, and not a link to it.
+        let path =
+            if path.is_symlink() { fs::canonicalize(path).ok() } else { None }.unwrap_or_else(|| path.to_owned());
+        let unreadable = || format!("{} cannot be read", path.display());
+        let from = if path.try_exists().with_context(unreadable)? { Some(read(&path, &what)?) } else { None };
+        Ok(Self { path, every, what, from })
     }
 
-    /// Renders until all samples are done, the time limit is over, or `on_progress` breaks: then the rest is left to the file, which
-    /// is removed when there is no rest.
+    /// Renders, and meanwhile keeps what is done: a file that cannot be written is told of, and is left as it was.
     ///
     /// # Errors
-    /// Those of the renderer; the file cannot be written or removed.
+    /// Those of the renderer.
     pub fn render(
         &mut self,
         renderer: &mut Renderer,
-        blame: impl Fn(RenderError) -> anyhow::Error,
-        mut on_progress: impl FnMut(&Progress) -> ControlFlow<()>,
-    ) -> Result<Film> {
-        // A time limit is one of a call.
-        let in_parts = renderer.settings().time_limit.is_none();
-        if let Some(kept) = &self.kept {
-            log::info!("{}: going on after {} samples, over all pixels", self.path.display(), kept.samples());
+        on_progress: impl FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Result<Film, RenderError> {
+        let from = self.from.take();
+        if let Some(from) = &from {
+            log::info!("{}: going on after {} samples, over all pixels", self.path.display(), from.samples());
         }
-        loop {
-            let (start, mut to_keep) = (Instant::now(), false);
-            let progress = |progress: &Progress| {
-                on_progress(progress)?;
-                to_keep = in_parts && start.elapsed() >= self.every;
-                if to_keep { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-            };
-            let film = match &self.kept {
-                Some(kept) => renderer.go_on(kept, progress),
-                None => renderer.render(progress),
-            };
-            let film = film.map_err(&blame)?;
-            let Some(checkpoint) = renderer.checkpoint()? else {
-                self.remove()?;
-                return Ok(film);
-            };
-            write_whole(&self.path, |out| checkpoint.write(&self.what, out))?;
-            self.kept = Some(checkpoint);
-            if !to_keep {
-                output::tell(&format!("{}: the same command goes on from here", self.path.display()));
-                return Ok(film);
+        let keep = |checkpoint: Checkpoint| {
+            if let Err(error) = self.write(&checkpoint) {
+                log::warn!("what is done is not kept: {:#}", anyhow!(error));
             }
-        }
+        };
+        renderer.render_keeping(from.as_ref(), self.every, keep, on_progress)
     }
 
-    fn remove(&self) -> Result<()> {
-        match fs::remove_file(&self.path) {
-            Err(error) if self.kept.is_some() => {
-                Err(error).with_context(|| format!("{} is left over", self.path.display()))
-            }
-            _ => Ok(()),
+    /// When the image is written, or could not be: removes the file of what is complete, and keeps all else.
+    ///
+    /// # Errors
+    /// The file cannot be written or removed; the renderer cannot tell what is done.
+    pub fn finish(&self, renderer: &mut Renderer, image_is_written: bool) -> Result<()> {
+        if image_is_written && !renderer.statistics().stopped {
+            return match fs::remove_file(&self.path) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                    Err(error).with_context(|| format!("{} is left over", self.path.display()))
+                }
+                _ => Ok(()),
+            };
         }
+        self.write(&renderer.checkpoint()?)?;
+        output::tell(&format!("what is done is kept in {}: the same command goes on from there", self.path.display()));
+        Ok(())
+    }
+
+    fn write(&self, checkpoint: &Checkpoint) -> Result<(), WriteError> {
+        write_whole(&self.path, |out| {
+            checkpoint.write(&self.what, out)?;
+            out.flush()?;
+            // It replaces one that is whole, even if the power fails now.
+            out.get_ref().sync_all()
+        })
     }
 }
 

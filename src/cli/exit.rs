@@ -25,7 +25,7 @@ pub const TIMEOUT: u8 = 6;
 pub const INTERRUPTED: u8 = 130;
 
 /// Shown under every help text of the program.
-pub const HELP: &str = "Exit codes: 0 done, 1 an image or check is wrong, 2 usage or bad input, 3 no suitable device, \
+pub const HELP: &str = "Exit codes: 0 done, 1 an image or check is wrong, 2 usage, bad input or too little memory, 3 no suitable device, \
                         4 validation message or driver fault, 5 device lost, 6 timeout, 130 interrupted (what was \
                         done is written)";
 

@@ -18,7 +18,7 @@ use super::numbers::seed;
 /// Which device, and whether it is watched.
 #[derive(Args, Clone)]
 pub struct DeviceOptions {
-    /// Vulkan device: index, UUID or part of the name (see `photolith devices`)
+    /// Vulkan device: index, UUID or part of the name that is no number (see `photolith devices`)
     #[arg(long, value_name = "INDEX|NAME|UUID")]
     pub device: Option<String>,
 

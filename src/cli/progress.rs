@@ -1,10 +1,16 @@
 //! The progress bar on a terminal.
 
+use std::cell::Cell;
+
 use indicatif::{ProgressBar, ProgressStyle};
 use photolith::render::Progress;
 
 /// A bar with rate and time left; invisible where stderr is no terminal.
-pub struct Bar(ProgressBar);
+pub struct Bar {
+    bar: ProgressBar,
+    /// Whether it has been moved.
+    moved: Cell<bool>,
+}
 
 impl Bar {
     /// A bar over a number of samples that the first report of progress tells.
@@ -14,18 +20,22 @@ impl Bar {
         if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style.progress_chars("=> "));
         }
-        Self(bar)
+        Self { bar, moved: Cell::new(false) }
     }
 
     /// Moves the bar.
     pub fn set(&self, progress: &Progress) {
         // Adaptive sampling learns as it goes on how many it will take.
-        self.0.set_length(progress.total);
-        self.0.set_position(progress.done);
+        self.bar.set_length(progress.total);
+        self.bar.set_position(progress.done);
+        if !self.moved.replace(true) {
+            // What was done before says nothing of the rate.
+            self.bar.reset_eta();
+        }
     }
 
     /// Removes it.
     pub fn finish(&self) {
-        self.0.finish_and_clear();
+        self.bar.finish_and_clear();
     }
 }

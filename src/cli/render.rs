@@ -52,7 +52,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["noise", "spirv"])]
     checkpoint: Option<PathBuf>,
 
-    /// How often it is written (with --time-limit: at the end only)
+    /// How often it is written
     #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "600", requires = "checkpoint")]
     checkpoint_every: Duration,
 
@@ -157,11 +157,11 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         bar.set(progress);
         interrupt.go_on()
     };
-    let blame = |error| told_of_shaders(args, error);
     let film = match &mut keeper {
-        Some(keeper) => keeper.render(&mut renderer, blame, on_progress)?,
-        None => renderer.render(on_progress).map_err(blame)?,
+        Some(keeper) => keeper.render(&mut renderer, on_progress),
+        None => renderer.render(on_progress),
     };
+    let film = film.map_err(|error| told_of_shaders(args, error))?;
     bar.finish();
 
     let statistics = renderer.statistics();
@@ -182,7 +182,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     if args.noise.is_some() {
         image = image.with_counts(film.counts().to_vec())?;
     }
-    let written = image::write(&path, &image, &metadata(&scene, &settings, &context, &renderer), scene.film.transfer)?;
+    let written = image::write(&path, &image, &metadata(&scene, &settings, &context, &renderer), scene.film.transfer);
+    let kept = keeper.map_or(Ok(()), |keeper| keeper.finish(&mut renderer, written.is_ok()));
+    let written = written?;
     if written.non_finite > 0 {
         log::warn!("{}: {} pixels are not finite", path.display(), written.non_finite);
     }
@@ -203,7 +205,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         // The system takes back at once what would be given back piece by piece.
         forget((renderer, context));
     }
-    exit::with(code, printed)
+    exit::with(code, printed.and(kept))
 }
 
 /// An error, which the user's own shaders may be the cause of.
@@ -272,7 +274,8 @@ fn identity(scene: &Scene, settings: &RenderSettings, context: &Context) -> Meta
     m.push("Size", format!("{}x{}", scene.film.width, scene.film.height));
     m.push("Samples", settings.samples);
     push_settings(&mut m, scene, settings, context);
-    m.push("TimeLimit", settings.time_limit.is_some());
+    m.push("TimeLimit", if settings.time_limit.is_some() { "some" } else { "none" });
+    m.push("LoopBudget", settings.loop_budget.map_or("auto".to_owned(), |budget| budget.to_string()));
     m.push("Scene", format!("{:016x}", fingerprint(scene)));
     m
 }
@@ -284,6 +287,7 @@ fn push_settings(m: &mut Metadata, scene: &Scene, settings: &RenderSettings, con
     m.push("Seed", settings.seed);
     m.push("Sampler", settings.sampler.name());
     m.push("Intersection", settings.triangle_test.name());
+    m.push("Accel", settings.accel.name());
     m.push("Reuse", settings.reuse.name());
     m.push("Gradients", settings.gradients.name());
     m.push("Shares", settings.shares.name());

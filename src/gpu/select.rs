@@ -187,7 +187,8 @@ pub(crate) fn pick(devices: &[DeviceInfo], wanted: Option<&str>) -> Result<(usiz
     }
     let (index, reason) = match wanted {
         Some(text) => {
-            let name = comparable(text.trim());
+            let text = text.trim();
+            let name = comparable(text);
             let found = match text.parse::<usize>() {
                 Ok(index) => Some(index).filter(|&i| i < devices.len()),
                 Err(_) => devices

@@ -7,7 +7,7 @@ use super::layout::BeamNote;
 
 /// Light of beams by pixel, row by row: the mean of one part, or of two that have no beam in common, so that either can decide how many
 /// beams the other gets.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct BeamLight {
     /// Of equal weight, whatever their numbers of beams.
     pub parts: Vec<BeamPart>,
@@ -16,8 +16,17 @@ pub(crate) struct BeamLight {
 impl BeamLight {
     /// None yet, on so many pixels: one part.
     pub fn new(pixels: usize) -> Self {
-        let squares = Vec::new();
-        Self { parts: vec![BeamPart { beams: 0, sums: vec![[0.0; 3]; pixels], squares }] }
+        Self::of(0, vec![[0.0; 3]; pixels])
+    }
+
+    /// Some, that have been summed up before: one part.
+    pub fn of(beams: u64, sums: Vec<[f64; 3]>) -> Self {
+        Self { parts: vec![BeamPart { beams, sums, squares: Vec::new() }] }
+    }
+
+    /// The beams of the first part, and their sums.
+    pub fn first_part(&self) -> (u64, &[[f64; 3]]) {
+        self.parts.first().map_or((0, &[]), |part| (part.beams, &part.sums))
     }
 
     /// The same, such that [`Self::noise`] is known: two parts.

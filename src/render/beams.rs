@@ -46,7 +46,7 @@ impl Target {
 pub(crate) struct BeamTable {
     /// Number of targets; 0: there is nothing for beams to do.
     pub targets: u32,
-    /// Targets of a texel, then entries of a texel for each emitter and each target.
+    /// Targets of a texel, then entries of a texel for each emitter and each target, as many as the next power of two.
     pub texels: Vec<[f32; 4]>,
 }
 

@@ -5,9 +5,10 @@ use std::io::{self, Write};
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::gpu::StageTime;
 use crate::hash::Fnv;
 
-use super::layout::{FilmSlot, GradientSlot};
+use super::layout::{Counters, FilmSlot, GradientSlot};
 use super::statistics::RenderStatistics;
 
 /// The beginning of a file; the number is that of the format.
@@ -20,6 +21,8 @@ pub struct Checkpoint {
     pub(super) film: Vec<FilmSlot>,
     /// None where no image is made from gradients.
     pub(super) gradients: Vec<GradientSlot>,
+    /// Sums of the light of beams, row by row; none where no beams are traced.
+    pub(super) beams: Vec<[f64; 3]>,
 }
 
 /// Numbers about it.
@@ -35,13 +38,18 @@ pub(super) struct Figures {
     pub tree_steps: u64,
     pub bad_samples: u64,
     pub dispatches: u64,
+    /// Traced.
+    pub beams: u64,
     pub render_seconds: f64,
+    /// On the device, for paths and for beams.
+    pub stage_seconds: [f64; 2],
 }
 
 impl Figures {
-    pub fn of(statistics: &RenderStatistics, done: u32) -> Self {
+    /// Of a rendering whose stages have these names.
+    pub fn of(statistics: &RenderStatistics, stages: [&str; 2]) -> Self {
+        let seconds = |stage| statistics.stages.iter().filter(|s| s.stage == stage).map(|s| s.seconds).sum();
         Self {
-            done: u64::from(done),
             samples: statistics.samples,
             reused_samples: statistics.reused_samples,
             rays: statistics.rays,
@@ -49,12 +57,13 @@ impl Figures {
             tree_steps: statistics.tree_steps,
             bad_samples: statistics.bad_samples,
             dispatches: statistics.dispatches,
-            render_seconds: statistics.render_seconds,
+            stage_seconds: stages.map(seconds),
+            ..Self::default()
         }
     }
 
-    /// As if all had been done in one go. (The seconds are added when it is over.)
-    pub fn restore(&self, statistics: &mut RenderStatistics) {
+    /// As if all had been done in one go. (The seconds of the whole are added when it is over.)
+    pub fn restore(&self, statistics: &mut RenderStatistics, stages: [&'static str; 2]) {
         statistics.samples = self.samples;
         statistics.reused_samples = self.reused_samples;
         statistics.rays = self.rays;
@@ -62,6 +71,9 @@ impl Figures {
         statistics.tree_steps = self.tree_steps;
         statistics.bad_samples = self.bad_samples;
         statistics.dispatches += self.dispatches;
+        let stages = stages.into_iter().zip(self.stage_seconds).filter(|(_, seconds)| *seconds > 0.0);
+        let stages: Vec<_> = stages.map(|(stage, seconds)| StageTime { stage, seconds }).collect();
+        statistics.add(&Counters::zeroed(), &stages);
     }
 }
 
@@ -82,18 +94,24 @@ impl Checkpoint {
         self.figures.samples
     }
 
+    /// Seconds that it has taken.
+    pub fn seconds(&self) -> f64 {
+        self.figures.render_seconds
+    }
+
     /// Writes it, with a text that says what rendering it is of.
     ///
     /// # Errors
     /// Those of `out`.
     pub fn write(&self, what: &str, out: &mut impl Write) -> io::Result<()> {
-        let lengths = [what.len(), self.film.len(), self.gradients.len()].map(|n| n as u64);
-        let parts: [&[u8]; 6] = [
+        let lengths = [what.len(), self.film.len(), self.gradients.len(), self.beams.len()].map(|n| n as u64);
+        let parts: [&[u8]; 7] = [
             MAGIC,
             bytemuck::bytes_of(&lengths),
             bytemuck::bytes_of(&self.figures),
             bytemuck::cast_slice(&self.film),
             bytemuck::cast_slice(&self.gradients),
+            bytemuck::cast_slice(&self.beams),
             what.as_bytes(),
         ];
         let mut hash = Fnv::default();
@@ -118,11 +136,12 @@ impl Checkpoint {
             return Err(Damaged);
         }
         let mut rest = &rest[..rest.len().checked_sub(sum.len()).ok_or(Damaged)?];
-        let [text, film, gradients] = <[u64; 3]>::try_from(taken(&mut rest, 3)?).map_err(|_| Damaged)?;
+        let [text, film, gradients, beams] = <[u64; 4]>::try_from(taken(&mut rest, 4)?).map_err(|_| Damaged)?;
         let figures = taken(&mut rest, 1)?[0];
         let (film, gradients) = (taken(&mut rest, film)?, taken(&mut rest, gradients)?);
+        let beams = taken(&mut rest, beams)?;
         let what = String::from_utf8(taken(&mut rest, text)?).map_err(|_| Damaged)?;
-        Ok((what, Self { figures, film, gradients }))
+        Ok((what, Self { figures, film, gradients, beams }))
     }
 }
 
@@ -143,8 +162,8 @@ mod tests {
         let figures = Figures { done: 3, samples: 1 << 40, render_seconds: 0.5, ..Figures::default() };
         let slot = |n: u8| FilmSlot { count: u32::from(n), sum: [f32::from(n); 3], ..FilmSlot::default() };
         let gradients = vec![GradientSlot { trial_down: 2.0, ..GradientSlot::default() }];
-        for gradients in [Vec::new(), gradients] {
-            let checkpoint = Checkpoint { figures, film: (0..5).map(slot).collect(), gradients };
+        for (gradients, beams) in [(Vec::new(), vec![[0.25, -1.0, 3.0]]), (gradients, Vec::new())] {
+            let checkpoint = Checkpoint { figures, film: (0..5).map(slot).collect(), gradients, beams };
             let mut bytes = Vec::new();
             checkpoint.write("Seed: 1\nä", &mut bytes).unwrap();
             assert_eq!(Checkpoint::read(&bytes), Ok(("Seed: 1\nä".to_owned(), checkpoint)));

@@ -23,6 +23,7 @@ mod tried;
 mod twins;
 mod verdict;
 
+use std::mem::take;
 use std::ops::ControlFlow;
 use std::time::Duration;
 use std::time::Instant;
@@ -33,6 +34,7 @@ use crate::accel::{MAX_RECORDS, TreeStatistics};
 use crate::gpu::{Context, Pipeline, Timeline};
 use crate::scene::Scene;
 
+use super::beam_light::BeamLight;
 use super::checkpoint::Checkpoint;
 use super::error::RenderError;
 use super::features::Features;
@@ -52,6 +54,7 @@ use gradients::{Certainties, Groups};
 use launch::Launch;
 use parts::Parts;
 use passes::Watch;
+use resume::Keeping;
 use survey::Places;
 use verdict::ReuseTrial;
 
@@ -91,6 +94,10 @@ pub struct Renderer {
     phase_begin: u32,
     /// Samples, over all pixels, that had been done of that part when the rendering was stopped.
     partly: u64,
+    /// What beams have lit, where all pixels get the samples that are asked for.
+    light: BeamLight,
+    /// Seconds of the rendering before it was stopped.
+    seconds_before: f64,
     /// By how much variance must fall in the trial.
     reuse_is_worth: f64,
     stage: &'static str,
@@ -144,6 +151,8 @@ impl Renderer {
             beginnings: Beginnings::default(),
             phase_begin: 0,
             partly: 0,
+            light: BeamLight::default(),
+            seconds_before: 0.0,
             reuse: ReuseTrial::Never,
             reuses: if *reuse { settings.reuse } else { Reuse::Off },
             fewest_reused: reuse_policy::fewest_samples(needed, settings.reuse, facts),
@@ -234,27 +243,31 @@ impl Renderer {
     ///
     /// # Errors
     /// The device fails, or the driver cuts loops short.
-    pub fn render(&mut self, on_progress: impl FnMut(&Progress) -> ControlFlow<()>) -> Result<Film, RenderError> {
-        self.render_from(None, on_progress)
+    pub fn render(&mut self, mut on_progress: impl FnMut(&Progress) -> ControlFlow<()>) -> Result<Film, RenderError> {
+        self.render_from(None, None, &mut on_progress)
     }
 
     /// From the beginning, or from where another rendering was stopped.
-    fn render_from(
+    fn render_from<'a>(
         &mut self,
         checkpoint: Option<&Checkpoint>,
-        mut on_progress: impl FnMut(&Progress) -> ControlFlow<()>,
+        keeping: Option<Keeping<'a>>,
+        on_progress: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
     ) -> Result<Film, RenderError> {
         let RenderStatistics { setup_seconds, compile_seconds, .. } = self.statistics;
         self.statistics = RenderStatistics { setup_seconds, compile_seconds, ..RenderStatistics::default() };
         // Beams come last.
         let before_beams = |limit: Duration| if self.beams.is_some() { limit - limit / 10 } else { limit };
         let limit = self.settings.time_limit.map(before_beams);
-        let mut watch = Watch::new(limit, &mut on_progress);
+        let mut watch = Watch::new(limit, on_progress);
+        watch.keeping = keeping;
         self.clear_film()?;
         let long = self.settings.samples >= self.fewest_reused;
         self.reuse = if long { ReuseTrial::of(self.reuses) } else { ReuseTrial::Never };
         self.shares = Shares::default();
         self.partly = 0;
+        self.light = self.no_beams();
+        self.seconds_before = checkpoint.map_or(0.0, Checkpoint::seconds);
         self.survey()?;
         self.find_beginnings()?;
         self.try_reuse()?;
@@ -267,27 +280,34 @@ impl Renderer {
         };
         self.statistics.count_pixels(&film);
         self.statistics.reuse_gain = self.reuse.gain();
-        let before = checkpoint.map_or(0.0, |checkpoint| checkpoint.figures.render_seconds);
-        self.statistics.render_seconds = before + watch.elapsed().as_secs_f64();
+        self.statistics.render_seconds = self.seconds_before + watch.elapsed().as_secs_f64();
         Ok(film)
     }
 
     /// The samples that are asked for, but for so many per pixel that are done.
     fn render_uniform(&mut self, begin: u32, watch: &mut Watch<'_>) -> Result<Film, RenderError> {
         watch.total = self.samples_of_image(self.settings.samples);
-        let (mut done, mut light) = (begin, self.no_beams());
+        let mut done = begin;
         for samples in self.samples_between_beams().skip_while(|&samples| samples < begin) {
             self.pass(&self.whole_film(), done, samples, watch)?;
             if watch.stop {
                 break;
             }
-            self.keep_up_with_beams(&mut light, watch)?;
+            self.with_light(|renderer, light| renderer.keep_up_with_beams(light, watch))?;
             done = samples;
         }
         self.statistics.stopped = self.statistics.samples < watch.total;
         let mut film = self.develop()?;
-        self.add_beams(&mut film, light, f64::INFINITY, watch)?;
+        self.with_light(|renderer, light| renderer.add_beams(&mut film, light, f64::INFINITY, watch))?;
         Ok(film)
+    }
+
+    /// What traces beams changes the rest of the renderer too.
+    fn with_light<T>(&mut self, trace: impl FnOnce(&mut Self, &mut BeamLight) -> T) -> T {
+        let mut light = take(&mut self.light);
+        let traced = trace(self, &mut light);
+        self.light = light;
+        traced
     }
 }
 

@@ -51,7 +51,7 @@ impl Renderer {
         }
         // With a number of samples for a goal there is one of beams too.
         let beams = if adaptive.noise > 0.0 { of_beams } else { f64::INFINITY };
-        let beams = self.add_beams(&mut film, light, beams, watch)?;
+        let beams = self.add_beams(&mut film, &mut light, beams, watch)?;
         let noise = image.noise().map(|(noise, noisiest_tile)| ((noise.powi(2) + beams).sqrt(), noisiest_tile));
         self.tell_noise(adaptive, &film, noise, rounds, complete);
         Ok(film)

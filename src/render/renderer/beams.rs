@@ -156,7 +156,7 @@ impl Renderer {
     pub(super) fn add_beams(
         &mut self,
         film: &mut Film,
-        mut light: BeamLight,
+        light: &mut BeamLight,
         noise: f64,
         watch: &mut Watch<'_>,
     ) -> Result<f64, RenderError> {
@@ -164,14 +164,14 @@ impl Renderer {
             return Ok(0.0);
         }
         watch.set_limit(self.settings.time_limit);
-        self.keep_up_with_beams(&mut light, watch)?;
-        let least = self.beams_of_each(&light, BEAMS_PER_SAMPLE);
+        self.keep_up_with_beams(light, watch)?;
+        let least = self.beams_of_each(light, BEAMS_PER_SAMPLE);
         self.statistics.stopped |= light.parts.iter().any(|part| part.beams < least);
         // Decided once: by numbers that it has decided itself, a part would have a say in its own.
-        let most = self.beams_of_each(&light, 1.0);
+        let most = self.beams_of_each(light, 1.0);
         let wanted = light.beams_for_noise(film, noise / NOISE_MARGIN);
         let wanted = wanted.into_iter().map(|beams| beams.min(most).next_multiple_of(u64::from(BLOCK)));
-        self.trace_beams_to(&mut light, &wanted.collect::<Vec<_>>(), watch)?;
+        self.trace_beams_to(light, &wanted.collect::<Vec<_>>(), watch)?;
         self.statistics.beams = light.beams();
         let noise = light.noise(film);
         film.add(&light.mean());

@@ -13,6 +13,7 @@ use super::super::shares::Share;
 use super::super::statistics::{Progress, RenderStatistics};
 use super::super::tiles::TILE;
 use super::buffers::Band;
+use super::resume::Keeping;
 use super::{IN_FLIGHT, Renderer};
 use crate::gpu::{Access, Buffer, Ticket};
 
@@ -24,9 +25,11 @@ pub(super) struct Watch<'a> {
     on_progress: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
     /// Samples to do, over all pixels: for the reports of progress only.
     pub total: u64,
-    /// Samples that were done when the rendering was stopped before. It is not stopped again before there is a further one: else it
-    /// might never get any further.
+    /// Samples that were done when the rendering was stopped before: no limit of time is over before there are more, so that it gets
+    /// further each time.
     pub redone: u64,
+    /// Who keeps what is done.
+    pub keeping: Option<Keeping<'a>>,
     /// No further dispatch may begin.
     pub stop: bool,
     /// Because who watches said so.
@@ -37,7 +40,17 @@ impl<'a> Watch<'a> {
     /// Begins now.
     pub fn new(limit: Option<Duration>, on_progress: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Self {
         let start = Instant::now();
-        Self { start, last_finished: start, limit, on_progress, total: 0, redone: 0, stop: false, interrupted: false }
+        Self {
+            start,
+            last_finished: start,
+            limit,
+            on_progress,
+            total: 0,
+            redone: 0,
+            keeping: None,
+            stop: false,
+            interrupted: false,
+        }
     }
 
     /// Time since the beginning.
@@ -62,9 +75,6 @@ impl<'a> Watch<'a> {
     /// So many samples are done, and the last dispatch took so many seconds. Stops if that is wanted, or if another would not end in
     /// time, unless `uneven`: some pixels have no sample yet.
     pub fn report(&mut self, done: u64, seconds: f64, uneven: bool) {
-        if self.redone > 0 && done <= self.redone {
-            return;
-        }
         let progress = Progress { done, total: self.total.max(done), elapsed: self.elapsed() };
         self.interrupted |= (self.on_progress)(&progress).is_break();
         self.stop |= self.interrupted;
@@ -112,25 +122,32 @@ impl Renderer {
         let begin = self.statistics.samples - take(&mut self.partly);
         let end = begin + self.samples_between(spans, done, samples);
         let mut plan = Plan::new(spans.to_vec(), done, samples, &self.pace);
-        let mut in_flight: VecDeque<(Ticket, Instant, usize)> = VecDeque::new();
+        let mut in_flight: VecDeque<(Ticket, Instant, usize, bool)> = VecDeque::new();
         let mut done_before_repeat = None;
         let from_nothing = done == 0;
         loop {
             // What fits into a dispatch is not known before the first has ended.
             let most = if self.pace.is_known() { IN_FLIGHT } else { 1 };
-            while !watch.stop && in_flight.len() < most {
+            let keeps = watch.keeping.as_ref().is_some_and(|keeping| keeping.is_due(self.statistics.samples));
+            while !watch.stop && !keeps && in_flight.len() < most {
                 let Some(work) = plan.next(&self.pace) else { break };
+                let alone = in_flight.is_empty();
                 let (ticket, readback) = self.submit(&work)?;
-                in_flight.push_back((ticket, Instant::now(), readback));
+                in_flight.push_back((ticket, Instant::now(), readback, alone));
             }
-            let Some((ticket, submitted, readback)) = in_flight.pop_front() else {
+            let Some((ticket, submitted, readback, alone)) = in_flight.pop_front() else {
+                if keeps && !watch.stop {
+                    self.keep(watch)?;
+                    continue;
+                }
                 return Ok(self.statistics.samples >= end);
             };
             let before = self.statistics.samples;
             self.finish(&ticket, readback)?;
             let seconds = watch.finished_since(submitted);
             let done = self.statistics.samples;
-            if !plan.is_repeating() {
+            // Some drivers (lavapipe 22) tell only that all submissions are done: then the last took no time.
+            if !plan.is_repeating() && (alone || !in_flight.is_empty()) {
                 self.pace.measured(done - before, seconds);
             }
             if in_flight.is_empty() && plan.is_over() && done < end && !watch.stop {
@@ -141,7 +158,8 @@ impl Renderer {
                 }
                 plan.repeat(&self.pace, in_vain);
             }
-            watch.report(done, seconds, from_nothing && plan.in_first_round());
+            let uneven = from_nothing && plan.in_first_round();
+            watch.report(done, seconds, uneven || done <= watch.redone);
         }
     }
 
