@@ -478,16 +478,18 @@ fn what_cannot_be_written_costs_neither_image_nor_checkpoint() {
     assert_eq!(output.status.code(), Some(2), "{output:?}");
     assert!(text(&output.stderr).contains("cannot write out.pfm"), "{output:?}");
     assert_eq!(fs::read(d.join("rest")).unwrap(), rest);
-    // The checkpoint is larger than files may be, and the image is not.
-    let output = limited(
-        "100",
-        &format!("{arguments} -o out.png --checkpoint other --checkpoint-every 0.000001 --time-limit 0.000001"),
-    );
-    assert_eq!(output.status.code(), Some(2), "{output:?}");
-    let stderr = text(&output.stderr);
-    assert!(stderr.contains("what is done is not kept: cannot write other"), "{stderr}");
-    assert!(read(&d.join("out.png")).is_ok());
-    assert_eq!(names(d), ["ball.toml", "out.png", "rest"]);
+    // The checkpoint is larger than files may be, and the image is not: in the course of a rendering, and at the end of one.
+    for (options, code, words) in [
+        ("--checkpoint-every 0.000001", 0, "what is done is not kept: cannot write other"),
+        ("--time-limit 0.000001", 2, "cannot write other"),
+    ] {
+        let output = limited("100", &format!("{arguments} -o out.png --checkpoint other {options}"));
+        assert_eq!(output.status.code(), Some(code), "{output:?}");
+        assert!(text(&output.stderr).contains(words), "{output:?}");
+        assert!(read(&d.join("out.png")).is_ok());
+        fs::remove_file(d.join("out.png")).unwrap();
+        assert_eq!(names(d), ["ball.toml", "rest"]);
+    }
 }
 
 /// The program at work with such arguments, after Ctrl-C.
