@@ -456,40 +456,21 @@ fn checkpoints_of_other_renderings_are_refused_and_stay() {
     }
 }
 
-/// A limit of the size of files stands for a full disk.
 #[cfg(unix)]
 #[test]
-fn what_cannot_be_written_costs_neither_image_nor_checkpoint() {
+fn an_image_that_cannot_be_written_leaves_its_checkpoint() {
     let directory = directory();
     let d = directory.path();
-    let limited = |limit: &str, arguments: &str| {
-        let script = format!("ulimit -f {limit}; exec \"$0\" {arguments}");
-        let mut command = Command::new("bash");
-        command.current_dir(d).args(["-c", &script, env!("CARGO_BIN_EXE_photolith")]).output().unwrap()
-    };
-    let scene = scene_path("spheres");
-    let arguments = format!("render {} --size 64x64 --samples 40 --samples-per-dispatch 1", scene.display());
-    // The image is larger than files may be, and the checkpoint is larger still.
-    let output = limited("unlimited", &format!("{arguments} -o out.pfm --checkpoint rest --time-limit 0.000001"));
-    assert_eq!(output.status.code(), Some(0), "{output:?}");
-    let rest = fs::read(d.join("rest")).unwrap();
-    fs::remove_file(d.join("out.pfm")).unwrap();
-    let output = limited("40", &format!("{arguments} -o out.pfm --checkpoint rest --time-limit 1000"));
+    std::os::unix::fs::symlink("/dev/full", d.join("out.pfm")).unwrap();
+    let arguments = "render ball.toml --size 16x16 --samples 9 -o out.pfm --checkpoint rest";
+    let output = run(d, arguments);
     assert_eq!(output.status.code(), Some(2), "{output:?}");
-    assert!(text(&output.stderr).contains("cannot write out.pfm"), "{output:?}");
-    assert_eq!(fs::read(d.join("rest")).unwrap(), rest);
-    // The checkpoint is larger than files may be, and the image is not: in the course of a rendering, and at the end of one.
-    for (options, code, words) in [
-        ("--checkpoint-every 0.000001", 0, "what is done is not kept: cannot write other"),
-        ("--time-limit 0.000001", 2, "cannot write other"),
-    ] {
-        let output = limited("100", &format!("{arguments} -o out.png --checkpoint other {options}"));
-        assert_eq!(output.status.code(), Some(code), "{output:?}");
+    for words in ["cannot write out.pfm", "kept in rest: the same command goes on from there"] {
         assert!(text(&output.stderr).contains(words), "{output:?}");
-        assert!(read(&d.join("out.png")).is_ok());
-        fs::remove_file(d.join("out.png")).unwrap();
-        assert_eq!(names(d), ["ball.toml", "rest"]);
     }
+    fs::remove_file(d.join("out.pfm")).unwrap();
+    assert_eq!(run(d, arguments).status.code(), Some(0));
+    assert_eq!(names(d), ["ball.toml", "out.pfm"]);
 }
 
 /// The program at work with such arguments, after Ctrl-C.
@@ -520,6 +501,32 @@ fn ctrl_c_writes_what_there_is() {
     let (image, metadata) = read(&directory.path().join("out.png")).unwrap();
     assert_eq!(image.width(), 512);
     assert!(metadata.get("Samples").unwrap().parse::<f64>().unwrap() >= 1.0);
+}
+
+/// A folder that is gone stands for a disk that is full.
+#[cfg(unix)]
+#[test]
+fn a_checkpoint_that_cannot_be_written_costs_no_image() {
+    let directory = directory();
+    let d = directory.path();
+    fs::create_dir(d.join("gone")).unwrap();
+    let arguments = format!("render {} {LONG} -o out.png", scene_path("spheres").display());
+    let mut child = program(d)
+        .args(arguments.split(' ').chain("--checkpoint gone/rest --checkpoint-every 0.1 --time-limit 8".split(' ')))
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let start = Instant::now();
+    while !d.join("gone/rest").exists() && start.elapsed() < Duration::from_secs(60) {
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    // It may be about to be written once more.
+    while fs::remove_dir_all(d.join("gone")).is_err() {}
+    assert!(child.try_wait().unwrap().is_none(), "the program ended by itself");
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    assert!(text(&output.stderr).contains("what is done is not kept: cannot write gone/rest"), "{output:?}");
+    assert_eq!(names(d), ["ball.toml", "out.png"]);
 }
 
 #[cfg(unix)]
