@@ -4,6 +4,9 @@
 
 #[path = "src/render/aliased.rs"]
 mod aliased;
+#[path = "src/spirv.rs"]
+#[allow(dead_code)]
+mod spirv;
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -18,7 +21,7 @@ use shaderc::{
 use aliased::declare_aliased;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    for source in ["shaders", "build.rs", "src/render/aliased.rs"] {
+    for source in ["shaders", "build.rs", "src/render/aliased.rs", "src/spirv.rs"] {
         println!("cargo::rerun-if-changed={source}");
     }
     let out = PathBuf::from(env::var("OUT_DIR")?);

@@ -56,6 +56,7 @@ pub mod image;
 pub mod oracle;
 pub mod render;
 pub mod scene;
+mod spirv;
 
 pub use cache::user_cache;
 pub use gpu::{Context, ContextOptions, GpuError, Validation};

@@ -10,7 +10,6 @@
 mod configuration;
 pub mod convergence;
 mod error;
-mod fingerprint;
 mod format;
 pub mod generate;
 pub mod growth;
@@ -25,7 +24,6 @@ mod watched;
 
 pub use configuration::{Configuration, Vary, combine};
 pub use error::BenchError;
-pub use fingerprint::fingerprint;
 pub use machine::Machine;
 pub use reference::{Origin, Reference};
 pub use summary::{ConfigurationSummary, Row, TimeToTarget};

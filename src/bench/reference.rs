@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use crate::Context;
 use crate::files::WriteError;
 use crate::image::metrics::RELATIVE_OFFSET;
 use crate::image::{self, Image, ImageError, Metadata, Variance};
 use crate::oracle::{self, OracleSettings};
 use crate::render::{MAX_SAMPLES, RenderSettings, Renderer, Sampler};
-use crate::scene::Scene;
-use crate::{Context, bench::fingerprint};
+use crate::scene::{Scene, fingerprint};
 
 use super::error::BenchError;
 use super::watched;

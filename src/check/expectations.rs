@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::cases;
-use crate::scene::Location;
+use crate::scene::{Location, one_line};
 
 /// Failures that are declared: they count as expected, and their passing as a fault.
 ///
@@ -93,7 +93,7 @@ impl Expectations {
         let file = file.to_owned();
         let all: Self = toml::from_str(text).map_err(|error| ExpectationsError::Syntax {
             at: Location::of_byte(&file, text, error.span().map_or(0, |span| span.start)),
-            problem: error.message().trim().replace('\n', ", "),
+            problem: one_line(error.message()),
         })?;
         for e in &all.expected {
             if !cases().any(|c| c.name == e.case) {

@@ -206,7 +206,7 @@ fn with_timeout(case: &'static Case, lab: &Lab, timeout: Duration) -> Result<Mea
     };
     let thread = std::thread::Builder::new().name(case.name.to_owned()).spawn(body).map_err(CheckError::Thread)?;
     let Ok(result) = receiver.recv_timeout(timeout) else {
-        return Err(GpuError::Timeout { what: "a case", seconds: timeout.as_secs() }.into());
+        return Err(GpuError::Timeout { what: "a case", limit: timeout }.into());
     };
     // It still has a device to close: not while the process ends and unloads the driver.
     let _ = thread.join();

@@ -73,7 +73,7 @@ pub struct CheckArgs {
 
     /// How long a case may take; default 120, or 1800 with --full
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
-    timeout: Option<u64>,
+    timeout: Option<Duration>,
 
     /// Cases at a time; default: as many as there are cores on a CPU device, else 1
     #[arg(long, value_name = "N", value_parser = count)]
@@ -85,7 +85,7 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<ExitCode> {
     let options = RunOptions {
         full: args.full,
         filter: args.filter.clone(),
-        timeout: Duration::from_secs(args.timeout.unwrap_or(if args.full { 1800 } else { 120 })),
+        timeout: args.timeout.unwrap_or(Duration::from_secs(if args.full { 1800 } else { 120 })),
         ..RunOptions::default()
     };
     if options.selected().is_empty() {

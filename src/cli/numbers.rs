@@ -1,6 +1,7 @@
 //! Numbers as options take them: each parser says what it expected.
 
 use std::num::NonZeroUsize;
+use std::time::Duration;
 
 /// A finite number that is good.
 fn number(text: &str, expected: &str, good: impl Fn(f64) -> bool) -> Result<f64, String> {
@@ -37,9 +38,13 @@ pub fn count(text: &str) -> Result<NonZeroUsize, String> {
     text.parse().map_err(|_| "expected an integer of at least 1".to_owned())
 }
 
-/// A whole number of seconds, at least 1.
-pub fn seconds(text: &str) -> Result<u64, String> {
-    text.parse().ok().filter(|&s| s > 0).ok_or_else(|| "expected a whole number of seconds, at least 1".to_owned())
+/// Seconds, above 0.
+pub fn seconds(text: &str) -> Result<Duration, String> {
+    positive(text)
+        .ok()
+        .and_then(|s| Duration::try_from_secs_f64(s).ok())
+        // As many seconds as there are in 64 bits.
+        .ok_or_else(|| "expected a number of seconds above 0 and below 1.8e19".to_owned())
 }
 
 /// Any number of 32 bits.
@@ -58,8 +63,15 @@ mod tests {
         for error in [finite("inf"), not_negative("-1"), positive("0"), probability("1"), pixels_per_degree("0.5")] {
             assert!(error.is_err_and(|e| e.starts_with("expected a number")));
         }
-        assert_eq!((count("3").map(usize::from), seconds("9"), seed("4294967295")), (Ok(3), Ok(9), Ok(u32::MAX)));
-        for error in [count("0").err(), seconds("1e-9").err(), seconds("0").err(), seed("4294967296").err()] {
+        assert_eq!((count("3").map(usize::from), seed("4294967295")), (Ok(3), Ok(u32::MAX)));
+        assert_eq!(seconds("0.25"), Ok(Duration::from_millis(250)));
+        for error in [
+            count("0").err(),
+            seconds("nan").err(),
+            seconds("0").err(),
+            seconds("1e30").err(),
+            seed("4294967296").err(),
+        ] {
             assert!(error.is_some_and(|e| e.starts_with("expected a")));
         }
     }

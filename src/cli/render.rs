@@ -7,17 +7,17 @@ use std::time::Duration;
 
 use anyhow::{Context as _, anyhow};
 use clap::Args;
-use photolith::bench::fingerprint;
 use photolith::files::check_writable;
 use photolith::gpu::prefer_wide_vectors;
 use photolith::image::{self, Metadata};
 use photolith::render::{Adaptive, Choice as _, Features, Prepared, Progress, RenderStatistics, shaders_hash};
-use photolith::scene::Scene;
+use photolith::scene::{Scene, fingerprint};
 use photolith::{Context, Image, RenderError, RenderSettings, Renderer, Validation};
 use serde_json::json;
 
 use super::checkpoint::Keeper;
 use super::interrupt::Interrupt;
+use super::numbers::seconds;
 use super::options::{DeviceOptions, SceneOptions};
 use super::progress::Bar;
 use super::{exit, output, paths};
@@ -96,15 +96,6 @@ fn noise(text: &str) -> Result<f64, String> {
         .ok_or_else(|| format!("'{text}' is not a noise to stop at, expected a number above 0, such as 0.02"))
 }
 
-fn seconds(text: &str) -> Result<Duration, String> {
-    text.parse::<f64>()
-        .ok()
-        .filter(|s| *s > 0.0)
-        .and_then(|s| Duration::try_from_secs_f64(s).ok())
-        // As many seconds as there are in 64 bits.
-        .ok_or_else(|| format!("'{text}' is not a time, expected seconds above 0 and below 1.8e19"))
-}
-
 /// Renders and writes the image.
 pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let path = match &args.output {
@@ -173,7 +164,8 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         let why = if was_interrupted { "interrupted" } else { "time limit reached" };
         let most = settings.samples;
         let done = samples(statistics);
-        output::tell(&format!("{why} after {done} of {most} samples per pixel; writing what there is"));
+        let beams = if statistics.beams > 0 { format!(" and {} beams", statistics.beams) } else { String::new() };
+        output::tell(&format!("{why} after {done} of {most} samples per pixel{beams}; writing what there is"));
     }
     if let Some(target) = args.noise {
         say_noise(target, statistics);

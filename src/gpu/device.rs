@@ -1,6 +1,6 @@
 //! The logical device with its compute queue and memory allocator.
 
-use std::ffi::CString;
+use std::ffi::{CStr, CString};
 use std::mem::{ManuallyDrop, forget};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -171,7 +171,7 @@ impl Device {
             vk::PhysicalDeviceShaderMaximalReconvergenceFeaturesKHR::default().shader_maximal_reconvergence(true);
         let mut create = vk::DeviceCreateInfo::default().queue_create_infos(&queues).push_next(&mut features12);
         if store.is_some() {
-            extensions.extend(ShaderObjects::EXTENSIONS);
+            extensions.extend(ShaderObjects::EXTENSIONS.map(CStr::as_ptr));
             create = create.push_next(&mut features_objects);
         }
         if reconverges {
@@ -243,7 +243,7 @@ impl Device {
 
     /// Fails if it has been given up.
     pub fn check_in_use(&self) -> Result<(), GpuError> {
-        let late = GpuError::Timeout { what: "an earlier submission", seconds: WAIT_LIMIT.as_secs() };
+        let late = GpuError::Timeout { what: "an earlier submission", limit: WAIT_LIMIT };
         if self.is_given_up() { Err(late) } else { Ok(()) }
     }
 

@@ -1,5 +1,7 @@
 //! What can go wrong between this program and a Vulkan driver.
 
+use std::time::Duration;
+
 use ash::vk;
 
 /// Errors of the Vulkan layer.
@@ -34,12 +36,12 @@ pub enum GpuError {
     #[error("the Vulkan device was lost during {0}")]
     DeviceLost(&'static str),
     /// A wait took longer than its bound.
-    #[error("the Vulkan device did not finish {what} within {seconds} s")]
+    #[error("the Vulkan device did not finish {what} within {} s", .limit.as_secs_f64())]
     Timeout {
         /// What was waited for.
         what: &'static str,
-        /// The bound, seconds.
-        seconds: u64,
+        /// The bound.
+        limit: Duration,
     },
     /// A buffer is larger than the device allows.
     #[error("{what} needs {bytes} bytes, but device '{device}' allows {limit} in one {kind}")]

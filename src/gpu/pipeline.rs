@@ -11,6 +11,7 @@ use super::error::{GpuError, check};
 use super::prune::{self, prune};
 use super::reconvergence::as_promised;
 use super::shader_objects::ShaderObjects;
+use crate::spirv::words_of;
 
 /// Values of specialization constants, by id.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -162,11 +163,6 @@ fn pruned_once(device: &Device, name: &str, spirv: &[u8], specialization: &Speci
     let words = pruned(name, spirv, specialization);
     store.keep(&identity, bytemuck::cast_slice(&words));
     words
-}
-
-/// The words of SPIR-V, whatever the alignment of its bytes.
-pub fn words_of(bytes: &[u8]) -> Vec<u32> {
-    bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect()
 }
 
 fn create(

@@ -16,10 +16,15 @@ use rspirv::spirv::{Capability, Op, Word};
 
 use super::pipeline::Specialization;
 use crate::hash::fnv;
+use crate::spirv::{HEADER_WORDS, instructions, opcode};
 
-/// This file and its modules: what they make of a shader may be kept.
-const SOURCES: [&str; 3] =
-    [include_str!("prune.rs"), include_str!("prune/constants.rs"), include_str!("prune/flow.rs")];
+/// This file, its modules and what they read with: what they make of a shader may be kept.
+const SOURCES: [&str; 4] = [
+    include_str!("prune.rs"),
+    include_str!("prune/constants.rs"),
+    include_str!("prune/flow.rs"),
+    include_str!("../spirv.rs"),
+];
 
 /// What is made of a shader depends on this, and on the constants: its length and its hash, and those of this code.
 pub(super) fn identity(spirv: &[u8]) -> Vec<u8> {
@@ -52,24 +57,13 @@ pub(super) fn prune(words: &[u32], specialization: &Specialization) -> Option<Ve
 
 /// Whether instructions follow each other to the end, and none is one that rspirv would panic at.
 fn is_well_formed(words: &[u32]) -> bool {
-    let mut rest = match words {
-        [_, _, _, _, _, instructions @ ..] => instructions,
-        _ => return false,
+    // An operation that is no operation, but a constant itself or a branch.
+    let is_strange = |i: &[u32]| {
+        opcode(i) == Op::SpecConstantOp as u32
+            && i.get(3).and_then(|&op| Op::from_u32(op)).is_none_or(|op| NO_OPERATIONS.contains(&op))
     };
-    while let [first, ..] = rest {
-        let (count, opcode) = ((first >> 16) as usize, first & 0xffff);
-        if count == 0 || count > rest.len() {
-            return false;
-        }
-        // An operation that is no operation, but a constant itself or a branch.
-        if opcode == Op::SpecConstantOp as u32
-            && rest[..count].get(3).and_then(|&op| Op::from_u32(op)).is_none_or(|op| NO_OPERATIONS.contains(&op))
-        {
-            return false;
-        }
-        rest = &rest[count..];
-    }
-    true
+    let mut all = instructions(words);
+    words.len() >= HEADER_WORDS && !all.any(is_strange) && all.rest().is_empty()
 }
 
 const NO_OPERATIONS: [Op; 3] = [Op::Constant, Op::SpecConstantOp, Op::Switch];

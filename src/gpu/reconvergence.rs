@@ -10,7 +10,8 @@ use std::ffi::CStr;
 use ash::{khr, vk};
 
 use super::instance::Instance;
-use super::pipeline::words_of;
+use super::select::has_extension;
+use crate::spirv::{HEADER_WORDS, instructions, opcode, words_of};
 
 /// The extension that makes the promise.
 pub(super) const EXTENSION: &CStr = khr::shader_maximal_reconvergence::NAME;
@@ -23,9 +24,7 @@ pub(super) fn is_promised(instance: &Instance, physical: vk::PhysicalDevice) -> 
     if instance.layer_version.is_some_and(|version| version < LAYER_VERSION) {
         return false;
     }
-    // SAFETY: plain enumeration; `physical` comes from this instance.
-    let known = unsafe { instance.raw.enumerate_device_extension_properties(physical) }.unwrap_or_default();
-    if !known.iter().any(|e| e.extension_name_as_c_str() == Ok(EXTENSION)) {
+    if !has_extension(instance, physical, EXTENSION) {
         return false;
     }
     let mut promised = vk::PhysicalDeviceShaderMaximalReconvergenceFeaturesKHR::default();
@@ -48,7 +47,6 @@ pub(super) fn as_promised(spirv: &[u8], promised: bool) -> Cow<'_, [u8]> {
 }
 
 // Numbers of the SPIR-V specification 1.6, section 3.
-const HEADER_WORDS: usize = 5;
 const EXTENSION_OPCODE: u32 = 10;
 const EXECUTION_MODE_OPCODE: u32 = 16;
 const FUNCTION_OPCODE: u32 = 54;
@@ -58,15 +56,11 @@ const SPIRV_EXTENSION: &[u8] = b"SPV_KHR_maximal_reconvergence\0";
 /// The module without the words that ask for it; `None` if it has none. Words that are no instructions are kept.
 fn without(words: &[u32]) -> Option<Vec<u32>> {
     let mut kept = words.get(..HEADER_WORDS)?.to_vec();
-    let mut rest = &words[HEADER_WORDS..];
+    let mut rest = words.get(HEADER_WORDS..)?;
+    let mut all = instructions(words);
     // All that is said of a module precedes its functions.
-    while let Some(&first) = rest.first()
-        && let (opcode, count) = (first & 0xffff, (first >> 16) as usize)
-        && (1..=rest.len()).contains(&count)
-        && opcode != FUNCTION_OPCODE
-    {
-        let (instruction, after) = rest.split_at(count);
-        let asks = match opcode {
+    while let Some(instruction) = all.next().filter(|i| opcode(i) != FUNCTION_OPCODE) {
+        let asks = match opcode(instruction) {
             EXTENSION_OPCODE => bytemuck::cast_slice::<_, u8>(&instruction[1..]).starts_with(SPIRV_EXTENSION),
             EXECUTION_MODE_OPCODE => instruction.get(2) == Some(&MAXIMALLY_RECONVERGES),
             _ => false,
@@ -74,7 +68,7 @@ fn without(words: &[u32]) -> Option<Vec<u32>> {
         if !asks {
             kept.extend(instruction);
         }
-        rest = after;
+        rest = all.rest();
     }
     kept.extend(rest);
     (kept.len() < words.len()).then_some(kept)

@@ -3,7 +3,7 @@
 //! lavapipe makes the same machine code of a shader only once, but works on the shader itself each time that a program
 //! starts: .05 to .15 s. Its binaries are shaders that are done with that.
 
-use std::ffi::{CStr, c_char};
+use std::ffi::CStr;
 use std::path::{Path, PathBuf};
 
 use ash::{ext, khr, vk};
@@ -14,7 +14,7 @@ use super::error::{GpuError, check};
 use super::instance::Instance;
 use super::pipeline::{Specialization, pruned};
 use super::prune;
-use super::select::{DeviceInfo, DeviceKind};
+use super::select::{DeviceInfo, DeviceKind, has_extension};
 
 /// The first validation layer that knows of shader objects; earlier ones get in their way.
 const LAYER_VERSION: u32 = vk::make_api_version(0, 1, 3, 246);
@@ -35,8 +35,7 @@ pub(crate) struct ShaderObjects {
 
 impl ShaderObjects {
     /// What a device has to be made with.
-    pub const EXTENSIONS: [*const c_char; 2] =
-        [ext::shader_object::NAME.as_ptr(), khr::dynamic_rendering::NAME.as_ptr()];
+    pub const EXTENSIONS: [&CStr; 2] = [ext::shader_object::NAME, khr::dynamic_rendering::NAME];
 
     /// A store for a device, if it is worth it and the device can do it.
     pub fn find(instance: &Instance, physical: vk::PhysicalDevice, info: &DeviceInfo, folder: &Path) -> Option<Store> {
@@ -44,10 +43,7 @@ impl ShaderObjects {
         if info.kind != DeviceKind::Cpu || instance.layer_version.is_some_and(|version| version < LAYER_VERSION) {
             return None;
         }
-        // SAFETY: `physical` comes from this instance.
-        let known = unsafe { instance.raw.enumerate_device_extension_properties(physical) }.ok()?;
-        let has = |name: &CStr| known.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
-        if !has(ext::shader_object::NAME) || !has(khr::dynamic_rendering::NAME) {
+        if !Self::EXTENSIONS.iter().all(|name| has_extension(instance, physical, name)) {
             return None;
         }
         let mut objects = vk::PhysicalDeviceShaderObjectFeaturesEXT::default();

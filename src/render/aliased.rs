@@ -5,13 +5,14 @@
 //!
 //! The build script includes this file, for the built-in shaders; those of a user get the same when they are read.
 
+use crate::spirv::{HEADER_WORDS, instructions};
+
 /// The bindings of buffers that shaders see by more than one variable (shaders/lib/layout.glsl), by their names in
 /// src/render/layout.rs, which the build script cannot see.
 pub const ALIASED: [(&str, u32); 6] =
     [("FILM", 4), ("FILM_ROWS", 12), ("PATHS", 6), ("PATH_TEXELS", 8), ("GRADIENTS", 9), ("GRADIENT_ROWS", 13)];
 
 // Opcodes and decorations are those of the SPIR-V specification 1.6, section 3.
-const HEADER_WORDS: usize = 5;
 /// OpDecorate of three words, and of four.
 const DECORATE_ALIASED: u32 = 3 << 16 | 71;
 const DECORATE_BINDING: u32 = 4 << 16 | 71;
@@ -26,10 +27,9 @@ pub fn declare_aliased(words: &[u32]) -> Vec<u32> {
             .any(|i| matches!(*i, [DECORATE_ALIASED, decorated, ALIASED_DECORATION] if decorated == variable))
     };
     let mut declared = words[..HEADER_WORDS.min(words.len())].to_vec();
-    let mut read = declared.len();
-    for instruction in instructions(words) {
+    let mut all = instructions(words);
+    for instruction in all.by_ref() {
         declared.extend(instruction);
-        read += instruction.len();
         if let [DECORATE_BINDING, variable, BINDING, number] = *instruction
             && ALIASED.iter().any(|&(_, aliased)| aliased == number)
             && !aliased_before(variable)
@@ -37,17 +37,6 @@ pub fn declare_aliased(words: &[u32]) -> Vec<u32> {
             declared.extend([DECORATE_ALIASED, variable, ALIASED_DECORATION]);
         }
     }
-    declared.extend(&words[read..]);
+    declared.extend(all.rest());
     declared
-}
-
-/// The instructions of a module, up to the first that does not end.
-fn instructions(words: &[u32]) -> impl Iterator<Item = &[u32]> {
-    let mut rest = words.get(HEADER_WORDS..).unwrap_or_default();
-    std::iter::from_fn(move || {
-        let count = (rest.first()? >> 16) as usize;
-        let (instruction, after) = rest.split_at_checked(count).filter(|_| count > 0)?;
-        rest = after;
-        Some(instruction)
-    })
 }

@@ -72,8 +72,10 @@ impl Film {
 
 /// Columns and rows of the blocks of pixels into which an image is cut, see shaders/lib/pixel_order.glsl.
 const BLOCK: [u32; 2] = [32, 64];
-/// Columns and rows of a tile of 64 slots.
+/// Columns and rows of a tile.
 pub(crate) const SIDE: u32 = 8;
+/// Its slots.
+pub(crate) const TILE_SLOTS: u32 = SIDE * SIDE;
 /// Columns and rows of the tiles of a block.
 const TILES: [u32; 2] = [BLOCK[0] / SIDE, BLOCK[1] / SIDE];
 /// All of them.
@@ -152,12 +154,12 @@ pub(crate) fn pixels_in(first: u32, end: u32, width: u32, height: u32) -> u64 {
         let [x, y] = tile_corner(tile, width);
         u64::from(width.saturating_sub(x).min(SIDE) * height.saturating_sub(y).min(SIDE))
     };
-    (first / 64..end / 64).map(pixels).sum()
+    (first / TILE_SLOTS..end / TILE_SLOTS).map(pixels).sum()
 }
 
 /// The pixel of a slot, row by row from the top left; `None` for padding.
 pub(crate) fn pixel_of_slot(slot: u32, width: u32, height: u32) -> Option<usize> {
-    let [x, y] = tile_corner(slot / 64, width);
+    let [x, y] = tile_corner(slot / TILE_SLOTS, width);
     let (group, member) = (slot % 8, slot / 8 % 8);
     let x = x + group % 2 * 4 + member % 4;
     let y = y + group / 2 * 2 + member / 4;
@@ -167,7 +169,7 @@ pub(crate) fn pixel_of_slot(slot: u32, width: u32, height: u32) -> Option<usize>
 /// The slot of the pixel in column `x` and row `y`.
 fn slot_of_pixel(x: u32, y: u32, width: u32) -> u32 {
     let group = x / 4 % 2 + y % SIDE / 2 * 2;
-    tile_of_pixel(x, y, width) * 64 + y % 2 * 32 + x % 4 * 8 + group
+    tile_of_pixel(x, y, width) * TILE_SLOTS + y % 2 * 32 + x % 4 * 8 + group
 }
 
 /// So many slots are not worth to look for them in whole rows of blocks.
@@ -192,7 +194,8 @@ pub(crate) fn to_pixels<S: Sync, P: Send>(
         return;
     }
     // The rows of the blocks that they are in.
-    let [top, bottom] = [first, last].map(|slot| (tile_corner(slot / 64, width)[1] / BLOCK[1] * BLOCK[1]) as usize);
+    let [top, bottom] =
+        [first, last].map(|slot| (tile_corner(slot / TILE_SLOTS, width)[1] / BLOCK[1] * BLOCK[1]) as usize);
     let rows = pixels.par_chunks_mut(width as usize).enumerate().skip(top).take(bottom - top + BLOCK[1] as usize);
     rows.for_each(|(y, row)| {
         for (x, pixel) in row.iter_mut().enumerate() {

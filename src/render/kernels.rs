@@ -5,8 +5,9 @@ use std::hash::Hasher;
 use std::path::{Path, PathBuf};
 
 use crate::files::read_regular;
-use crate::gpu::{GpuError, words_of};
+use crate::gpu::GpuError;
 use crate::hash::Fnv;
+use crate::spirv::{HEADER_WORDS, instructions, opcode, words_of};
 
 use super::aliased::declare_aliased;
 use super::error::RenderError;
@@ -94,7 +95,7 @@ pub(crate) fn spirv(kernel: &Kernel, settings: &RenderSettings) -> Result<Cow<'s
     let fail = |problem: &dyn std::fmt::Display| RenderError::Settings(format!("{}: {problem}", path.display()));
     let bytes = read_regular(&path).map_err(|error| fail(&error))?;
     // The magic number of the SPIR-V specification, section 2.3.
-    if bytes.len() < 20 || bytes.len() % 4 != 0 || bytes[..4] != 0x0723_0203u32.to_le_bytes() {
+    if bytes.len() < 4 * HEADER_WORDS || bytes.len() % 4 != 0 || bytes[..4] != 0x0723_0203u32.to_le_bytes() {
         return Err(fail(&"not a SPIR-V module"));
     }
     let words = words_of(&bytes);
@@ -121,19 +122,13 @@ fn check_module(words: &[u32]) -> Result<(), &'static str> {
     const DAMAGED: &str = "the SPIR-V module is damaged: it ends within a function or an instruction";
     const GL_COMPUTE: u32 = 5;
     const MAIN: u32 = u32::from_le_bytes(*b"main");
-    let mut is_compute = false;
-    let mut rest = &words[5..];
-    while let Some(first) = rest.first() {
-        let count = (first >> 16) as usize;
-        let (instruction, after) = rest.split_at_checked(count).filter(|_| count > 0).ok_or(DAMAGED)?;
-        is_compute = is_compute
-            || matches!(*instruction, [_, GL_COMPUTE, _, MAIN, 0, ..] if instruction[0] & 0xffff == ENTRY_POINT);
-        rest = after;
-    }
-    if words.last() != Some(&FUNCTION_END) {
+    let mut all = instructions(words);
+    let is_entry = |i: &[u32]| opcode(i) == ENTRY_POINT && matches!(*i, [_, GL_COMPUTE, _, MAIN, 0, ..]);
+    let entries = all.by_ref().filter(|i| is_entry(i)).count();
+    if !all.rest().is_empty() || words.last() != Some(&FUNCTION_END) {
         return Err(DAMAGED);
     }
-    if is_compute { Ok(()) } else { Err("there is no compute shader main in the SPIR-V module") }
+    if entries > 0 { Ok(()) } else { Err("there is no compute shader main in the SPIR-V module") }
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@
 
 use std::time::Duration;
 
-use super::film::BLOCK_TILES;
+use super::film::{BLOCK_TILES, TILE_SLOTS};
 
 /// Device time that a dispatch should take: short enough for progress, interruption and watchdogs, long enough that
 /// the idle lanes at its end do not matter.
@@ -39,8 +39,8 @@ impl Span {
 pub(crate) fn tile_spans(tiles: impl Iterator<Item = usize>, bands: &[u32]) -> Vec<Span> {
     let mut spans: Vec<Span> = Vec::new();
     for tile in tiles {
-        let first_slot = 64 * tile as u32;
-        let end_slot = first_slot + 64;
+        let first_slot = TILE_SLOTS * tile as u32;
+        let end_slot = first_slot + TILE_SLOTS;
         let band = bands.partition_point(|&first| first <= first_slot).saturating_sub(1);
         match spans.last_mut() {
             Some(last) if last.end_slot == first_slot && last.band == band => last.end_slot = end_slot,
@@ -151,8 +151,8 @@ impl Pace {
 
     /// Tiles of the next dispatch of a round of `samples` per pixel in a pass over `slots`, of which `left` are not done.
     fn tiles(&self, slots: u64, samples: u32, left: u64) -> u32 {
-        let fit = self.samples(slots) / f64::from(samples) / 64.0;
-        let left = left.div_ceil(64) as f64;
+        let fit = self.samples(slots) / f64::from(samples) / f64::from(TILE_SLOTS);
+        let left = left.div_ceil(u64::from(TILE_SLOTS)) as f64;
         // Equal parts: a remnant would keep few threads busy.
         let parts = (left / fit.max(f64::from(self.rounds.least_tiles))).ceil().max(1.0);
         let tiles = (left / parts).ceil() as u32;
@@ -218,7 +218,7 @@ impl Plan {
         if self.round_is_over() {
             self.begin_round(pace);
         }
-        let mut left = 64 * pace.tiles(self.slots, self.round_samples, self.round_left);
+        let mut left = TILE_SLOTS * pace.tiles(self.slots, self.round_samples, self.round_left);
         let mut work = Work {
             spans: Vec::new(),
             tile_step: 1,

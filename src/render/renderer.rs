@@ -54,7 +54,7 @@ use gradients::{Certainties, Groups};
 use launch::Launch;
 use parts::Parts;
 use passes::Watch;
-use resume::Keeping;
+use resume::{Before, Keeping};
 use survey::Places;
 use verdict::ReuseTrial;
 
@@ -92,12 +92,10 @@ pub struct Renderer {
     beginnings: Beginnings,
     /// Samples per pixel before the part of the rendering that is being done, with groups in one place.
     phase_begin: u32,
-    /// Samples, over all pixels, that had been done of that part when the rendering was stopped.
-    partly: u64,
+    /// What had been done when the rendering was stopped, if it goes on.
+    before: Before,
     /// What beams have lit, where all pixels get the samples that are asked for.
     light: BeamLight,
-    /// Seconds of the rendering before it was stopped.
-    seconds_before: f64,
     /// By how much variance must fall in the trial.
     reuse_is_worth: f64,
     stage: &'static str,
@@ -150,9 +148,8 @@ impl Renderer {
             certainties: Certainties::default(),
             beginnings: Beginnings::default(),
             phase_begin: 0,
-            partly: 0,
+            before: Before::default(),
             light: BeamLight::default(),
-            seconds_before: 0.0,
             reuse: ReuseTrial::Never,
             reuses: if *reuse { settings.reuse } else { Reuse::Off },
             fewest_reused: reuse_policy::fewest_samples(needed, settings.reuse, facts),
@@ -265,9 +262,8 @@ impl Renderer {
         let long = self.settings.samples >= self.fewest_reused;
         self.reuse = if long { ReuseTrial::of(self.reuses) } else { ReuseTrial::Never };
         self.shares = Shares::default();
-        self.partly = 0;
+        self.before = Before { seconds: checkpoint.map_or(0.0, Checkpoint::seconds), ..Before::default() };
         self.light = self.no_beams();
-        self.seconds_before = checkpoint.map_or(0.0, Checkpoint::seconds);
         self.survey()?;
         self.find_beginnings()?;
         self.try_reuse()?;
@@ -280,7 +276,7 @@ impl Renderer {
         };
         self.statistics.count_pixels(&film);
         self.statistics.reuse_gain = self.reuse.gain();
-        self.statistics.render_seconds = self.seconds_before + watch.elapsed().as_secs_f64();
+        self.statistics.render_seconds = self.before.seconds + watch.elapsed().as_secs_f64();
         Ok(film)
     }
 

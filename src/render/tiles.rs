@@ -11,7 +11,7 @@ use super::layout::FilmSlot;
 use crate::image::metrics::RELATIVE_OFFSET;
 
 /// Slots of a tile.
-pub(crate) const TILE: usize = 64;
+pub(crate) const TILE: usize = super::film::TILE_SLOTS as usize;
 
 /// The half that a slot of a tile belongs to; `reuses` of shaders/lib/reuse.glsl reckons alike.
 pub(crate) fn half_of(slot: usize) -> usize {

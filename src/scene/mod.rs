@@ -6,6 +6,7 @@
 mod defaults;
 mod description;
 mod error;
+mod fingerprint;
 mod format;
 mod from_table;
 mod load;
@@ -21,7 +22,9 @@ mod validate;
 
 pub use description::*;
 pub use error::{Entity, Location, SceneError};
+pub use fingerprint::fingerprint;
 pub use load::Loaded;
+pub(crate) use parse::one_line;
 pub use transform::Placement;
 pub(crate) use unit::unit;
 pub use validate::{IOR_RANGE, MAX_DEPTH, MAX_IMAGE_SIDE, MAX_MAGNITUDE, MAX_SAMPLES, MIN_RADIUS};

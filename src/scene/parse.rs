@@ -39,7 +39,7 @@ pub(super) fn parse(text: &str, file: &str) -> Result<SceneTable, SceneError> {
 }
 
 /// A parser's words in one line, and those of its language in plain ones.
-fn one_line(message: &str) -> String {
+pub(crate) fn one_line(message: &str) -> String {
     let plain = [
         ("\n", ", "),
         ("expected i64", "expected an integer"),

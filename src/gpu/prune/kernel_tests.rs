@@ -5,8 +5,9 @@ use std::collections::HashSet;
 use rspirv::dr::{Instruction, Operand, load_words};
 use rspirv::spirv::Word;
 
-use super::super::pipeline::{Specialization, words_of};
+use super::super::pipeline::Specialization;
 use super::prune;
+use crate::spirv::words_of;
 
 /// Names and words of all of them.
 fn kernels() -> Vec<(&'static str, Vec<u32>)> {

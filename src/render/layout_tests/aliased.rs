@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use rspirv::dr::{Operand, load_words};
 use rspirv::spirv::{Decoration, Word};
 
-use crate::gpu::words_of;
+use crate::spirv::words_of;
 
 use super::super::aliased::{ALIASED, declare_aliased};
 use super::super::kernels::{self, Kernel, LIGHT_TRACE, PATH_KERNELS, TRAVERSE};

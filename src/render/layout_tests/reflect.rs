@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use crate::gpu::words_of;
+use crate::spirv::words_of;
 
 /// What a compute shader shares with its host.
 #[derive(Default)]

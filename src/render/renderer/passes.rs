@@ -119,7 +119,7 @@ impl Renderer {
         samples: u32,
         watch: &mut Watch<'_>,
     ) -> Result<bool, RenderError> {
-        let begin = self.statistics.samples - take(&mut self.partly);
+        let begin = self.statistics.samples - take(&mut self.before.samples_of_phase);
         let end = begin + self.samples_between(spans, done, samples);
         let mut plan = Plan::new(spans.to_vec(), done, samples, &self.pace);
         let mut in_flight: VecDeque<(Ticket, Instant, usize, bool)> = VecDeque::new();

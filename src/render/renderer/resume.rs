@@ -16,6 +16,15 @@ use super::super::statistics::Progress;
 use super::Renderer;
 use super::passes::Watch;
 
+/// What had been done when the rendering that goes on was stopped.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Before {
+    /// Samples, over all pixels, of the part of the rendering, with groups of pixels in one place, that was being done.
+    pub samples_of_phase: u64,
+    /// Of rendering.
+    pub seconds: f64,
+}
+
 /// Who keeps what is done of a rendering from time to time.
 pub(super) struct Keeping<'a> {
     every: Duration,
@@ -87,7 +96,7 @@ impl Renderer {
 
     /// Hands out what is done. No submission is in flight.
     pub(super) fn keep(&mut self, watch: &mut Watch<'_>) -> Result<(), RenderError> {
-        let done = self.done_so_far(self.seconds_before + watch.elapsed().as_secs_f64())?;
+        let done = self.done_so_far(self.before.seconds + watch.elapsed().as_secs_f64())?;
         if let Some(keeping) = &mut watch.keeping {
             keeping.kept = done.samples();
             (keeping.keep)(done);
@@ -147,7 +156,7 @@ impl Renderer {
         if !beams.is_empty() {
             self.light = BeamLight::of(figures.beams, beams.clone());
         }
-        self.partly = figures.samples - samples;
+        self.before.samples_of_phase = figures.samples - samples;
         Ok(done)
     }
 }

@@ -1,0 +1,183 @@
+//! What commands print and write.
+
+use photolith::image::read;
+
+use super::common::scene_path;
+use super::*;
+
+#[test]
+fn every_format_is_written_with_its_metadata_and_nothing_else() {
+    let directory = directory();
+    let d = directory.path();
+    for extension in ["png", "exr", "hdr", "pfm"] {
+        let file = format!("out.{extension}");
+        let output = run(d, &format!("render ball.toml --size 20x10 --samples 4 --seed 7 -o {file}"));
+        assert_eq!(output.status.code(), Some(0), "{file}: {output:?}");
+        assert!(output.stdout.is_empty() && output.stderr.is_empty(), "{file}: {output:?}");
+        let (image, metadata) = read(&d.join(&file)).unwrap();
+        assert_eq!((image.width(), image.height()), (20, 10), "{file}");
+        // White sky in the corner; a convex grey body in the middle.
+        let near = |a: f32, b: f32| (a - b).abs() < 0.01;
+        assert!(near(image.pixel(0, 0).unwrap()[0], 1.0), "{file}");
+        assert!(near(image.pixel(10, 5).unwrap()[1], 0.8), "{file}: {:?}", image.pixel(10, 5));
+        if extension != "pfm" {
+            for (key, value) in [("Scene", "ball.toml"), ("Samples", "4"), ("Seed", "7"), ("MaxDepth", "8")] {
+                assert_eq!(metadata.get(key), Some(value), "{file}: {key}");
+            }
+            assert_eq!(metadata.get("Software"), Some(concat!("photolith ", env!("CARGO_PKG_VERSION"))), "{file}");
+            assert!(metadata.get("Device").is_some_and(|d| !d.is_empty()), "{file}");
+            assert!(metadata.get("Driver").is_some(), "{file}");
+        }
+    }
+    assert_eq!(names(d), ["ball.toml", "out.exr", "out.hdr", "out.pfm", "out.png"]);
+    // Without -o: the scene's name, in the working directory.
+    assert_eq!(run(d, "render ball.toml --size 8x8 --samples 1").status.code(), Some(0));
+    assert!(d.join("ball.png").exists());
+    // An image compared with itself.
+    let output = run(d, "compare out.exr out.exr --max-rmse 0 --json");
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&json["rmse"], &json["pass"]), (&0.0.into(), &true.into()));
+    let output = run(d, "compare out.png ball.png");
+    assert_fails(&output, 2, &["20x10", "8x8"], "compare");
+}
+
+#[test]
+fn render_reports_json() {
+    let directory = directory();
+    let cat = scene_path("cat");
+    let arguments = format!("render {} --size 24x16 --samples 4 -o out.png --json --validate", cat.display());
+    let output = run(directory.path(), &arguments);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let json = one_line(&output);
+    assert_eq!(json["schema"], "photolith-render-1");
+    assert_eq!((&json["output"], &json["spp_done"], &json["stopped"]), (&"out.png".into(), &4.into(), &false.into()));
+    assert_eq!((&json["samples"], &json["bad_samples"]), (&(24 * 16 * 4).into(), &0.into()));
+    for key in ["setup_s", "render_s", "rays", "shadow_rays", "msamples_per_s", "mrays_per_s", "peak_device_bytes"] {
+        assert!(json[key].as_f64().is_some_and(|x| x > 0.0), "{key}: {json}");
+    }
+    // The room is closed: every path has five hits.
+    assert_eq!(json["rays"], 24 * 16 * 4 * 5);
+    for key in ["nodes", "leaves", "primitives", "depth", "sah_cost", "bytes", "build_s"] {
+        assert!(json["bvh"][key].as_f64().is_some_and(|x| x > 0.0), "{key}: {json}");
+    }
+    for key in ["device", "driver", "version"] {
+        assert!(json[key].as_str().is_some_and(|s| !s.is_empty()), "{key}: {json}");
+    }
+}
+
+/// Commands that print, and end well.
+const PRINTING: [&str; 11] = [
+    "info ball.toml",
+    "info ball.toml --json",
+    "devices",
+    "devices --json",
+    "check --list",
+    "check --list --json",
+    "check --filter energy/black",
+    "check --filter energy/black --json",
+    "compare a.pfm a.pfm",
+    "render ball.toml --size 8x8 --samples 1 -o a.pfm --json",
+    "bench ball.toml --size 8x8 --rays",
+];
+
+#[cfg(unix)]
+#[test]
+fn a_reader_that_has_heard_enough_is_no_error_and_a_full_disk_is() {
+    let directory = directory();
+    let d = directory.path();
+    assert_eq!(run(d, "render ball.toml --size 8x8 --samples 1 -o a.pfm").status.code(), Some(0));
+    let full = || fs::File::options().write(true).open("/dev/full").expect("a device that is always full");
+    for arguments in PRINTING.into_iter().chain(["--help", "check --help", "--version"]) {
+        let command = || {
+            let mut command = program(d);
+            command.args(arguments.split(' '));
+            command
+        };
+        let (reader, writer) = std::io::pipe().expect("a pipe");
+        drop(reader);
+        let output = command().stdout(writer).output().expect("the program starts");
+        assert_eq!(output.status.code(), Some(0), "{arguments}: {output:?}");
+        assert!(!text(&output.stderr).contains("photolith: "), "{arguments}: {output:?}");
+
+        let output = command().stdout(full()).output().expect("the program starts");
+        assert_fails(&output, 2, &["photolith: cannot write to standard output: No space left"], arguments);
+    }
+    // Where nobody can be told, the exit code is still that of the error.
+    let output = program(d).args(["info", "gone.toml"]).stderr(full()).output().expect("the program starts");
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+}
+
+#[test]
+fn reports_of_checks_are_written_whole_or_refused_at_once() {
+    let directory = directory();
+    let d = directory.path();
+    for option in ["--junit", "--markdown"] {
+        let output = run(d, &format!("check --filter energy/black {option} gone/report"));
+        assert_fails(&output, 2, &["photolith: cannot write gone/report: No such file"], option);
+    }
+    let output = run(d, "check --filter energy/black --junit /dev/full --markdown report.md");
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    assert!(text(&output.stdout).contains("1 of 1 cases pass"), "{output:?}");
+    assert!(text(&output.stderr).contains("photolith: cannot write /dev/full: No space left"), "{output:?}");
+    assert!(fs::read_to_string(d.join("report.md")).unwrap().contains("`energy/black`"));
+    assert_eq!(names(d), ["ball.toml", "report.md"]);
+}
+
+#[test]
+fn info_and_devices() {
+    let directory = directory();
+    let d = directory.path();
+    let json = one_line(&run(d, &format!("info {} --json", scene_path("glass").display())));
+    assert_eq!(json["schema"], "photolith-info-1");
+    assert_eq!((&json["spheres"], &json["triangles"], &json["point_lights"]), (&10.into(), &0.into(), &1.into()));
+    assert_eq!((&json["width"], &json["samples"], &json["max_depth"]), (&1024.into(), &600.into(), &20.into()));
+    assert!(json["tree"].is_null());
+    assert_eq!(json["features"]["dielectric"]["compiled"], true);
+    assert_eq!(json["features"]["emitter"]["compiled"], false);
+    let output = run(d, "info ball.toml");
+    assert_eq!(output.status.code(), Some(0));
+    for words in ["1 sphere, 0 meshes, 0 triangles, 1 material, 0 point lights", "left out", "specialised for"] {
+        assert!(text(&output.stdout).contains(words), "{output:?}");
+    }
+
+    let json = one_line(&run(d, "devices --json"));
+    assert_eq!(json["schema"], "photolith-devices-1");
+    let picked = json["picked"].as_u64().expect("a device") as usize;
+    let device = &json["devices"][picked];
+    assert_eq!(device["missing"], Value::Array(Vec::new()));
+    assert!(json["reason"].as_str().is_some_and(|r| !r.is_empty()));
+    // A device can be asked for by each of its names.
+    for name in [picked.to_string(), device["uuid"].as_str().unwrap().to_owned()] {
+        let again = one_line(&run(d, &format!("devices --json --device {name}")));
+        assert_eq!(again["picked"], json["picked"], "{name}");
+        assert!(again["reason"].as_str().unwrap().contains(&name), "{again}");
+    }
+    assert!(text(&run(d, "devices").stdout).contains(device["name"].as_str().unwrap()));
+    for arguments in ["--help", "render --help", "--version"] {
+        let output = run(d, arguments);
+        assert_eq!((output.status.code(), output.stderr.is_empty()), (Some(0), true), "{arguments}: {output:?}");
+    }
+}
+
+#[test]
+fn vectors_of_any_width_give_the_same_bits() {
+    let directory = directory();
+    let scene = scene_path("spheres");
+    for (width, output) in [(None, "widest.pfm"), (Some("256"), "256.pfm"), (Some("128"), "128.pfm")] {
+        let mut command = program(directory.path());
+        // Groups of eight pixels do not fit into the four lanes of 128 bits, and meet in memory.
+        command.args(["render", "--size", "40x24", "--samples", "4", "--reuse", "always", "-o", output]).arg(&scene);
+        command.env_remove("MESA_SHADER_CACHE_DIR").env_remove("LP_NATIVE_VECTOR_WIDTH");
+        // The driver's cache does not tell widths apart.
+        command.env("XDG_CACHE_HOME", directory.path().join(output).with_extension("cache"));
+        if let Some(width) = width {
+            command.env("LP_NATIVE_VECTOR_WIDTH", width);
+        }
+        let found = command.output().expect("the program starts");
+        assert!(found.status.success(), "{}", text(&found.stderr));
+    }
+    let image = |name| fs::read(directory.path().join(name)).expect("an image");
+    assert_eq!(image("widest.pfm"), image("256.pfm"));
+    assert_eq!(image("128.pfm"), image("256.pfm"));
+}
