@@ -3,11 +3,14 @@
 
 mod common;
 
+use std::ops::ControlFlow;
+use std::time::Duration;
+
 use common::{assert_same_bits, context, render, render_counted, shipped};
 use glam::DVec3;
 use photolith::render::{Adaptive, Beams, Feature, Glances, Gradients, Reuse, Scheduler, Shares};
 use photolith::scene::{Material, Mesh, Normals, Sphere, Surface};
-use photolith::{Context, Film, RenderSettings, Scene};
+use photolith::{Context, Film, RenderSettings, Renderer, Scene};
 
 const SAMPLES: u32 = 32;
 
@@ -375,20 +378,36 @@ fn lights_of_each_kind() {
 #[test]
 fn a_film_of_n_samples_is_the_start_of_a_longer_one() {
     let context = context();
-    // Below 2^10 samples, so that both use the same table of the sampler.
-    let (short, long) = (shipped("spheres", (9, 7), 1), shipped("spheres", (9, 7), 2));
-    // Of one sample nothing is tried, so that it must be told whether paths are reused.
+    // Below 2^10 samples, so that all use the same table of the sampler.
+    let long = shipped("spheres", (9, 7), 64);
     for reuse in [Reuse::Off, Reuse::Always] {
-        let one = render(&context, &short, &RenderSettings { reuse, ..RenderSettings::of(&short) });
-        // Two would make an image from gradients.
-        let gradients = Gradients::Off;
-        let one_by_one =
-            RenderSettings { samples_per_dispatch: Some(1), reuse, gradients, ..RenderSettings::of(&long) };
-        let two = render(&context, &long, &one_by_one);
-        for (one, two) in one.sums().iter().zip(two.sums()) {
-            assert!(one.iter().zip(two).all(|(a, b)| a <= b), "{reuse:?}: {one:?} is more than {two:?}");
-        }
+        // Gradients and shares go by the number of samples that are asked for.
+        let (gradients, shares) = (Gradients::Off, Shares::Off);
+        let settings = |scene| RenderSettings { reuse, gradients, shares, ..RenderSettings::of(scene) };
+        // The limit is over before the first dispatch ends.
+        let stopped = RenderSettings {
+            samples_per_dispatch: Some(3),
+            time_limit: Some(Duration::from_nanos(1)),
+            ..settings(&long)
+        };
+        let begun = render_stopped(&context, &long, &stopped);
+        let samples = begun.counts()[0];
+        assert!((1..64).contains(&samples), "{reuse:?}: {samples} samples");
+        let short = shipped("spheres", (9, 7), samples);
+        assert_same_bits(
+            &begun,
+            &render(&context, &short, &settings(&short)),
+            &format!("{reuse:?}, {samples} samples"),
+        );
     }
+}
+
+/// What there is of a rendering that has stopped.
+fn render_stopped(context: &Context, scene: &Scene, settings: &RenderSettings) -> Film {
+    let mut renderer = Renderer::new(context, scene, settings).expect("a renderer");
+    let film = renderer.render(|_| ControlFlow::Continue(())).expect("a film");
+    assert!(renderer.statistics().stopped);
+    film
 }
 
 /// The variants above are different programs only if they really cut the work differently.

@@ -21,6 +21,10 @@ use super::watched;
 const BATCHES: u32 = 16;
 /// Samples per pixel of the batches that show how many a reference needs.
 const PILOT_SAMPLES: u32 = 64;
+/// By how much a pilot's noise must be below the wanted one for it to be the reference.
+const PILOT_MARGIN: f64 = 2.0;
+/// How many times as many samples are taken as the estimate asks for, so that it seldom matters whether they reach it.
+const SPARE: f64 = 1.2;
 /// Attempts to reach the wanted noise: the pilot may have missed rare bright paths.
 const ATTEMPTS: u32 = 4;
 /// Seeds of references lie far from those of measurements.
@@ -235,8 +239,8 @@ fn by_batches(
     let pixels = width as usize * height as usize;
     let mut samples = PILOT_SAMPLES;
     let mut seed = SEED;
-    let mut reached = f64::INFINITY;
-    for _ in 0..ATTEMPTS {
+    let (mut reached, mut spent) = (f64::INFINITY, 0);
+    for attempt in 0..ATTEMPTS {
         let mut batches = Batches::new(pixels);
         let in_all = u64::from(samples) * u64::from(BATCHES);
         let mut go_on = || on_progress(in_all);
@@ -248,15 +252,17 @@ fn by_batches(
             seed += 1;
         }
         reached = batches.noise();
-        if reached <= noise {
+        spent = in_all;
+        // The pilot is there to tell how many samples are needed. An image that is kept whenever its own samples say that they
+        // are enough would be kept most readily where they have missed what is rare and bright.
+        if reached <= if attempt == 0 { noise / PILOT_MARGIN } else { noise } {
             let image = batches
                 .image(width, height)
                 .map_err(|source| BenchError::Image { what: format!("reference of {}", scene.source), source })?;
             return Ok((image, in_all));
         }
-        // A tenth more than the estimate asks for.
-        let factor = 1.1 * (reached / noise).powi(2);
-        let needed = (f64::from(samples) * factor).ceil();
+        let factor = SPARE * (reached / noise).powi(2);
+        let needed = (f64::from(samples) * factor.max(1.0)).ceil();
         if needed > f64::from(MAX_SAMPLES) {
             return Err(BenchError::ReferenceSamples {
                 scene: scene.source.clone(),
@@ -267,12 +273,7 @@ fn by_batches(
         }
         samples = needed as u32;
     }
-    Err(BenchError::ReferenceNoise {
-        scene: scene.source.clone(),
-        reached,
-        wanted: noise,
-        samples: u64::from(samples) * u64::from(BATCHES),
-    })
+    Err(BenchError::ReferenceNoise { scene: scene.source.clone(), reached, wanted: noise, samples: spent })
 }
 
 fn by_renderer(

@@ -1,10 +1,12 @@
 //! Known failures of drivers, declared as data.
 
+use std::io;
 use std::path::Path;
 
 use serde::Deserialize;
 
 use super::cases;
+use crate::files::read_regular;
 use crate::scene::{Location, one_line};
 
 /// Failures that are declared: they count as expected, and their passing as a fault.
@@ -80,8 +82,11 @@ impl Expectations {
     /// See [`ExpectationsError`].
     pub fn load(path: &Path) -> Result<Self, ExpectationsError> {
         let file = path.display().to_string();
-        let text =
-            std::fs::read_to_string(path).map_err(|reason| ExpectationsError::Read { file: file.clone(), reason })?;
+        let text = read_regular(path)
+            .and_then(|bytes| {
+                String::from_utf8(bytes).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))
+            })
+            .map_err(|reason| ExpectationsError::Read { file: file.clone(), reason })?;
         Self::parse(&text, &file)
     }
 

@@ -69,12 +69,17 @@ pub(crate) fn correlation(pairs: &[(f64, f64)]) -> f64 {
 pub(crate) fn kolmogorov(sorted: &[f64]) -> f64 {
     let n = sorted.len() as f64;
     let far = |(i, &x): (usize, &f64)| (x - i as f64 / n).abs().max((x - (i + 1) as f64 / n).abs());
-    sorted.iter().enumerate().map(far).fold(0.0, f64::max) * n.sqrt()
+    worst(sorted.iter().enumerate().map(far)) * n.sqrt()
 }
 
 /// |a − b| / |b|; 0 where both are 0.
 pub(crate) fn relative(a: f64, b: f64) -> f64 {
     if a == b { 0.0 } else { ((a - b) / b).abs() }
+}
+
+/// The least of probabilities, or NaN if there is one.
+pub(crate) fn least(probabilities: &[f64]) -> f64 {
+    probabilities.iter().fold(1.0, |a: f64, &b| if a.is_nan() || b.is_nan() { f64::NAN } else { a.min(b) })
 }
 
 /// The largest, or NaN if there is one: f64::max would hide it.
@@ -103,6 +108,11 @@ mod tests {
         assert!((z_score(&[1.0, 3.0, 1.0, 3.0], 2.0)).abs() < 1e-12);
         assert!((correlation(&[(0.0, 1.0), (1.0, 3.0), (2.0, 5.0)]) - 1.0).abs() < 1e-12);
         assert!(worst([1.0, f64::NAN, 2.0]).is_nan());
+        assert!(least(&[0.5, f64::NAN, 0.1]).is_nan());
+        assert_eq!(least(&[0.5, 0.1]), 0.1);
+        assert!(kolmogorov(&[0.5, f64::NAN]).is_nan());
+        assert!(worst([0.0, correlation(&[(0.5, 0.0), (0.5, 1.0)])]).is_nan(), "what does not vary");
+        assert!(chi_squared_p(&[10.0, 10.0], &[10.0, f64::NAN]).is_nan());
         assert_eq!(kolmogorov(&[0.5]), 0.5);
     }
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -106,7 +106,7 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<ExitCode> {
         Some(path) => Expectations::load(path)?,
         None => Expectations::default(),
     };
-    let earlier = args.with.iter().map(read_report).collect::<anyhow::Result<Vec<_>>>()?;
+    let earlier = args.with.iter().map(|path| read_report(path)).collect::<anyhow::Result<Vec<_>>>()?;
 
     let interrupt = Interrupt::install()?;
     let options = RunOptions { interrupted: interrupt.flag(), ..options };
@@ -202,9 +202,9 @@ fn list(options: &RunOptions, json: bool) -> String {
     out
 }
 
-fn read_report(path: &PathBuf) -> anyhow::Result<Report> {
-    let text = std::fs::read_to_string(path).with_context(|| format!("{} cannot be read", path.display()))?;
-    let report: Report = serde_json::from_str(&text).with_context(|| format!("{}: not a report", path.display()))?;
+fn read_report(path: &Path) -> anyhow::Result<Report> {
+    let text = files::read_regular(path).with_context(|| format!("{} cannot be read", path.display()))?;
+    let report: Report = serde_json::from_slice(&text).with_context(|| format!("{}: not a report", path.display()))?;
     if report.schema != SCHEMA {
         bail!("{}: schema {}, expected {SCHEMA}", path.display(), report.schema);
     }

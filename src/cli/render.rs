@@ -104,8 +104,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     };
     // Before hours of rendering, not after.
     image::check_writable(&path)?;
+    let outputs = [("--output", Some(&path)), ("--checkpoint", args.checkpoint.as_ref())];
+    paths::check_apart([&args.scene], outputs.into_iter().filter_map(|(option, path)| Some((option, path?))))?;
     if let Some(checkpoint) = &args.checkpoint {
-        paths::check_apart([&args.scene], [("--output", &path), ("--checkpoint", checkpoint)])?;
         check_writable(checkpoint)?;
     }
     let (scene, mut settings) = args.scene_options.load(&args.scene)?;
@@ -229,8 +230,10 @@ fn samples(s: &RenderStatistics) -> String {
 }
 
 fn default_output(scene: &Path) -> anyhow::Result<PathBuf> {
-    let stem = scene.file_stem().ok_or_else(|| anyhow!("{}: not a file name", scene.display()))?;
-    Ok(PathBuf::from(stem).with_extension("png"))
+    let mut name = scene.file_stem().ok_or_else(|| anyhow!("{}: not a file name", scene.display()))?.to_owned();
+    // Not with_extension: of frame.001.toml this is frame.001.png.
+    name.push(".png");
+    Ok(PathBuf::from(name))
 }
 
 fn metadata(scene: &Scene, settings: &RenderSettings, context: &Context, renderer: &Renderer) -> Metadata {

@@ -1,6 +1,5 @@
 //! Reading and writing image files.
 
-use std::fs;
 use std::path::Path;
 
 use super::codec::{self, DecodeError};
@@ -49,7 +48,7 @@ pub fn write(path: &Path, image: &Image, metadata: &Metadata, transfer: Transfer
 /// [`ImageError::UnknownFormat`], [`ImageError::Read`], [`ImageError::Malformed`] or [`ImageError::Unsupported`].
 pub fn read(path: &Path) -> Result<(Image, Metadata), ImageError> {
     let format = Format::from_path(path)?;
-    let bytes = fs::read(path).map_err(|source| ImageError::Read { path: path.to_owned(), source })?;
+    let bytes = files::read_regular(path).map_err(|source| ImageError::Read { path: path.to_owned(), source })?;
     codec::decode(format, &bytes).map_err(|error| match error {
         DecodeError::Malformed(problem) => ImageError::Malformed { path: path.to_owned(), format, problem },
         DecodeError::Unsupported(problem) => ImageError::Unsupported { path: path.to_owned(), format, problem },
@@ -70,6 +69,7 @@ pub fn check_writable(path: &Path) -> Result<(), ImageError> {
 mod tests {
     use super::*;
     use std::error::Error;
+    use std::fs;
 
     #[test]
     fn round_trip_by_extension_and_count_of_what_is_lost() {

@@ -75,6 +75,33 @@ fn bad_options_are_code_2() {
     assert_eq!(names(directory.path()), ["ball.toml", "folder.png"]);
 }
 
+#[cfg(unix)]
+#[test]
+fn an_image_does_not_take_the_place_of_its_scene() {
+    let directory = directory();
+    let d = directory.path();
+    std::os::unix::fs::symlink("ball.toml", d.join("link.png")).unwrap();
+    let output = run(d, "render ball.toml --size 8x8 --samples 1 -o link.png");
+    assert_fails(&output, 2, &["--output link.png: this file is also read"], "a link to the scene");
+}
+
+/// What never ends is not waited for.
+#[cfg(unix)]
+#[test]
+fn what_is_no_file_is_not_read() {
+    let directory = directory();
+    let d = directory.path();
+    std::os::unix::fs::symlink("/dev/zero", d.join("zero.pfm")).unwrap();
+    for arguments in [
+        "compare zero.pfm zero.pfm",
+        "bench ball.toml --size 8x8 --reference zero.pfm",
+        "check --filter energy/black --expectations zero.pfm",
+        "check --filter energy/black --markdown table.md --with zero.pfm",
+    ] {
+        assert_fails(&run(d, arguments), 2, &["zero.pfm", "not a regular file"], arguments);
+    }
+}
+
 #[test]
 fn a_folder_of_shaders_must_have_some() {
     let directory = directory();

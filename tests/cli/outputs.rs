@@ -33,6 +33,9 @@ fn every_format_is_written_with_its_metadata_and_nothing_else() {
     // Without -o: the scene's name, in the working directory.
     assert_eq!(run(d, "render ball.toml --size 8x8 --samples 1").status.code(), Some(0));
     assert!(d.join("ball.png").exists());
+    fs::copy(d.join("ball.toml"), d.join("frame.001.toml")).unwrap();
+    assert_eq!(run(d, "render frame.001.toml --size 8x8 --samples 1").status.code(), Some(0));
+    assert!(d.join("frame.001.png").exists());
     // An image compared with itself.
     let output = run(d, "compare out.exr out.exr --max-rmse 0 --json");
     assert_eq!(output.status.code(), Some(0), "{output:?}");

@@ -23,8 +23,8 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "light/shadow-ends",
-        what: "shadow rays from a light that lies on, just above and just below a tilted plane",
-        oracle: "above: all arrive; on it and below: none",
+        what: "shadow rays from a light just above and just below a tilted plane",
+        oracle: "above: all arrive; below: none",
         quantity: "shadow rays that are wrong",
         threshold: 0.0,
         full_only: false,

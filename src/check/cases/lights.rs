@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::check::probe::{Density, DensityQuery, Kernel, LightPoint, LightQuery};
 use crate::check::rng::Rng;
 use crate::check::scenes::{Build, diffuse, emitter, empty, icosphere, v};
-use crate::check::statistics::{chi_squared_p, relative, worst, z_score};
+use crate::check::statistics::{chi_squared_p, least, relative, worst, z_score};
 use crate::check::{Case, CheckError, Lab, Measured};
 use crate::render::space::RenderSpace;
 use crate::render::{RenderSettings, Reuse};
@@ -318,7 +318,7 @@ fn chi_squared(lab: &Lab) -> Result<Measured, CheckError> {
     if lost > 0 {
         return Ok(Measured::new(f64::INFINITY, format!("{lost} lights cannot be chosen")));
     }
-    let least = p_values.iter().copied().fold(1.0, f64::min);
+    let least = least(&p_values);
     let needed = 1.0 - 0.99f64.powf(1.0 / p_values.len() as f64);
     Ok(Measured::new(needed / least, format!("{} tests of {n} samples, least p {least:.2e}", p_values.len())))
 }

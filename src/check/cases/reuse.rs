@@ -204,15 +204,16 @@ fn compare(
     [one, another]: [Way; 2],
     and_mean: bool,
 ) -> Result<Measured, CheckError> {
-    // Of more samples there are no shares.
-    let most = if one.shares == Shares::Auto { 256 } else { 1024 };
-    scene.size(32, lab.size(40, most) as u32);
+    // What noise a tile has is told by 25 tiles: in an image of few, all would get the same samples. Nor are there shares of many.
+    let (side, few, many) = if one.shares == Shares::Auto { (96, 8, 64) } else { (32, 40, 1024) };
+    scene.size(side, lab.size(few, many) as u32);
     let (scheduler, share_by_lanes) = match meet {
         Meet::Lanes => (Scheduler::Inline, None),
         Meet::Memory => (Scheduler::Queue, Some(false)),
         Meet::Notes => (Scheduler::Queue, Some(true)),
     };
-    let images = |way: Way, first_seed: u32| -> Result<Vec<Vec<f64>>, CheckError> {
+    let mut unused = false;
+    let mut images = |way: Way, first_seed: u32| -> Result<Vec<Vec<f64>>, CheckError> {
         let Way { reuse, gradients, shares, light_samples } = way;
         let settings = RenderSettings {
             reuse,
@@ -224,17 +225,27 @@ fn compare(
             ..lab.settings(&scene)
         };
         let mut renderer = Renderer::new(&lab.context, &scene, &settings)?;
+        let (mut compared, mut uneven) = (false, false);
         let mut image = |seed| {
             renderer.set_seed(seed);
-            Ok(Rendered::by(&mut renderer)?.channel(1))
+            let rendered = Rendered::by(&mut renderer)?;
+            compared |= rendered.statistics.gradients;
+            uneven |= rendered.film.counts().windows(2).any(|counts| counts[0] != counts[1]);
+            Ok(rendered.channel(1))
         };
-        (first_seed..first_seed + SEEDS).map(&mut image).collect()
+        let images = (first_seed..first_seed + SEEDS).map(&mut image).collect();
+        let idle = (gradients == Gradients::Auto && !compared, shares == Shares::Auto && !uneven);
+        unused |= idle.0 || idle.1;
+        images
     };
     let (with, without, other) = (images(one, 0)?, images(another, 0)?, images(another, SEEDS)?);
     let pixels = other[0].len();
     let sums: Vec<f64> = (0..pixels).map(|p| other.iter().map(|image| image[p]).sum()).collect();
     let mean = sums.iter().sum::<f64>() / pixels as f64;
     let contrast = |image: &[f64]| image.iter().zip(&sums).map(|(x, sum)| x * (sum / mean - 1.0)).sum::<f64>();
+    if unused {
+        return Ok(Measured::new(f64::INFINITY, "no image is made in the way that is compared"));
+    }
     if with.iter().zip(&without).all(|(a, b)| a == b) {
         return Ok(Measured::new(f64::INFINITY, "both ways give the same image"));
     }

@@ -8,7 +8,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 use crate::check::probe::{Function, Words};
 use crate::check::rng::Rng;
 use crate::check::scenes::room;
-use crate::check::statistics::{chi_squared_p, correlation, kolmogorov, worst};
+use crate::check::statistics::{chi_squared_p, correlation, kolmogorov, least, worst};
 use crate::check::{Case, CheckError, Lab, Measured};
 use crate::render::RenderSettings;
 use crate::scene::PixelFilter;
@@ -134,7 +134,7 @@ fn cos_sin(lab: &Lab) -> Result<Measured, CheckError> {
     inputs.extend((0..lab.size(1 << 17, 1 << 24)).map(|_| Words::of(&[rng.uniform() as f32])));
     let error = |(i, o): (&Words, &Words)| {
         let (sin, cos) = (TAU * f64::from(i.x[0])).sin_cos();
-        (f64::from(o.x[0]) - cos).abs().max((f64::from(o.x[1]) - sin).abs())
+        worst([(f64::from(o.x[0]) - cos).abs(), (f64::from(o.x[1]) - sin).abs()])
     };
     let outputs = lab.function(Function::CosSin, &inputs)?;
     Ok(Measured::new(worst(inputs.iter().zip(&outputs).map(error)), format!("{} angles", inputs.len())))
@@ -276,7 +276,7 @@ fn chi_squared(lab: &Lab) -> Result<Measured, CheckError> {
         let n = n as f64;
         p_values.push(chi_squared_p(&[reflected, n - reflected], &[n * f, n * (1.0 - f)]));
     }
-    let least = p_values.iter().copied().fold(1.0, f64::min);
+    let least = least(&p_values);
     let needed = 1.0 - 0.99f64.powf(1.0 / p_values.len() as f64);
     Ok(Measured::new(needed / least, format!("{} tests of {n} samples, least p {least:.2e}", p_values.len())))
 }
@@ -312,7 +312,7 @@ fn uniformity(lab: &Lab) -> Result<Measured, CheckError> {
         for c in 0..2 {
             let mut sorted: Vec<f64> = values.iter().map(|v| v[c]).collect();
             sorted.sort_by(f64::total_cmp);
-            off = off.max(kolmogorov(&sorted));
+            off = worst([off, kolmogorov(&sorted)]);
         }
     }
     Ok(Measured::new(off, format!("6 pairs, {n} samples")))
@@ -361,21 +361,21 @@ fn uncorrelated(lab: &Lab) -> Result<Measured, CheckError> {
         let (a, b) = (pairs(lab, &at(0))?, pairs(lab, &at(1))?);
         for (c, d) in [(0, 0), (1, 1), (0, 1)] {
             let both: Vec<_> = a.iter().zip(&b).map(|(a, b)| (a[c], b[d])).collect();
-            off = off.max(correlation(&both).abs() * f64::from(n).sqrt());
+            off = worst([off, correlation(&both).abs() * f64::from(n).sqrt()]);
         }
     }
     let one = pairs(lab, &(0..n).map(|i| [i, 3, 1, 1]).collect::<Vec<_>>())?;
     let both: Vec<_> = one.iter().map(|v| (v[0], v[1])).collect();
-    off = off.max(correlation(&both).abs() * f64::from(n).sqrt());
+    off = worst([off, correlation(&both).abs() * f64::from(n).sqrt()]);
     for seed in [1, 2, 0x8000_0000] {
         let other = pairs_of_seed(lab, seed, &(0..n).map(|i| [i, 3, 1, 1]).collect::<Vec<_>>())?;
         for c in 0..2 {
             let both: Vec<_> = one.iter().zip(&other).map(|(a, b)| (a[c], b[c])).collect();
-            off = off.max(correlation(&both).abs() * f64::from(n).sqrt());
+            off = worst([off, correlation(&both).abs() * f64::from(n).sqrt()]);
         }
     }
     // Mean directions must not drift with the pixel either.
     let ordered: Vec<_> = one.iter().enumerate().map(|(i, v)| (i as f64 * PI, v[0])).collect();
-    off = off.max(correlation(&ordered).abs() * f64::from(n).sqrt());
+    off = worst([off, correlation(&ordered).abs() * f64::from(n).sqrt()]);
     Ok(Measured::new(off, format!("{n} samples, 6 offsets, 3 seeds")))
 }

@@ -7,6 +7,7 @@ use crate::check::lab::Rendered;
 use crate::check::scenes::{Build, diffuse, empty, lamps, room, v};
 use crate::check::statistics::{relative, worst};
 use crate::check::{Case, CheckError, Lab, Measured};
+use crate::render::Film;
 use crate::scene::{Light, Scene, Surface};
 
 pub(super) const CASES: &[Case] = &[
@@ -75,6 +76,16 @@ pub(super) const CASES: &[Case] = &[
     },
 ];
 
+/// How many pixels differ from an image that shows something.
+fn counted(image: &Film, differ: usize, detail: impl Into<String>) -> Measured {
+    let lit = image.sums().iter().filter(|sum| sum[0] > 0.0).count();
+    if lit < 500 {
+        Measured::new(f64::INFINITY, format!("only {lit} pixels are lit"))
+    } else {
+        Measured::new(differ as f64, detail)
+    }
+}
+
 /// Scales lengths and the power of lights.
 fn scaled(scene: &Scene, length: f64, power: f64) -> Scene {
     let mut scene = scene.clone();
@@ -100,7 +111,7 @@ fn power_of_two(lab: &Lab) -> Result<Measured, CheckError> {
         let other = lab.render(&scaled(&scene, 2f64.powi(k), 2f64.powi(2 * k)))?;
         differ += image.differing(&other);
     }
-    Ok(Measured::new(differ as f64, "2 × 1024 pixels"))
+    Ok(counted(&image.film, differ, "2 × 1024 pixels"))
 }
 
 fn mean_difference(a: &Rendered, b: &Rendered, factor: f64) -> f64 {
@@ -124,7 +135,8 @@ fn decades(lab: &Lab) -> Result<Measured, CheckError> {
 
 fn intensity(lab: &Lab) -> Result<Measured, CheckError> {
     let scene = room();
-    let image = lab.render(&scene)?.film.mean();
+    let usual = lab.render(&scene)?.film;
+    let image = usual.mean();
     let mut differ = 0;
     for k in [-90, 90] {
         let factor = 2f64.powi(k);
@@ -132,7 +144,7 @@ fn intensity(lab: &Lab) -> Result<Measured, CheckError> {
         let same = |a: &[f32; 3], b: &[f32; 3]| (0..3).all(|c| f64::from(a[c]) * factor == f64::from(b[c]));
         differ += image.iter().zip(&other).filter(|(a, b)| !same(a, b)).count();
     }
-    Ok(Measured::new(differ as f64, "2 × 1024 pixels"))
+    Ok(counted(&usual, differ, "2 × 1024 pixels"))
 }
 
 fn overflow(lab: &Lab) -> Result<Measured, CheckError> {
@@ -174,7 +186,7 @@ fn translation(lab: &Lab) -> Result<Measured, CheckError> {
         differ += wrong;
     }
     let detail = first.map_or("1e3, 1e5 and 1e7 give the same bits".to_owned(), |d| format!("differs from {d:e} on"));
-    Ok(Measured::new(differ as f64, detail))
+    Ok(counted(&image.film, differ, detail))
 }
 
 fn axes(lab: &Lab) -> Result<Measured, CheckError> {
@@ -201,7 +213,8 @@ fn brighter_lamps(lab: &Lab) -> Result<Measured, CheckError> {
     scene.size(32, 4);
     // Of a point light, the power goes with the square of lengths.
     scene.lights.clear();
-    let image = lab.render(&scene)?.film.mean();
+    let usual = lab.render(&scene)?.film;
+    let image = usual.mean();
     let mut differ = 0;
     for k in [-20, 20] {
         let factor = 2f64.powi(2 * k);
@@ -215,5 +228,5 @@ fn brighter_lamps(lab: &Lab) -> Result<Measured, CheckError> {
         let same = |a: &[f32; 3], b: &[f32; 3]| (0..3).all(|c| f64::from(a[c]) * factor == f64::from(b[c]));
         differ += image.iter().zip(&other).filter(|(a, b)| !same(a, b)).count();
     }
-    Ok(Measured::new(differ as f64, "2 × 1024 pixels"))
+    Ok(counted(&usual, differ, "2 × 1024 pixels"))
 }

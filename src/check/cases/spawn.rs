@@ -208,7 +208,7 @@ fn spawn_inside(lab: &Lab) -> Result<Measured, CheckError> {
     let (mut escaped, mut traced) = (0usize, 0usize);
     for _ in 0..6 {
         let records = probe.run(&paths)?;
-        escaped += records.iter().filter(|r| r.id < 0).count();
+        escaped += records.iter().filter(|r| r.id < 0 || r.alive == 0).count();
         traced += records.len();
         paths = paths.iter().zip(&records).filter(|p| p.1.alive != 0).map(|(p, r)| r.next(p)).collect();
     }

@@ -5,6 +5,7 @@ use glam::{DVec3, Vec3};
 use crate::check::probe::{HitRecord, RayInput};
 use crate::check::rng::Rng;
 use crate::check::scenes::{Build, diffuse, empty, icosphere, v};
+use crate::check::statistics::worst;
 use crate::check::{Case, CheckError, Lab, Measured};
 use crate::render::{Accel, RenderSettings, TriangleTest};
 use crate::scene::Scene;
@@ -309,7 +310,7 @@ fn non_finite_rays(lab: &Lab) -> Result<(f64, f64, String), CheckError> {
     let ordinary = aimed(&scene, 1.0, probe.scale(), &mut rng, 1 << 12);
     let mean = |hits: &[HitRecord]| hits.iter().map(|h| f64::from(h.steps)).sum::<f64>() / hits.len() as f64;
     let usual = mean(&probe.run(&ordinary)?);
-    let (mut hits, mut worst) = (0usize, 0.0f64);
+    let (mut hits, mut most) = (0usize, 0.0f64);
     let (nan, inf) = (f32::NAN, f32::INFINITY);
     let directions = [[nan; 3], [nan, 1.0, 0.0], [inf, 0.0, 0.0], [inf; 3], [-inf, inf, 1.0]];
     let mut kinds: Vec<(Vec3, Vec3)> = directions.iter().map(|d| (Vec3::ZERO, Vec3::from(*d))).collect();
@@ -320,7 +321,7 @@ fn non_finite_rays(lab: &Lab) -> Result<(f64, f64, String), CheckError> {
     for &(origin, direction) in &kinds {
         let records = probe.run(&vec![RayInput::new(origin, direction); 64])?;
         hits += records.iter().filter(|r| r.id >= 0).count();
-        worst = worst.max(mean(&records) / usual);
+        most = worst([most, mean(&records) / usual]);
     }
-    Ok((hits as f64, worst, format!("{} kinds; ordinary rays take {usual:.0} steps", kinds.len())))
+    Ok((hits as f64, most, format!("{} kinds; ordinary rays take {usual:.0} steps", kinds.len())))
 }

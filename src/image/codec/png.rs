@@ -32,7 +32,9 @@ pub(super) fn encode(
     match transfer {
         Transfer::Srgb => encoder.set_source_srgb(SrgbRenderingIntent::Perceptual),
         Transfer::Gamma(gamma) => {
-            encoder.set_source_gamma(ScaledFloat::from_scaled((GAMA_SCALE / gamma).round().max(1.0) as u32));
+            encoder.set_source_gamma(ScaledFloat::from_scaled(
+                (GAMA_SCALE / gamma).round().clamp(1.0, f64::from(i32::MAX)) as u32,
+            ));
         }
     }
     let mut writer = encoder.write_header()?;
