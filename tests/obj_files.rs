@@ -65,10 +65,57 @@ fn numbers_and_ignored_parts() {
 }
 
 #[test]
-fn polygons_become_fans() {
+fn convex_polygons_become_fans() {
     let text = "v 0 0 0\nv 2 0 0\nv 3 1 0\nv 1 2 0\nv -1 1 0\nf 1 2 3 4 5\n";
     let mesh = &load(text).scene.meshes[0];
     assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [0, 3, 4]]);
+}
+
+/// What is not convex is covered once, whatever its first corner and however it lies in space.
+#[test]
+fn concave_polygons_are_covered_once() {
+    let arrow = [[0.0, -0.5], [1.0, -1.0], [0.0, 1.0], [-1.0, -1.0]];
+    let u = [[0.0, 0.0], [3.0, 0.0], [3.0, 3.0], [2.0, 3.0], [2.0, 1.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0]];
+    let star: Vec<[f64; 2]> = (0..100)
+        .map(|i| {
+            let (sin, cos) = (f64::from(i) * std::f64::consts::TAU / 100.0).sin_cos();
+            let radius = if i % 2 == 0 { 1.0 } else { 0.25 };
+            [radius * cos, radius * sin]
+        })
+        .collect();
+    for (outline, covered) in
+        [(&arrow[..], 1.5), (&u, 7.0), (&star, 50.0 * 0.25 * (std::f64::consts::TAU / 100.0).sin())]
+    {
+        let (x, y) = (DVec3::new(0.6, 0.0, 0.8), DVec3::new(0.48, 0.8, -0.36));
+        for turned in 0..outline.len().min(8) {
+            for reversed in [false, true] {
+                let vertices: String = outline
+                    .iter()
+                    .map(|[a, b]| 1e-3 * (*a * x + *b * y) + 1.0)
+                    .map(|p| format!("v {:?} {:?} {:?}\n", p.x, p.y, p.z))
+                    .collect();
+                let n = outline.len();
+                let mut corners: Vec<String> = (0..n).map(|i| ((i + turned) % n + 1).to_string()).collect();
+                if reversed {
+                    corners.reverse();
+                }
+                // A triangle before and after it stay what they are.
+                let text = format!("{vertices}f 1 2 3\nf {}\nf 2 3 4\n", corners.join(" "));
+                let obj = parse_obj(text.as_bytes(), "a.obj").unwrap();
+                assert_eq!(obj.faces.iter().map(|f| f.triangles as usize).collect::<Vec<_>>(), [1, n - 2, 1]);
+                let ends = [0, n - 1].map(|i| obj.triangles[i].map(|c| c.position));
+                assert_eq!(ends, [[0, 1, 2], [1, 2, 3]]);
+                let area = |t: &[photolith::scene::obj::Corner; 3]| {
+                    let [a, b, c] = t.map(|corner| obj.positions[corner.position as usize]);
+                    (b - a).cross(c - a).dot(x.cross(y)) / 2e-6
+                };
+                let areas: Vec<f64> = obj.triangles[1..n - 1].iter().map(area).collect();
+                let side = if reversed { -1.0 } else { 1.0 };
+                assert!(areas.iter().all(|a| side * a > 0.0), "{areas:?}");
+                assert!((side * areas.iter().sum::<f64>() - covered).abs() < 1e-6, "{areas:?}: {covered}");
+            }
+        }
+    }
 }
 
 #[test]
@@ -211,6 +258,7 @@ fn mtl_materials_become_surfaces() {
         ("illum 7\nNi 2.5", Surface::Dielectric { ior: 2.5 }),
         ("illum 4", Surface::Dielectric { ior: 1.5 }),
         ("d 0.1\nNi 1.3", Surface::Dielectric { ior: 1.3 }),
+        ("d -halo 0.1\nNi 1.3", Surface::Dielectric { ior: 1.3 }),
         ("Tr 0.9\nNi 1.3", Surface::Dielectric { ior: 1.3 }),
         ("Tf 1 1 1\nNi 1.5\nd 1\nKd 0 0 1", diffuse(0.0, 0.0, 1.0)),
         ("Tf 0.2 0.2 0.2\nNi 1.5\nKd 0 0 1", Surface::Dielectric { ior: 1.5 }),
@@ -239,6 +287,7 @@ fn mtl_materials_become_surfaces() {
         ("Tf xyz 0.9 0.9 0.9", "\"Tf\" is given as \"xyz\", expected RGB: spectral and CIE XYZ"),
         ("illum 2.5", "\"illum\" is 2.5, expected an integer from 0 to 10"),
         ("d x", "\"d\" has \"x\""),
+        ("d -halo", "\"d\" has 0 numbers"),
     ] {
         let message = parse_mtl(format!("newmtl a\n\n{mtl}\n").as_bytes(), "a.mtl").unwrap_err().to_string();
         assert!(message.starts_with("a.mtl:3: ") && message.contains(words), "{message}");

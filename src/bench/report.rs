@@ -11,7 +11,7 @@ use super::machine::Machine;
 use super::plot::{Figure, Panel, Series};
 use super::rays::{RayRate, RaysReport};
 use super::reference::{Origin, Reference};
-use super::summary::{ConfigurationSummary, Row};
+use super::summary::{ConfigurationSummary, Row, TimeToTarget};
 
 /// Version of the JSON that a [`Report`] becomes.
 pub const SCHEMA: &str = "photolith-bench-1";
@@ -292,7 +292,7 @@ impl SceneReport {
             ("wall s", |c| significant(c.time_to_target.map(|t| t.seconds))),
             ("samples", |c| significant(c.time_to_target.map(|t| t.samples))),
             ("time per sample, × first", |c| significant(c.relative_time)),
-            ("", |c| if c.time_to_target.is_some_and(|t| t.extrapolated) { "extrapolated" } else { "" }.to_owned()),
+            ("", |c| remark(c).to_owned()),
         ];
         out.push_str(&table(&columns, &self.configurations, markdown));
     }
@@ -363,5 +363,13 @@ impl GrowthReport {
                 }],
             })
             .collect()
+    }
+}
+/// What else there is to say of a time to a target.
+fn remark(configuration: &ConfigurationSummary) -> &'static str {
+    match configuration.time_to_target {
+        Some(TimeToTarget { extrapolated: true, .. }) => "extrapolated",
+        None if configuration.below_target => "below it with the fewest samples",
+        _ => "",
     }
 }

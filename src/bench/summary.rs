@@ -82,6 +82,8 @@ pub struct ConfigurationSummary {
     pub relative_time: Option<f64>,
     /// Time to the common target.
     pub time_to_target: Option<TimeToTarget>,
+    /// It cannot be told, since the fewest samples that were measured have an error below the target already.
+    pub below_target: bool,
     /// One for each number of samples.
     pub rows: Vec<Row>,
 }
@@ -105,6 +107,7 @@ impl ConfigurationSummary {
             slope: PowerLaw::fit(&errors),
             relative_time: relative_time(index, measurements),
             time_to_target: None,
+            below_target: false,
             rows,
         }
     }
@@ -119,6 +122,7 @@ impl ConfigurationSummary {
     pub fn reach(&mut self, target: f64) {
         let points: Vec<_> =
             self.rows.iter().filter_map(|r| Some((r.rmse?, r.render_s, f64::from(r.samples)))).collect();
+        self.below_target = points.first().is_some_and(|p| p.0 < target);
         let met = points.iter().find(|p| p.0 == target);
         let measured = met.map(|&(_, seconds, samples)| TimeToTarget { seconds, samples, extrapolated: false });
         let between = || points.windows(2).find(|w| w[0].0 > target && target > w[1].0)?.try_into().ok();
@@ -280,6 +284,7 @@ mod tests {
             slope: None,
             relative_time: None,
             time_to_target: None,
+            below_target: false,
             rows,
         };
         for (target, seconds, extrapolated) in [
@@ -298,7 +303,7 @@ mod tests {
         // Fewer samples than the least, and more than four times the most: nobody knows.
         for target in [2.0, 100.0, 0.12, 1e-9] {
             summary.reach(target);
-            assert_eq!(summary.time_to_target, None, "{target}");
+            assert_eq!((summary.time_to_target, summary.below_target), (None, target > 1.0), "{target}");
         }
         assert_eq!(summary.smallest_rmse(), Some(0.25));
         // Errors that rise: what was measured is known, and nothing beyond it.

@@ -6,7 +6,7 @@ use bytemuck::Pod;
 use glam::DVec3;
 
 use crate::gpu::Context;
-use crate::render::{Film, Mutation, RenderSettings, RenderStatistics, Renderer};
+use crate::render::{Film, Mutation, Prepared, RenderSettings, RenderStatistics, Renderer};
 use crate::scene::Scene;
 
 use super::CheckError;
@@ -88,7 +88,8 @@ impl Lab {
 
     /// Renders.
     pub(crate) fn render_with(&self, scene: &Scene, settings: &RenderSettings) -> Result<Rendered, CheckError> {
-        Rendered::by(&mut Renderer::new(&self.context, scene, settings)?)
+        // Some scenes are such that Renderer::new would refuse them.
+        Rendered::by(&mut Renderer::with(&self.context, Prepared::of(scene, settings)?)?)
     }
 
     /// Closest hits in a scene.

@@ -71,11 +71,11 @@ pub struct BenchArgs {
     vary: Vec<Vary>,
 
     /// Also print the time to this root mean square error [default: the smallest that all configurations reach]
-    #[arg(long, value_name = "RMSE", value_parser = positive)]
+    #[arg(long, value_name = "RMSE", value_parser = positive, allow_negative_numbers = true)]
     target: Option<f64>,
 
     /// Pixels per degree of visual angle, for FLIP
-    #[arg(long, value_name = "X", default_value_t = flip::DEFAULT_PPD, value_parser = pixels_per_degree)]
+    #[arg(long, value_name = "X", default_value_t = flip::DEFAULT_PPD, value_parser = pixels_per_degree, allow_negative_numbers = true)]
     ppd: f64,
 
     #[command(flatten)]
@@ -137,7 +137,7 @@ struct ReferenceOptions {
 
     /// Largest noise (root mean variance) of a reference that is made, or the noise of one that is given and does not
     /// say [default: half the smallest error that will be met]
-    #[arg(long, value_name = "RADIANCE", value_parser = positive)]
+    #[arg(long, value_name = "RADIANCE", value_parser = positive, allow_negative_numbers = true)]
     reference_noise: Option<f64>,
 
     /// Make the reference with the double-precision oracle on the CPU (slow: no tree)

@@ -72,11 +72,11 @@ pub struct CheckArgs {
     expectations: Option<PathBuf>,
 
     /// How long a case may take; default 120, or 1800 with --full
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     timeout: Option<Duration>,
 
     /// Cases at a time; default: as many as there are cores on a CPU device, else 1
-    #[arg(long, value_name = "N", value_parser = count)]
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     jobs: Option<NonZeroUsize>,
 }
 

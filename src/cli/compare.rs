@@ -36,19 +36,19 @@ pub struct CompareArgs {
     #[arg(long, value_enum, default_value = "difference", requires = "heatmap")]
     heatmap_of: HeatmapOf,
     /// The value at the bright end of the error map [default: the largest there is]
-    #[arg(long, value_name = "X", value_parser = positive, requires = "heatmap")]
+    #[arg(long, value_name = "X", value_parser = positive, allow_negative_numbers = true, requires = "heatmap")]
     heatmap_max: Option<f64>,
     /// List the worst pixels
     #[arg(long, value_name = "N", default_value_t = 0)]
     worst: usize,
     /// Radiance that counts as the peak signal in PSNR
-    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = positive)]
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = positive, allow_negative_numbers = true)]
     psnr_peak: f64,
     /// Pixels per degree of visual angle, for FLIP
-    #[arg(long, value_name = "X", default_value_t = flip::DEFAULT_PPD, value_parser = pixels_per_degree)]
+    #[arg(long, value_name = "X", default_value_t = flip::DEFAULT_PPD, value_parser = pixels_per_degree, allow_negative_numbers = true)]
     ppd: f64,
     /// Probability that Welch's test rejects images of equal expectation, for each of its three families
-    #[arg(long, value_name = "P", default_value_t = 1e-4, value_parser = probability)]
+    #[arg(long, value_name = "P", default_value_t = 1e-4, value_parser = probability, allow_negative_numbers = true)]
     alpha: f64,
     #[command(flatten)]
     thresholds: Thresholds,
@@ -59,22 +59,22 @@ pub struct CompareArgs {
 #[command(next_help_heading = "Thresholds")]
 struct Thresholds {
     /// Root mean square error
-    #[arg(long, value_name = "X", value_parser = not_negative)]
+    #[arg(long, value_name = "X", value_parser = not_negative, allow_negative_numbers = true)]
     max_rmse: Option<f64>,
     /// Mean of (x−r)²/(r²+0.01)
-    #[arg(long, value_name = "X", value_parser = not_negative)]
+    #[arg(long, value_name = "X", value_parser = not_negative, allow_negative_numbers = true)]
     max_rel_mse: Option<f64>,
-    /// Mean of |x−r|/(r+0.01)
-    #[arg(long, value_name = "X", value_parser = not_negative)]
+    /// Mean of |x−r|/(|r|+0.01)
+    #[arg(long, value_name = "X", value_parser = not_negative, allow_negative_numbers = true)]
     max_mape: Option<f64>,
     /// Peak signal-to-noise ratio, dB
     #[arg(long, value_name = "X", value_parser = finite, allow_negative_numbers = true)]
     min_psnr: Option<f64>,
     /// Mean FLIP, 0 to 1
-    #[arg(long, value_name = "X", value_parser = not_negative)]
+    #[arg(long, value_name = "X", value_parser = not_negative, allow_negative_numbers = true)]
     max_flip: Option<f64>,
     /// Largest absolute mean difference of a channel or the luminance, radiance
-    #[arg(long, value_name = "X", value_parser = not_negative)]
+    #[arg(long, value_name = "X", value_parser = not_negative, allow_negative_numbers = true)]
     max_bias: Option<f64>,
     /// Welch's test must not reject; needs EXR images with noise estimates
     #[arg(long)]
@@ -87,7 +87,7 @@ struct Thresholds {
 enum HeatmapOf {
     /// Root mean square of x−r over the channels
     Difference,
-    /// The same of (x−r)/(r+0.01)
+    /// The same of (x−r)/(|r|+0.01)
     Relative,
     /// FLIP
     Flip,

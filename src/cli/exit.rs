@@ -71,7 +71,9 @@ fn of_render(error: &RenderError) -> u8 {
     match error {
         RenderError::Gpu(error) => of_gpu(error),
         RenderError::Truncated { .. } | RenderError::Driver(_) => VALIDATION,
-        RenderError::Stuck { .. } | RenderError::Thread(_) | RenderError::Settings(_) => BAD_INPUT,
+        RenderError::Stuck { .. } | RenderError::Thread(_) | RenderError::Scene(_) | RenderError::Settings(_) => {
+            BAD_INPUT
+        }
     }
 }
 

@@ -69,7 +69,7 @@ pub struct SceneOptions {
     pub max_depth: Option<u32>,
 
     /// Selects the random numbers
-    #[arg(long, value_name = "N", value_parser = seed, default_value_t = 0)]
+    #[arg(long, value_name = "N", value_parser = seed, allow_negative_numbers = true, default_value_t = 0)]
     pub seed: u32,
 
     /// Random numbers

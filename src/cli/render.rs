@@ -40,11 +40,11 @@ pub struct RenderArgs {
 
     /// Sample adaptively and stop at this noise: the root mean square, over pixels and channels, of the standard error
     /// relative to √(radiance² + 0.01). 0.1 is a preview, 0.01 is low noise
-    #[arg(long, value_name = "TARGET", value_parser = noise)]
+    #[arg(long, value_name = "TARGET", value_parser = noise, allow_negative_numbers = true)]
     noise: Option<f64>,
 
     /// Stop after so many seconds of rendering and write what there is: a sample of every pixel at least
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     time_limit: Option<Duration>,
 
     /// Keep what is done in this file, from time to time and when stopped; if it is there, go on from it. It is removed when
@@ -53,7 +53,7 @@ pub struct RenderArgs {
     checkpoint: Option<PathBuf>,
 
     /// How often it is written
-    #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "600", requires = "checkpoint")]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true, default_value = "600", requires = "checkpoint")]
     checkpoint_every: Duration,
 
     /// Samples per pixel of one dispatch instead of the measured number (changes no bit of the image)

@@ -1,6 +1,7 @@
 //! Errors of rendering.
 
 use crate::gpu::GpuError;
+use crate::scene::SceneError;
 
 /// What can stop a rendering.
 #[derive(Debug, thiserror::Error)]
@@ -29,6 +30,9 @@ pub enum RenderError {
     /// No thread could be started to make buffers or pipelines.
     #[error("no thread could be started: {0}")]
     Thread(#[source] std::io::Error),
+    /// A scene that cannot be rendered, see [`Scene::validate`](crate::Scene::validate).
+    #[error(transparent)]
+    Scene(Box<SceneError>),
     /// Settings that make no sense.
     #[error("{0}")]
     Settings(String),

@@ -23,7 +23,8 @@ pub struct Prepared<'a> {
 }
 
 impl<'a> Prepared<'a> {
-    /// Builds the tree and fills the tables.
+    /// Builds the tree and fills the tables. The scene must be [valid](Scene::validate), as those are that have been loaded: of others
+    /// there is no image, or a panic.
     ///
     /// # Errors
     /// The settings make no sense.

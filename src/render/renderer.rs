@@ -31,7 +31,7 @@ use std::time::Instant;
 use bytemuck::Zeroable;
 
 use crate::accel::{MAX_RECORDS, TreeStatistics};
-use crate::gpu::{Context, Pipeline, Timeline};
+use crate::gpu::{Context, GpuError, Pipeline, Timeline};
 use crate::scene::Scene;
 
 use super::beam_light::BeamLight;
@@ -111,12 +111,14 @@ impl Renderer {
     /// Prepares everything: builds the tree, uploads tables, specialises and compiles the shaders.
     ///
     /// # Errors
-    /// The device's limits or memory are exceeded; a Vulkan call fails; the settings make no sense.
+    /// The scene is not [valid](Scene::validate); the settings make no sense; the device's limits or memory are exceeded; a Vulkan
+    /// call fails.
     pub fn new(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<Self, RenderError> {
+        scene.validate().map_err(|error| RenderError::Scene(Box::new(error)))?;
         Self::with(context, Prepared::of(scene, settings)?)
     }
 
-    /// The same for a scene that has been prepared.
+    /// The same for a scene that has been prepared, and is not looked at again.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -126,6 +128,7 @@ impl Renderer {
         let launch = Launch::of(&context.0, &prepared)?;
         let Parts { timeline, pipeline, beams, buffers, stage, pipeline_seconds } =
             Parts::of(&context.0, &launch, &prepared)?;
+        check_host_memory(&prepared.scene.film)?;
         let Prepared { scene, settings, features, tables, seconds: prepared_seconds } = prepared;
         let Launch { facts, needed, reuse, .. } = &launch;
         let (width, height) = (scene.film.width, scene.film.height);
@@ -305,6 +308,19 @@ impl Renderer {
         self.light = light;
         traced
     }
+}
+
+/// Bytes of the host's memory that a pixel takes when all samples are done: sums and a count in the film, the image, and what
+/// it is made into to be written.
+const HOST_BYTES: usize = 28 + 12 + 12;
+
+/// Whether the host could have memory for the image, which is told before hours of rendering and not after.
+fn check_host_memory(film: &crate::scene::Film) -> Result<(), RenderError> {
+    let bytes = HOST_BYTES * film.width as usize * film.height as usize;
+    Vec::<u8>::new().try_reserve_exact(bytes).map_err(|error| {
+        let what = format!("the image ({bytes} bytes)");
+        RenderError::Gpu(GpuError::OutOfMemory { what, reason: error.to_string() })
+    })
 }
 
 /// Whether numbers of slots and of records fit into the shaders' integers.

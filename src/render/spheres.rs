@@ -1,6 +1,8 @@
 //! How each analytic sphere is intersected; see shaders/lib/intersect/sphere.glsl.
 
-use crate::scene::{Light, Scene, Sphere};
+use std::collections::HashMap;
+
+use crate::scene::{Light, Scene, Sphere, Surface};
 
 use super::sides::{Emitters, Place, is_opaque, place_of_point};
 use super::space::RenderSpace;
@@ -45,16 +47,37 @@ pub(crate) struct ConstantSphere {
 }
 
 /// Indices of the spheres that become constants (the largest), in scene order, and of those that go into the tree:
-/// those for which there is no room, and those far away for their size, which need more precision.
+/// those for which there is no room, and those far away for their size, which need more precision. Of exact copies only one is
+/// there, or glass would be entered twice.
 pub(crate) fn partition(scene: &Scene, space: &RenderSpace) -> (Vec<usize>, Vec<usize>) {
     let spheres = &scene.spheres;
     let near = |&i: &usize| space.length(spheres[i].radius) > space.reach / 32.0;
-    let (mut constant, mut rest): (Vec<_>, Vec<_>) = (0..spheres.len()).partition(near);
+    let (mut constant, mut rest): (Vec<_>, Vec<_>) = one_of_each(scene).into_iter().partition(near);
     constant.sort_by(|&a, &b| spheres[b].radius.total_cmp(&spheres[a].radius).then(a.cmp(&b)));
     rest.extend(constant.split_off(constant.len().min(MAX_CONSTANT_SPHERES)));
     constant.sort_unstable();
     rest.sort_unstable();
     (constant, rest)
+}
+
+/// Indices of the spheres without copies, in scene order: of each place and radius the first lamp, or else the first.
+fn one_of_each(scene: &Scene) -> Vec<usize> {
+    let shape = |s: &Sphere| [s.center.x, s.center.y, s.center.z, s.radius].map(|x| (x + 0.0).to_bits());
+    let is_lamp = |i: usize| is_lamp(&scene.spheres[i], scene);
+    let mut kept: HashMap<[u64; 4], usize> = HashMap::with_capacity(scene.spheres.len());
+    for (i, sphere) in scene.spheres.iter().enumerate() {
+        let one = kept.entry(shape(sphere)).or_insert(i);
+        if is_lamp(i) && !is_lamp(*one) {
+            *one = i;
+        }
+    }
+    let mut kept: Vec<usize> = kept.into_values().collect();
+    kept.sort_unstable();
+    kept
+}
+
+fn is_lamp(sphere: &Sphere, scene: &Scene) -> bool {
+    matches!(scene.materials[sphere.material as usize].surface, Surface::Emitter { radiance } if radiance != [0.0; 3])
 }
 
 /// Chooses side and form of the sphere with this index in the scene.

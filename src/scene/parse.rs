@@ -25,6 +25,10 @@ pub(super) fn parse(text: &str, file: &str) -> Result<SceneTable, SceneError> {
         let context = error.span().map_or_else(String::new, |span| context_of_syntax(text, &span));
         SceneError::Format { at: locate(error.span().as_ref()), context, message: one_line(error.message()) }
     })?;
+    if document.get_ref().iter().all(|(name, _)| name.get_ref() != "version") {
+        let message = format!("missing field `version`, expected version = {VERSION}");
+        return Err(SceneError::Format { at: locate(Some(&(0..0))), context: String::new(), message });
+    }
     // A file of another version may well have other keys: the version is what to complain about.
     if let Some((found, span)) = version(document.get_ref()).filter(|&(found, _)| found != VERSION) {
         return Err(SceneError::Version { at: locate(Some(&span)), found: found.to_string() });
@@ -45,6 +49,7 @@ pub(crate) fn one_line(message: &str) -> String {
         ("expected i64", "expected an integer"),
         ("expected f64", "expected a number"),
         (" as i128", ""),
+        ("wanted string or table", "expected a string"),
     ];
     plain.iter().fold(message.trim().to_owned(), |message, (from, to)| message.replace(from, to))
 }

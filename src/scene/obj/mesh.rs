@@ -57,7 +57,11 @@ impl MeshRequest {
         let (triangles, degenerate) = with_area(&obj, &positions);
         let faces = obj.faces.len();
         if triangles.is_empty() {
-            let placed = if self.placement == Placement::default() { "" } else { " after scale, rotate and translate" };
+            let placed = match self.placement == Placement::default() {
+                true if faces == 0 && positions.is_empty() => ", and no vertex either (is it an OBJ file?)",
+                true => "",
+                false => " after scale, rotate and translate",
+            };
             return Err(SceneError::EmptyMesh { file: file.to_owned(), faces, degenerate, placed });
         }
         if degenerate > 0 {

@@ -11,6 +11,7 @@ mod library;
 mod mesh;
 mod mtl;
 mod parse;
+mod polygon;
 mod preview;
 mod statement;
 

@@ -70,7 +70,9 @@ fn check(statement: &Statement<'_>, file: &str) -> Result<String, SceneError> {
             format!("{} {r} {g} {b}\n", String::from_utf8_lossy(keyword))
         }
         // Where the surface faces the eye; it is the only value that there is.
-        b"d" if statement.words().nth(1) == Some(b"-halo") => format!("d {}\n", statement.numbers::<1>(file, 2)?.0[0]),
+        b"d" if statement.words().nth(1) == Some(b"-halo") => {
+            format!("d {}\n", statement.numbers_from::<1>(2, file, 1)?.0[0])
+        }
         b"d" => format!("d {}\n", scalar(statement, file)?),
         b"Tr" => format!("d {}\n", 1.0 - scalar(statement, file)?),
         b"Ni" => {

@@ -5,6 +5,7 @@ use std::collections::{HashMap, HashSet};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::polygon::cut_concave;
 use super::statement::{Lines, Statement, quoted, split_lines};
 use crate::scene::error::SceneError;
 
@@ -42,7 +43,7 @@ pub struct Corner {
     pub normal: u32,
 }
 
-/// A polygon, cut into a fan of triangles around its first corner.
+/// A polygon, cut into triangles: a fan around its first corner, where that covers it once.
 #[derive(Debug, Clone, Copy)]
 pub struct Face {
     /// At least 1.
@@ -74,6 +75,7 @@ fn parse_in(chunks: Vec<Lines<'_>>, file: &str) -> Result<Obj, SceneError> {
     let parts = parts.into_iter().collect::<Result<Vec<_>, _>>()?;
     let mut joined = Joined::of(&parts);
     parts.into_iter().for_each(|part| joined.append(part));
+    cut_concave(&mut joined.obj);
     Ok(joined.obj)
 }
 

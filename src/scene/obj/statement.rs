@@ -108,9 +108,19 @@ impl Statement<'_> {
     /// The numbers after the keyword, of which there must be `least`, and at most `N` are read; the others are 0.
     /// Also returns how many there were.
     pub fn numbers<const N: usize>(&self, file: &str, least: usize) -> Result<([f64; N], usize), SceneError> {
+        self.numbers_from(1, file, least)
+    }
+
+    /// The same of those from word number `first` on, the keyword being word 0.
+    pub fn numbers_from<const N: usize>(
+        &self,
+        first: usize,
+        file: &str,
+        least: usize,
+    ) -> Result<([f64; N], usize), SceneError> {
         let mut numbers = [0.0; N];
         let mut count = 0;
-        for (number, word) in numbers.iter_mut().zip(self.words().skip(1)) {
+        for (number, word) in numbers.iter_mut().zip(self.words().skip(first)) {
             match parse_number(word) {
                 Some(value) => *number = value,
                 None => {
