@@ -6,6 +6,7 @@ use std::ops::ControlFlow;
 
 use common::{assert_same_bits, context, render, shipped};
 use photolith::render::{Accel, Reuse, Scheduler, TriangleTest};
+use photolith::scene::Sphere;
 use photolith::{Context, RenderSettings, Renderer, Scene};
 
 /// What the student report, whose renderer this one grew from, measured for its mesh.
@@ -23,6 +24,22 @@ fn bvh_and_brute_force_give_the_same_bits() {
             let film = render(&context, &scene, &RenderSettings { scheduler, ..base.clone() });
             assert_same_bits(&film, &every, &format!("{triangle_test:?}, {scheduler:?}"));
         }
+    }
+}
+
+/// Also of those that are not in the hierarchy, and of those of which some are.
+#[test]
+fn copies_of_spheres_are_one_sphere() {
+    let context = context();
+    let once = shipped("glass", (24, 16), 4);
+    let of =
+        |scene: &Scene| render(&context, scene, &RenderSettings { reuse: Reuse::Off, ..RenderSettings::of(scene) });
+    for copies in [1, 16] {
+        let mut scene = once.clone();
+        // Far from the others in the file, and of another material.
+        let other = once.spheres.iter().map(|s| Sphere { material: 0, ..s.clone() }).cycle();
+        scene.spheres.extend(other.take(copies * once.spheres.len()));
+        assert_same_bits(&of(&scene), &of(&once), &format!("{copies} copies"));
     }
 }
 

@@ -1,8 +1,10 @@
 //! `Scene::validate`: scenes that are built in code, with one thing wrong each.
 
+mod common;
+
 use glam::DVec3;
-use photolith::Scene;
 use photolith::scene::{Light, Normals, Surface, Transfer};
+use photolith::{RenderError, RenderSettings, Renderer, Scene};
 
 fn good() -> Scene {
     let obj = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nvn 0 0 1\nvt 0 0\nf 1/1/1 2/1/1 3/1/1\n";
@@ -62,5 +64,23 @@ fn each_broken_invariant_is_found() {
         break_it(&mut scene);
         let message = scene.validate().expect_err(words).to_string();
         assert!(message.starts_with(&format!("code: {words}")), "{message:?} should have {words:?}");
+    }
+}
+
+#[test]
+fn a_renderer_is_not_made_of_such_a_scene() {
+    let context = common::context();
+    let scene = good();
+    assert!(Renderer::new(&context, &scene, &RenderSettings::of(&scene)).is_ok());
+    for spoil in [
+        (|s| s.spheres[0].radius = f64::NAN) as fn(&mut Scene),
+        |s| s.film.width = 0,
+        |s| s.materials.clear(),
+        |s| s.camera.target = s.camera.position,
+    ] {
+        let mut scene = good();
+        spoil(&mut scene);
+        let refused = Renderer::new(&context, &scene, &RenderSettings::of(&scene)).err();
+        assert!(matches!(refused, Some(RenderError::Scene(_))), "{refused:?}");
     }
 }

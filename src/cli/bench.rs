@@ -52,7 +52,7 @@ pub struct BenchArgs {
     samples: Option<SampleCounts>,
 
     /// Independent renderings of each
-    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=1000), allow_negative_numbers = true)]
     seeds: u32,
 
     /// Image size instead of the scene's
@@ -60,7 +60,7 @@ pub struct BenchArgs {
     size: Option<Size>,
 
     /// Surface hits of a path instead of the scene's
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65535))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65535), allow_negative_numbers = true)]
     max_depth: Option<u32>,
 
     /// Set a setting, or several values of it side by side; may be repeated. Keys: sampler, accel, intersection,

@@ -61,11 +61,11 @@ pub struct SceneOptions {
     pub size: Option<Size>,
 
     /// Samples per pixel instead of the scene's; with `render --noise`, the most that a pixel gets [default: 16384]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)), allow_negative_numbers = true)]
     pub samples: Option<u32>,
 
     /// Surface hits of a path instead of the scene's (1: direct light only)
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65535))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65535), allow_negative_numbers = true)]
     pub max_depth: Option<u32>,
 
     /// Selects the random numbers

@@ -57,11 +57,11 @@ pub struct RenderArgs {
     checkpoint_every: Duration,
 
     /// Samples per pixel of one dispatch instead of the measured number (changes no bit of the image)
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
     samples_per_dispatch: Option<u32>,
 
     /// Invocations of a workgroup (changes no bit of the image)
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024), allow_negative_numbers = true)]
     workgroup: Option<u32>,
 
     /// Loop iterations of an invocation, 0 for no bound (changes no bit of the image, unless it is too small to try paths)
