@@ -416,7 +416,7 @@ fn a_broken_cache_is_a_warning() {
     measured("");
     std::fs::remove_file(&kept).unwrap();
     std::fs::create_dir(&kept).unwrap();
-    measured("Is a directory (os error 21); it is made anew");
+    measured("it is a folder, expected a file; it is made anew");
     measured("the reference is not kept: cannot write cache/");
 }
 
