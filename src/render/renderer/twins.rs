@@ -79,11 +79,15 @@ impl Renderer {
         let rounds = twins.both.iter().map(|twin| twin.rungs).max().unwrap_or(0);
         let (film, noise) = match twins.both.each_mut().map(|twin| twin.done.take()) {
             [Some(a), Some(b)] => mean_of(&[a, b], |_, _| 0.5),
-            // As far as they have come. Once one has stopped by what it shows, that must not tell how much either counts.
+            // As far as they have come, if they have come to a pixel at all. Once one has stopped by what it shows, that must not tell
+            // how much either counts.
             _ => {
                 let by_clock = twins.both.iter().all(|twin| twin.decision.is_none());
                 let films = [self.develop_twin(&mut twins, 0)?, self.develop_twin(&mut twins, 1)?];
-                mean_of(&films, |n, m| if by_clock && n != m { f64::from(n) / f64::from(n + m) } else { 0.5 })
+                mean_of(&films, |n, m| match (n, m) {
+                    _ if n == m || (!by_clock && n > 0 && m > 0) => 0.5,
+                    _ => f64::from(n) / f64::from(n + m),
+                })
             }
         };
         self.tell_noise(adaptive, &film, noise, rounds, complete);
