@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::film::{tile_of_pixel, tiles_within};
 
 /// How many times as many samples as are asked for a pixel is to have: the logarithm to the base of 2, from -1 to 2.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub(crate) struct Share(i8);
 
 impl Share {
@@ -69,17 +69,18 @@ pub(crate) struct Shares {
 }
 
 impl Shares {
-    /// For such tiles; none if not much is to be gained.
-    pub fn of(tiles: &[Tile], grid: Grid) -> Self {
+    /// For such tiles, of pixels that are to have so many samples in the mean; none if not much is to be gained.
+    pub fn of(tiles: &[Tile], grid: Grid, samples: u32) -> Self {
         let Grid { width, height, .. } = grid;
         // What their neighbours tell of tiles shows whether it is true.
         let neighbours = smooth(tiles, width, height, 0.0);
-        let left = left(&without_rare(tiles, &neighbours), &divide(&neighbours));
+        let allowance = Allowance::of(samples);
+        let left = left(&without_rare(tiles, &neighbours), &divide(&neighbours, allowance));
         log::debug!("shares of the samples: {left:.3} of the variance");
         if left.is_nan() || left > WORTH {
             return Self::default();
         }
-        let shares = divide(&smooth(tiles, width, height, OWN));
+        let shares = divide(&smooth(tiles, width, height, OWN), allowance);
         let pixels = width as usize * height as usize;
         let of_pixels: Vec<_> =
             (0..pixels).into_par_iter().map(|p| grid.tiles(p).map(|tile| shares[tile as usize])).collect();
@@ -140,6 +141,29 @@ const NEIGHBOUR: f64 = 0.6;
 /// How far neighbours are.
 const NEIGHBOURHOOD: u32 = 2;
 
+/// What shares may be.
+#[derive(Debug, Clone, Copy)]
+struct Allowance {
+    /// From the least to the greatest.
+    shares: &'static [Share],
+    /// What samples may cost, if they would cost 1 with one for each pixel.
+    cost: f64,
+}
+
+impl Allowance {
+    /// For so many samples per pixel. Of two or three no pixel can do with less: gradients need one in groups as they are and one in
+    /// shifted ones (a bunny in a room with half of two: 3.9 times the variance). So there are some more in all where it is noisy, but
+    /// fewer than of four.
+    fn of(samples: u32) -> Self {
+        let cost = match samples {
+            ..3 => 1.4,
+            3 => 1.2,
+            _ => return Self { shares: &Share::ALL, cost: 1.0 },
+        };
+        Self { shares: &Share::ALL[1..], cost }
+    }
+}
+
 /// What must be left of the variance, for the same cost.
 const WORTH: f64 = 0.92;
 /// A tile that has more than so many times the variance that its neighbours foretell says nothing against them: a few pixels may
@@ -184,8 +208,8 @@ fn smooth(tiles: &[Tile], width: u32, height: u32, own: f64) -> Vec<Tile> {
     tiles.par_iter().enumerate().map(mean).collect()
 }
 
-/// The shares of tiles, so that their samples cost as much as with one for each pixel, or a little less.
-fn divide(tiles: &[Tile]) -> Vec<Share> {
+/// The shares of tiles, so that their samples cost as much as they may, or a little less.
+fn divide(tiles: &[Tile], allowance: Allowance) -> Vec<Share> {
     // Where nothing is known, as beyond the edge of the image, all is as it was; so it is where no light was found all around, since
     // the trial may have missed a lamp of a few pixels.
     let known = |tile: &Tile| tile.variance.filter(|variance| tile.pixels > 0.0 && *variance > 0.0);
@@ -202,19 +226,20 @@ fn divide(tiles: &[Tile]) -> Vec<Share> {
     }));
     let all = costs[wishes.len()];
     let of_those_above = |least: f64| costs[wishes.partition_point(|wish| wish.0 >= least)];
+    let Allowance { shares, cost: may_cost } = allowance;
     // Each has the least share, or steps up to greater ones.
     let more = |step: &[Share], scale: f64| {
         (step[1].factor() - step[0].factor()) * of_those_above(f64::from(step[0].0) + 0.5 - scale)
     };
-    let cost =
-        |scale: f64| all * Share::ALL[0].factor() + Share::ALL.windows(2).map(|step| more(step, scale)).sum::<f64>();
+    let cost = |scale: f64| all * shares[0].factor() + shares.windows(2).map(|step| more(step, scale)).sum::<f64>();
     // The logarithms of numbers lie between these.
     let (mut low, mut high) = (-1100.0, 1100.0);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
-        if cost(middle) <= all { low = middle } else { high = middle }
+        if cost(middle) <= may_cost * all { low = middle } else { high = middle }
     }
-    wanted.iter().map(|wanted| wanted.map_or(Share(0), |wanted| Share::near(wanted + low))).collect()
+    let share = |wanted: &f64| Share::near(wanted + low).max(shares[0]);
+    wanted.iter().map(|wanted| wanted.as_ref().map_or(Share(0), share)).collect()
 }
 
 #[cfg(test)]
@@ -250,17 +275,20 @@ mod tests {
 
     #[test]
     fn noise_gets_samples_within_the_cost() {
-        for (contrast, cost) in [(1.0, 1.0), (16.0, 1.0), (16.0, 5.0), (1e6, 1.0), (1e-6, 3.0), (0.0, 1.0)] {
+        let contrasts = [(1.0, 1.0), (16.0, 1.0), (16.0, 5.0), (1e6, 1.0), (1e-6, 3.0), (0.0, 1.0)];
+        for ((contrast, cost), samples) in contrasts.into_iter().flat_map(|c| [2, 3, 4].map(|samples| (c, samples))) {
             let tiles = tiles(contrast, cost);
-            let shares = divide(&tiles);
+            let shares = divide(&tiles, Allowance::of(samples));
             let taken: f64 = tiles.iter().zip(&shares).map(|(tile, share)| tile.cost * share.factor()).sum();
-            assert!(taken <= tiles.iter().map(|tile| tile.cost).sum(), "{contrast} {cost}");
-            assert!(left(&tiles, &shares) <= 1.0, "{contrast} {cost}");
+            let all: f64 = tiles.iter().map(|tile| tile.cost).sum();
+            assert!(taken <= Allowance::of(samples).cost * all, "{contrast} {cost} {samples}");
+            assert!(left(&tiles, &shares) <= 1.0, "{contrast} {cost} {samples}");
+            assert!(samples >= 4 || shares.iter().all(|share| *share >= Share(0)));
         }
         // Where all is alike nothing is to be gained, nor where nothing is known.
-        assert!(Shares::of(&tiles(1.0, 1.0), GRID).is_even());
-        assert!(Shares::of(&vec![Tile::default(); 64], GRID).is_even());
-        assert!(Shares::of(&tiles(f64::NAN, 1.0), GRID).is_even());
+        assert!(Shares::of(&tiles(1.0, 1.0), GRID, 4).is_even());
+        assert!(Shares::of(&vec![Tile::default(); 64], GRID, 4).is_even());
+        assert!(Shares::of(&tiles(f64::NAN, 1.0), GRID, 4).is_even());
     }
 
     #[test]
@@ -269,7 +297,7 @@ mod tests {
         let dark = tile_of_pixel(60, 36, GRID.width) as usize;
         some[dark].variance = Some(2e3);
         // In the mean variance it would be all that counts.
-        let shares = Shares::of(&some, GRID);
+        let shares = Shares::of(&some, GRID, 4);
         assert!(!shares.is_even());
         let share = |x: usize, y: usize| shares.of_pixel(y * 64 + x)[0].factor();
         assert!(share(4, 4) > share(60, 4));
@@ -286,7 +314,7 @@ mod tests {
                 (of_tile.variance, of_tile.cost) = (Some(0.0), 0.0);
             }
         }
-        let shares = Shares::of(&some, GRID);
+        let shares = Shares::of(&some, GRID, 4);
         let factors = [0, 24, 60].map(|x| shares.of_pixel(32 * 64 + x)[0].factor());
         assert!(factors[0] > 1.0 && factors[1] < 1.0 && factors[2] == 1.0, "{factors:?}");
     }
@@ -300,13 +328,13 @@ mod tests {
         let pixel = 12 * 64 + 12;
         // Those beyond the edge of the image have the share that all pixels would have otherwise.
         some[inner] = Tile::default();
-        assert_eq!(divide(&some)[inner], Share(0));
-        assert_eq!(Shares::of(&some, GRID).of_pixel(pixel)[0], Share(0));
+        assert_eq!(divide(&some, Allowance::of(4))[inner], Share(0));
+        assert_eq!(Shares::of(&some, GRID, 4).of_pixel(pixel)[0], Share(0));
     }
 
     #[test]
     fn pixels_have_the_shares_of_their_tiles() {
-        let shares = Shares::of(&tiles(64.0, 1.0), GRID);
+        let shares = Shares::of(&tiles(64.0, 1.0), GRID, 4);
         let [far, near] = [0, 63].map(|x| shares.of_pixel(32 * 64 + x));
         assert!(far[0].factor() > near[0].factor() && !shares.is_even());
         // Shifted, the first columns are in the last tile.

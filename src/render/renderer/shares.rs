@@ -10,7 +10,7 @@ use super::Renderer;
 use super::trial::{SET, Tried};
 
 /// Renderings of fewer samples per pixel give all pixels as many.
-const FEWEST_SAMPLES: u32 = 4;
+const FEWEST_SAMPLES: u32 = 2;
 
 /// Levels that the sampler's table has for a rendering: enough for those pixels that get most, if paths may serve several pixels. (A
 /// second one takes 1.0 to 1.05 times as long.)
@@ -65,6 +65,7 @@ impl Renderer {
             set.iter_mut().for_each(|tile| tile.cost = tile.pixels * cost);
         }
         let band_rows = rows_of_blocks(self.buffers.bands[0].slots, self.width);
-        self.shares = Shares::of(&tiles, Grid { width: self.width, height: self.height, band_rows });
+        self.shares =
+            Shares::of(&tiles, Grid { width: self.width, height: self.height, band_rows }, self.settings.samples);
     }
 }
