@@ -52,12 +52,11 @@ impl Film {
         self.counts[pixel] = count;
     }
 
-    /// Adds something to the mean of each pixel.
-    pub(crate) fn add(&mut self, corrections: &[[f32; 3]]) {
-        let pixels = self.sums.par_iter_mut().zip(&self.counts).zip(corrections);
-        pixels.for_each(|((sum, &n), correction)| {
-            for (s, c) in sum.iter_mut().zip(correction) {
-                *s += f64::from(n) * f64::from(*c);
+    /// Adds something to the mean of each pixel, which is told its number and its count of samples.
+    pub(crate) fn add(&mut self, correction: impl Fn(usize, u32) -> [f32; 3] + Sync) {
+        self.sums.par_iter_mut().zip(&self.counts).enumerate().for_each(|(pixel, (sum, &n))| {
+            for (s, c) in sum.iter_mut().zip(correction(pixel, n)) {
+                *s += f64::from(n) * f64::from(c);
             }
         });
     }

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 const STEPS: usize = 20;
 
 /// What is known of a pixel.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, Zeroable)]
 pub(super) struct Known {
     /// Certainty of its value: the inverse of its variance, in any unit; above 0.
     pub certainty: f32,
@@ -32,7 +32,7 @@ const BLOCK: [usize; 2] = [128, 32];
 
 /// What does not change from step to step, of a pixel: the shares of its neighbours, left, right, up and down, and where it would
 /// be without them.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Zeroable)]
 struct Fixed {
     shares: Vec4,
     target: Vec4,
@@ -74,21 +74,28 @@ fn chebyshev(least: f32, greatest: f32) -> [Step; STEPS] {
 /// By Chebyshev's iteration (Golub and Varga 1961) after Jacobi's scaling, which bounds the eigenvalues from above by 2, and
 /// from below by the least share of a pixel's certainty in all that bears on it.
 pub(super) fn solve(known: &[Known], width: usize) -> Vec<Vec4> {
-    let left = |p: usize| if p.is_multiple_of(width) { Known::default() } else { known[p - 1] };
-    let up = |p: usize| if p >= width { known[p - width] } else { Known::default() };
-    let fixed = |p: usize| {
+    let of_pixel = |x: usize, y: usize| {
+        let p = y * width + x;
         let Known { certainty, right, down, lacking_right, lacking_down } = known[p];
-        let (left, up) = (left(p), up(p));
+        let left = if x > 0 { known[p - 1] } else { Known::default() };
+        let up = if y > 0 { known[p - width] } else { Known::default() };
         // Of all pairs that the pixel is in.
         let inverse = 1.0 / (certainty + right + down + left.right + up.down);
         let target = lacking_right + lacking_down - left.lacking_right - up.lacking_down;
         let shares = inverse * Vec4::new(left.right, right, up.down, down);
         (Fixed { shares, target: inverse * target }, certainty * inverse)
     };
-    let (fixed, own): (Vec<_>, Vec<_>) = (0..known.len()).into_par_iter().map(fixed).unzip();
-    let least = own.into_par_iter().reduce(|| 1.0, f32::min);
-
     // Memory that the system hands out when it is written, by many threads; if it were read first, twice.
+    let mut fixed = zeroed_vec::<Fixed>(known.len());
+    let row = |(y, row): (usize, &mut [Fixed])| {
+        row.iter_mut().enumerate().fold(1.0, |least: f32, (x, fixed)| {
+            let own;
+            (*fixed, own) = of_pixel(x, y);
+            least.min(own)
+        })
+    };
+    let least = fixed.par_chunks_mut(width).enumerate().map(row).reduce(|| 1.0, f32::min);
+
     let zeros = || zeroed_vec::<State>(known.len());
     let (mut states, mut next) = (zeros(), zeros());
     for (nth, steps) in chebyshev(least, 2.0).chunks(STEPS_AT_ONCE).enumerate() {

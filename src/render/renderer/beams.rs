@@ -174,7 +174,8 @@ impl Renderer {
         self.trace_beams_to(light, &wanted.collect::<Vec<_>>(), watch)?;
         self.statistics.beams = light.beams();
         let noise = light.noise(film);
-        film.add(&light.mean());
+        let mean = light.mean();
+        film.add(|pixel, _| mean[pixel]);
         Ok(noise)
     }
 

@@ -217,11 +217,10 @@ impl Renderer {
         let band_rows = rows_of_blocks(self.buffers.bands[0].slots, width) as usize;
         let (places, certainties) = (&self.places, self.certainties);
         let known = Noted { noted: &noted, places, certainties, band_rows, phases };
-        let share = |p: usize| known.phases[p].iter().sum::<u32>() as f32 / film.counts()[p].max(1) as f32;
+        let share = |p: usize, count: u32| known.phases[p].iter().sum::<u32>() as f32 / count.max(1) as f32;
         let gradients = known.phases.iter().any(|[_, shifted]| *shifted > 0);
-        let correction = |(p, c): (usize, Vec4)| finite(share(p) * c);
-        let corrections: Vec<_> = known.corrections().into_par_iter().enumerate().map(correction).collect();
-        film.add(&corrections);
+        let corrections = known.corrections();
+        film.add(|p, count| finite(share(p, count) * corrections[p]));
         self.statistics.gradients = gradients;
         Ok(())
     }
@@ -260,16 +259,21 @@ struct Noted<'a> {
 }
 
 impl Noted<'_> {
-    /// A pixel's neighbour on a side, if both can be of one group.
-    fn neighbour(&self, pixel: usize, side: Side) -> Option<usize> {
-        let next_band = |q: usize| side == Side::Down && (q / self.places.width).is_multiple_of(self.band_rows);
-        self.places.neighbour(pixel, side).filter(|q| !next_band(*q))
+    /// The neighbour on a side of the pixel in column x and row y, if both can be of one group.
+    fn neighbour(&self, [x, y]: [usize; 2], side: Side) -> Option<usize> {
+        let width = self.places.width;
+        match side {
+            Side::Right => (x + 1 < width).then_some(y * width + x + 1),
+            Side::Down => {
+                let below = (y + 1) * width + x;
+                (below < self.noted.len() && !(y + 1).is_multiple_of(self.band_rows)).then_some(below)
+            }
+        }
     }
 
-    /// Samples in which a pixel and its neighbour on a side were of one group: 4×2 pixels, shifted by 2 and 1.
-    fn shared(&self, pixel: usize, side: Side) -> u32 {
-        let (x, y) = (pixel % self.places.width, pixel / self.places.width);
-        let [a, b] = self.phases[pixel];
+    /// Samples in which the pixel in column x and row y and its neighbour on a side were of one group: 4×2 pixels, shifted by 2 and 1.
+    fn shared(&self, [x, y]: [usize; 2], side: Side) -> u32 {
+        let [a, b] = self.phases[y * self.places.width + x];
         let (plain, shifted) = match side {
             Side::Right => (x % 4 != 3, x % 4 != 1),
             Side::Down => (y % 2 == 0, y % 2 == 1),
@@ -281,21 +285,26 @@ impl Noted<'_> {
     fn corrections(&self) -> Vec<Vec4> {
         let count = |p: usize| self.phases[p].iter().sum::<u32>().max(1) as f32;
         let mean = |p: usize| Vec3::from(self.noted[p].light) / count(p);
-        let pair = |p: usize, side: Side, difference: [f32; 3]| {
-            let samples = self.shared(p, side);
-            let q = self.neighbour(p, side).filter(|_| samples > 0)?;
+        let pair = |at: [usize; 2], p: usize, side: Side, difference: [f32; 3]| {
+            let samples = self.shared(at, side);
+            let q = self.neighbour(at, side).filter(|_| samples > 0)?;
             let certainty = self.certainties[self.places.class_of_pair(p, q, side)?];
             let lacking = Vec3::from(difference) - samples as f32 * (mean(p) - mean(q));
             let pair = (certainty * samples as f32, (certainty * lacking).extend(0.0));
             Some(pair).filter(|(_, lacking)| lacking.is_finite())
         };
-        let known = |p: usize| {
-            let (right, lacking_right) = pair(p, Side::Right, self.noted[p].right).unwrap_or_default();
-            let (down, lacking_down) = pair(p, Side::Down, self.noted[p].down).unwrap_or_default();
+        let known = |at: [usize; 2], p: usize| {
+            let (right, lacking_right) = pair(at, p, Side::Right, self.noted[p].right).unwrap_or_default();
+            let (down, lacking_down) = pair(at, p, Side::Down, self.noted[p].down).unwrap_or_default();
             Known { certainty: count(p), right, down, lacking_right, lacking_down }
         };
-        let known: Vec<_> = (0..self.noted.len()).into_par_iter().map(known).collect();
-        solve(&known, self.places.width)
+        // Row by row: columns and rows of single pixels would be divisions.
+        let width = self.places.width;
+        let mut all = zeroed_vec::<Known>(self.noted.len());
+        all.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+            row.iter_mut().enumerate().for_each(|(x, of_pixel)| *of_pixel = known([x, y], y * width + x));
+        });
+        solve(&all, width)
     }
 }
 
