@@ -9,11 +9,11 @@ use crate::gpu::Context;
 use crate::render::{Film, Mutation, Prepared, RenderSettings, RenderStatistics, Renderer};
 use crate::scene::Scene;
 
-use super::CheckError;
 use super::probe::{
     Function, HitRecord, Kernel, OcclusionRecord, PathInput, PathRecord, Probe, RayInput, RayProbe, Words, tables_of,
 };
 use super::scenes;
+use super::{CheckError, Measured};
 
 /// The device under test.
 #[derive(Clone)]
@@ -29,6 +29,16 @@ pub struct Lab {
 pub(crate) struct Rendered {
     pub film: Film,
     pub statistics: RenderStatistics,
+}
+
+/// Pixels that a case counts as different from those of an image; infinitely many if that shows too little to tell.
+pub(crate) fn pixels_that_differ(image: &Film, differ: usize, detail: impl Into<String>) -> Measured {
+    let lit = image.sums().iter().filter(|sum| sum[0] > 0.0).count();
+    if lit < 500 {
+        Measured::new(f64::INFINITY, format!("only {lit} pixels are lit"))
+    } else {
+        Measured::new(differ as f64, detail)
+    }
 }
 
 impl Rendered {

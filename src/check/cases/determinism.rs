@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use crate::check::lab::Rendered;
+use crate::check::lab::{Rendered, pixels_that_differ};
 use crate::check::scenes::{Build, divided_room, lamps, room};
 use crate::check::{Case, CheckError, Lab, Measured};
 use crate::render::{Accel, RenderSettings, Renderer, Reuse, Scheduler};
@@ -104,11 +104,7 @@ fn variants(lab: &Lab, scene: &Scene, base: Change, changes: &[Change]) -> Resul
         change(&mut settings);
         differ += usual.differing(&lab.render_with(scene, &settings)?);
     }
-    let lit = usual.channel(0).iter().filter(|&&x| x > 0.0).count();
-    if lit < 500 {
-        return Ok(Measured::new(f64::INFINITY, format!("only {lit} pixels are lit")));
-    }
-    Ok(Measured::new(differ as f64, format!("{} variant(s), 1024 pixels", changes.len())))
+    Ok(pixels_that_differ(&usual.film, differ, format!("{} variant(s), 1024 pixels", changes.len())))
 }
 
 fn stopped(lab: &Lab) -> Result<Measured, CheckError> {

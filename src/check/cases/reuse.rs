@@ -126,6 +126,15 @@ pub(super) const CASES: &[Case] = &[
         measure: |lab| contrast(lab, lamps(), Meet::Notes, [UNEVEN, ALONE]),
     },
     Case {
+        name: "shares/two",
+        what: "the same of two samples, of which no pixel has less: paths meet in memory",
+        oracle: "two samples everywhere",
+        quantity: "the same",
+        threshold: 4.0,
+        full_only: false,
+        measure: |lab| contrast(lab, lamps(), Meet::Memory, [UNEVEN_OF_TWO, COMPARED]),
+    },
+    Case {
         name: "light-samples/paths",
         what: "the room with lamps, of which first diffuse hits get four samples: paths meet in memory",
         oracle: "one sample of them",
@@ -175,13 +184,21 @@ struct Way {
     gradients: Gradients,
     shares: Shares,
     light_samples: LightSamples,
+    /// Per pixel, if not as many as usual.
+    samples: Option<u32>,
 }
 
-const SHARED: Way =
-    Way { reuse: Reuse::Always, gradients: Gradients::Off, shares: Shares::Off, light_samples: LightSamples::Auto };
+const SHARED: Way = Way {
+    reuse: Reuse::Always,
+    gradients: Gradients::Off,
+    shares: Shares::Off,
+    light_samples: LightSamples::Auto,
+    samples: None,
+};
 const ALONE: Way = Way { reuse: Reuse::Off, light_samples: LightSamples::One, ..SHARED };
 const COMPARED: Way = Way { gradients: Gradients::Auto, ..SHARED };
 const UNEVEN: Way = Way { shares: Shares::Auto, ..COMPARED };
+const UNEVEN_OF_TWO: Way = Way { samples: Some(2), ..UNEVEN };
 const ONE_LIGHT: Way = Way { light_samples: LightSamples::One, ..COMPARED };
 
 const SEEDS: u32 = 12;
@@ -206,7 +223,7 @@ fn compare(
 ) -> Result<Measured, CheckError> {
     // What noise a tile has is told by 25 tiles: in an image of few, all would get the same samples. Nor are there shares of many.
     let (side, few, many) = if one.shares == Shares::Auto { (96, 8, 64) } else { (32, 40, 1024) };
-    scene.size(side, lab.size(few, many) as u32);
+    scene.size(side, one.samples.unwrap_or(lab.size(few, many) as u32));
     let (scheduler, share_by_lanes) = match meet {
         Meet::Lanes => (Scheduler::Inline, None),
         Meet::Memory => (Scheduler::Queue, Some(false)),
@@ -214,7 +231,7 @@ fn compare(
     };
     let mut unused = false;
     let mut images = |way: Way, first_seed: u32| -> Result<Vec<Vec<f64>>, CheckError> {
-        let Way { reuse, gradients, shares, light_samples } = way;
+        let Way { reuse, gradients, shares, light_samples, .. } = way;
         let settings = RenderSettings {
             reuse,
             gradients,
@@ -234,8 +251,7 @@ fn compare(
             Ok(rendered.channel(1))
         };
         let images = (first_seed..first_seed + SEEDS).map(&mut image).collect();
-        let idle = (gradients == Gradients::Auto && !compared, shares == Shares::Auto && !uneven);
-        unused |= idle.0 || idle.1;
+        unused |= (gradients == Gradients::Auto && !compared) || (shares == Shares::Auto && !uneven);
         images
     };
     let (with, without, other) = (images(one, 0)?, images(another, 0)?, images(another, SEEDS)?);

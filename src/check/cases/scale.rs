@@ -3,11 +3,10 @@
 use glam::DVec3;
 
 use crate::check::cases::light::translate;
-use crate::check::lab::Rendered;
+use crate::check::lab::{Rendered, pixels_that_differ};
 use crate::check::scenes::{Build, diffuse, empty, lamps, room, v};
 use crate::check::statistics::{relative, worst};
 use crate::check::{Case, CheckError, Lab, Measured};
-use crate::render::Film;
 use crate::scene::{Light, Scene, Surface};
 
 pub(super) const CASES: &[Case] = &[
@@ -76,16 +75,6 @@ pub(super) const CASES: &[Case] = &[
     },
 ];
 
-/// How many pixels differ from an image that shows something.
-fn counted(image: &Film, differ: usize, detail: impl Into<String>) -> Measured {
-    let lit = image.sums().iter().filter(|sum| sum[0] > 0.0).count();
-    if lit < 500 {
-        Measured::new(f64::INFINITY, format!("only {lit} pixels are lit"))
-    } else {
-        Measured::new(differ as f64, detail)
-    }
-}
-
 /// Scales lengths and the power of lights.
 fn scaled(scene: &Scene, length: f64, power: f64) -> Scene {
     let mut scene = scene.clone();
@@ -111,7 +100,7 @@ fn power_of_two(lab: &Lab) -> Result<Measured, CheckError> {
         let other = lab.render(&scaled(&scene, 2f64.powi(k), 2f64.powi(2 * k)))?;
         differ += image.differing(&other);
     }
-    Ok(counted(&image.film, differ, "2 × 1024 pixels"))
+    Ok(pixels_that_differ(&image.film, differ, "2 × 1024 pixels"))
 }
 
 fn mean_difference(a: &Rendered, b: &Rendered, factor: f64) -> f64 {
@@ -144,7 +133,7 @@ fn intensity(lab: &Lab) -> Result<Measured, CheckError> {
         let same = |a: &[f32; 3], b: &[f32; 3]| (0..3).all(|c| f64::from(a[c]) * factor == f64::from(b[c]));
         differ += image.iter().zip(&other).filter(|(a, b)| !same(a, b)).count();
     }
-    Ok(counted(&usual, differ, "2 × 1024 pixels"))
+    Ok(pixels_that_differ(&usual, differ, "2 × 1024 pixels"))
 }
 
 fn overflow(lab: &Lab) -> Result<Measured, CheckError> {
@@ -186,7 +175,7 @@ fn translation(lab: &Lab) -> Result<Measured, CheckError> {
         differ += wrong;
     }
     let detail = first.map_or("1e3, 1e5 and 1e7 give the same bits".to_owned(), |d| format!("differs from {d:e} on"));
-    Ok(counted(&image.film, differ, detail))
+    Ok(pixels_that_differ(&image.film, differ, detail))
 }
 
 fn axes(lab: &Lab) -> Result<Measured, CheckError> {
@@ -228,5 +217,5 @@ fn brighter_lamps(lab: &Lab) -> Result<Measured, CheckError> {
         let same = |a: &[f32; 3], b: &[f32; 3]| (0..3).all(|c| f64::from(a[c]) * factor == f64::from(b[c]));
         differ += image.iter().zip(&other).filter(|(a, b)| !same(a, b)).count();
     }
-    Ok(counted(&usual, differ, "2 × 1024 pixels"))
+    Ok(pixels_that_differ(&usual, differ, "2 × 1024 pixels"))
 }
