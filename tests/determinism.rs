@@ -6,7 +6,7 @@ mod common;
 use std::ops::ControlFlow;
 use std::time::Duration;
 
-use common::{assert_same_bits, context, render, render_counted, shipped};
+use common::{assert_same_bits, cat_under_a_low_light, context, render, render_counted, shipped};
 use glam::DVec3;
 use photolith::render::{Adaptive, Beams, Feature, Glances, Gradients, Reuse, Scheduler, Shares};
 use photolith::scene::{Material, Mesh, Normals, Sphere, Surface};
@@ -215,6 +215,8 @@ fn noisy_parts_get_more_samples() {
     same_bits_with_shares(&context, &shipped("cat", (132, 124), 8));
     // Of two samples no pixel has less.
     same_bits_with_shares(&context, &shipped("cat", (128, 128), 2));
+    // One tells where there are to be more.
+    same_bits_with_shares(&context, &cat_under_a_low_light((132, 124), 1));
 }
 
 /// Four times as many need a larger table of random numbers.

@@ -5,7 +5,7 @@ mod common;
 use std::ops::ControlFlow;
 use std::time::Duration;
 
-use common::{assert_same_bits, context, render, render_counted, shipped};
+use common::{assert_same_bits, cat_under_a_low_light, context, render, render_counted, shipped};
 use photolith::render::{Adaptive, Checkpoint, Progress, RenderStatistics, Reuse};
 use photolith::{Film, RenderError, RenderSettings, Renderer, Scene};
 
@@ -80,6 +80,29 @@ fn stopping_within_a_round_changes_no_bit() {
     // Samples run out of the budget of loops, and are done again.
     let settings = RenderSettings { loop_budget: Some(4000), ..settings };
     assert_same_bits(&whole, &in_parts(&scene, &settings, 3).0, "in parts, with a budget");
+}
+
+/// The first sample of each pixel tells which pixels get more.
+#[test]
+fn stopping_before_and_among_the_samples_that_follow_changes_no_bit() {
+    let context = context();
+    let scene = cat_under_a_low_light((132, 124), 1);
+    let settings = RenderSettings::of(&scene);
+    let whole = render(&context, &scene, &settings);
+    assert!(whole.counts().iter().any(|&n| n > 1), "none follow");
+    for passage in [None, Some(1 << 16)] {
+        let (film, statistics, parts) = in_parts(&scene, &RenderSettings { passage, ..settings.clone() }, 1);
+        assert!(parts > 1 && statistics.samples > 132 * 124, "{parts} parts");
+        assert_same_bits(&whole, &film, &format!("in parts, passage {passage:?}"));
+    }
+    let mut renderer = Renderer::new(&context, &scene, &settings).unwrap();
+    let (mut kept, go_on) = (Vec::new(), |_: &Progress| ControlFlow::Continue(()));
+    renderer.render_keeping(None, Duration::ZERO, |checkpoint| kept.push(checkpoint), go_on).unwrap();
+    kept.push(renderer.checkpoint().unwrap());
+    for checkpoint in &kept {
+        let what = format!("from {} samples on", checkpoint.samples());
+        assert_same_bits(&whole, &renderer.go_on(checkpoint, go_on).unwrap(), &what);
+    }
 }
 
 #[test]

@@ -73,7 +73,9 @@ impl Film {
 const BLOCK: [u32; 2] = [32, 64];
 /// Columns and rows of a tile.
 pub(crate) const SIDE: u32 = 8;
-/// Its slots.
+/// Columns and rows of a group of pixels.
+pub(crate) const GROUP: [u32; 2] = [4, 2];
+/// Slots of a tile.
 pub(crate) const TILE_SLOTS: u32 = SIDE * SIDE;
 /// Columns and rows of the tiles of a block.
 const TILES: [u32; 2] = [BLOCK[0] / SIDE, BLOCK[1] / SIDE];
@@ -112,7 +114,7 @@ pub(crate) fn place_of_tile(tile: u32, width: u32) -> [u32; 2] {
 }
 
 /// The upper left pixel of a tile, which may lie outside the image.
-fn tile_corner(tile: u32, width: u32) -> [u32; 2] {
+pub(crate) fn tile_corner(tile: u32, width: u32) -> [u32; 2] {
     let blocks_x = width.div_ceil(BLOCK[0]);
     let (block, within) = (tile / (TILES[0] * TILES[1]), tile % (TILES[0] * TILES[1]));
     let [column, row] = [within % TILES[0], within / TILES[0]];

@@ -10,6 +10,7 @@ mod beams;
 pub(crate) mod bindings;
 mod checkpoint;
 mod choice;
+mod contrast;
 pub(crate) mod driver;
 mod error;
 mod facets;

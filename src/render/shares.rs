@@ -3,9 +3,12 @@
 //! Of a variance v for one sample, n samples leave v/n. For as many samples in all the image has least noise if n ∝ √v (Neyman
 //! allocation, J. R. Stat. Soc. 97, 1934). Powers of two come near to that, and keep random numbers stratified.
 
+use bytemuck::zeroed_vec;
 use rayon::prelude::*;
 
-use super::film::{tile_of_pixel, tiles_within};
+use super::film::{GROUP, tile_of_pixel, tiles_within, to_pixels};
+use super::layout::FilmSlot;
+use super::tiles::half_of_group;
 
 /// How many times as many samples as are asked for a pixel is to have: the logarithm to the base of 2, from -1 to 2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
@@ -32,6 +35,11 @@ impl Share {
         if self.0 < 0 { samples.div_ceil(2) } else { samples << self.0 }
     }
 
+    /// Of its two bits in the shaders, the lowest of these.
+    fn of_bits(bits: u32) -> Self {
+        Self::ALL[(bits.wrapping_add(1) & 3) as usize]
+    }
+
     /// Its two bits in the shaders.
     fn bits(self) -> u32 {
         u32::from(self.0.cast_unsigned() & 3)
@@ -49,6 +57,12 @@ pub(crate) struct Grid {
 }
 
 impl Grid {
+    /// The half of the image that pixel number `pixel` belongs to.
+    fn half(&self, pixel: usize) -> usize {
+        let (x, y) = (pixel as u32 % self.width, pixel as u32 / self.width);
+        half_of_group(x / GROUP[0], y / GROUP[1])
+    }
+
     /// The tiles of pixel number `pixel`, row by row, in groups as they are and in shifted ones.
     fn tiles(&self, pixel: usize) -> [u32; 2] {
         let (x, y) = (pixel as u32 % self.width, pixel as u32 / self.width);
@@ -71,19 +85,37 @@ pub(crate) struct Shares {
 impl Shares {
     /// For such tiles, of pixels that are to have so many samples in the mean; none if not much is to be gained.
     pub fn of(tiles: &[Tile], grid: Grid, samples: u32) -> Self {
-        let Grid { width, height, .. } = grid;
-        // What their neighbours tell of tiles shows whether it is true.
-        let neighbours = smooth(tiles, width, height, 0.0);
-        let allowance = Allowance::of(samples);
-        let left = left(&without_rare(tiles, &neighbours), &divide(&neighbours, allowance));
-        log::debug!("shares of the samples: {left:.3} of the variance");
-        if left.is_nan() || left > WORTH {
+        of_tiles(tiles, grid, samples).map_or_else(Self::default, |shares| {
+            Self::of_pixels(grid, |pixel| grid.tiles(pixel).map(|tile| shares[tile as usize]))
+        })
+    }
+
+    /// The same of one sample per pixel, for tiles with the pixels of either half of the image only, as groups are if not shifted.
+    pub fn of_halves(halves: [&[Tile]; 2], grid: Grid) -> Self {
+        let halves = halves.map(|tiles| of_tiles(tiles, grid, 1));
+        if halves.iter().all(Option::is_none) {
             return Self::default();
         }
-        let shares = divide(&smooth(tiles, width, height, OWN), allowance);
-        let pixels = width as usize * height as usize;
-        let of_pixels: Vec<_> =
-            (0..pixels).into_par_iter().map(|p| grid.tiles(p).map(|tile| shares[tile as usize])).collect();
+        Self::of_pixels(grid, |pixel| {
+            let shares = &halves[grid.half(pixel)];
+            [shares.as_ref().map_or(Share(0), |shares| shares[grid.tiles(pixel)[0] as usize]), Share(0)]
+        })
+    }
+
+    /// Of slots that have them in their states.
+    pub fn of_states(film: &[FilmSlot], grid: Grid) -> Self {
+        let mut states = zeroed_vec::<u32>(grid.width as usize * grid.height as usize);
+        to_pixels(0, film, &mut states, grid.width, |state, slot| *state = slot.state);
+        if states.iter().all(|state| state & STATE_SHARES == 0) {
+            return Self::default();
+        }
+        Self::of_pixels(grid, |pixel| [PLAIN_SHARE, SHIFTED_SHARE].map(|at| Share::of_bits(states[pixel] >> at)))
+    }
+
+    /// With the shares that `of` gives for each pixel.
+    fn of_pixels(grid: Grid, of: impl Fn(usize) -> [Share; 2] + Sync + Send) -> Self {
+        let pixels = grid.width as usize * grid.height as usize;
+        let of_pixels: Vec<_> = (0..pixels).into_par_iter().map(of).collect();
         let count = |mut counts: [[u64; 4]; 2], pixel: &[Share; 2]| {
             counts.iter_mut().zip(pixel).for_each(|(counts, share)| counts[share.bits() as usize] += 1);
             counts
@@ -122,6 +154,20 @@ impl Shares {
 /// Where a slot's state has the shares.
 pub(super) const PLAIN_SHARE: u32 = 12;
 pub(super) const SHIFTED_SHARE: u32 = 14;
+/// All of a slot's state that they are.
+pub(super) const STATE_SHARES: u32 = 0xf000;
+
+/// The shares of tiles, of pixels that are to have so many samples in the mean; none if not much is to be gained.
+fn of_tiles(tiles: &[Tile], grid: Grid, samples: u32) -> Option<Vec<Share>> {
+    let Grid { width, height, .. } = grid;
+    // What their neighbours tell of tiles shows whether it is true.
+    let neighbours = smooth(tiles, width, height, 0.0);
+    let allowance = Allowance::of(samples);
+    let left = left(&without_rare(tiles, &neighbours), &divide(&neighbours, allowance));
+    log::debug!("shares of the samples: {left:.3} of the variance");
+    // It may be no number.
+    (left <= allowance.worth).then(|| divide(&smooth(tiles, width, height, OWN), allowance))
+}
 
 /// What is known of a tile before its samples are taken.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -148,24 +194,28 @@ struct Allowance {
     shares: &'static [Share],
     /// What samples may cost, if they would cost 1 with one for each pixel.
     cost: f64,
+    /// What must be left of the variance, at most, for the same cost.
+    worth: f64,
 }
 
 impl Allowance {
     /// For so many samples per pixel. Of two or three no pixel can do with less: gradients need one in groups as they are and one in
     /// shifted ones (a bunny in a room with half of two: 3.9 times the variance). So there are some more in all where it is noisy, but
     /// fewer than of four.
+    ///
+    /// Of one, the others take a second pass, and the noise is known by what pixels show. Where .35 to .43 is left, so it says, time
+    /// × variance is .30 to .87 of that with equal ones; where it is .71 to .85, .8 to 1.2.
     fn of(samples: u32) -> Self {
-        let cost = match samples {
-            ..3 => 1.4,
-            3 => 1.2,
-            _ => return Self { shares: &Share::ALL, cost: 1.0 },
+        let (cost, worth) = match samples {
+            ..2 => (1.4, 0.6),
+            2 => (1.4, 0.92),
+            3 => (1.2, 0.92),
+            _ => return Self { shares: &Share::ALL, cost: 1.0, worth: 0.92 },
         };
-        Self { shares: &Share::ALL[1..], cost }
+        Self { shares: &Share::ALL[1..], cost, worth }
     }
 }
 
-/// What must be left of the variance, for the same cost.
-const WORTH: f64 = 0.92;
 /// A tile that has more than so many times the variance that its neighbours foretell says nothing against them: a few pixels may
 /// have met by chance what is rare.
 const RARE: f64 = 4.0;
@@ -195,13 +245,16 @@ fn without_rare(tiles: &[Tile], neighbours: &[Tile]) -> Vec<Tile> {
 /// shares where that finds nothing to gain, a box with a lamp has .6 of the squared error, 64 lamps .8, seven other scenes .95
 /// to 1.)
 fn smooth(tiles: &[Tile], width: u32, height: u32, own: f64) -> Vec<Tile> {
+    let deviations: Vec<_> = tiles.iter().map(|tile| tile.variance.map(f64::sqrt)).collect();
+    let counts = |distance: usize| if distance == 0 { own } else { NEIGHBOUR.powi(distance as i32) };
+    let counts: [f64; 2 * NEIGHBOURHOOD as usize + 1] = std::array::from_fn(counts);
     let mean = |(tile, known): (usize, &Tile)| {
-        let (mut weights, mut sum) = (0.0, 0.0);
+        let (mut weights, mut sum) = (0.0, 0.0_f64);
         for (other, distance) in tiles_within(NEIGHBOURHOOD, tile as u32, width, height) {
-            let Some(variance) = tiles[other].variance else { continue };
-            let weight = tiles[other].pixels * if distance == 0 { own } else { NEIGHBOUR.powi(distance as i32) };
+            let Some(deviation) = deviations[other] else { continue };
+            let weight = tiles[other].pixels * counts[distance as usize];
             weights += weight;
-            sum += weight * variance.sqrt();
+            sum += weight * deviation;
         }
         Tile { variance: (weights > 0.0).then(|| (sum / weights).powi(2)), ..*known }
     };
@@ -226,7 +279,7 @@ fn divide(tiles: &[Tile], allowance: Allowance) -> Vec<Share> {
     }));
     let all = costs[wishes.len()];
     let of_those_above = |least: f64| costs[wishes.partition_point(|wish| wish.0 >= least)];
-    let Allowance { shares, cost: may_cost } = allowance;
+    let Allowance { shares, cost: may_cost, .. } = allowance;
     // Each has the least share, or steps up to greater ones.
     let more = |step: &[Share], scale: f64| {
         (step[1].factor() - step[0].factor()) * of_those_above(f64::from(step[0].0) + 0.5 - scale)
@@ -270,6 +323,7 @@ mod tests {
         assert_eq!((of(8), of(1), of(0)), ([4, 8, 16, 32], [1, 1, 2, 4], [0; 4]));
         assert_eq!([-1, 0, 1, 2].map(|step| Share(step).factor()), [0.5, 1.0, 2.0, 4.0]);
         assert_eq!([-1, 0, 1, 2].map(|step| Share(step).bits()), [3, 0, 1, 2]);
+        assert!(Share::ALL.iter().all(|share| Share::of_bits(share.bits() | 0xff0) == *share));
         assert_eq!([f64::NEG_INFINITY, f64::NAN].map(Share::near), [Share(-1), Share(0)]);
     }
 

@@ -9,7 +9,9 @@
 use std::ops::{ControlFlow, Deref};
 use std::path::PathBuf;
 
+use glam::DVec3;
 use photolith::render::{RenderStatistics, Reuse, Shares};
+use photolith::scene::Light;
 use photolith::{Context, ContextOptions, Film, RenderSettings, Renderer, Scene, Validation};
 
 /// The scenes that are shipped, by name.
@@ -62,6 +64,14 @@ pub fn shipped(name: &str, (width, height): (u32, u32), samples: u32) -> Scene {
     scene
 }
 
+/// The shipped cat with its light near the floor, where most noise is, as one sample shows.
+pub fn cat_under_a_low_light((width, height): (u32, u32), samples: u32) -> Scene {
+    let mut scene = shipped("cat", (width, height), samples);
+    let Light::Point { position, .. } = &mut scene.lights[0];
+    *position = DVec3::new(12.0, -5.0, 12.0);
+    scene
+}
+
 /// Renders to the end.
 pub fn render(context: &Context, scene: &Scene, settings: &RenderSettings) -> Film {
     render_counted(context, scene, settings).0
@@ -73,8 +83,10 @@ pub fn render_counted(context: &Context, scene: &Scene, settings: &RenderSetting
     let film = renderer.render(|_| ControlFlow::Continue(())).expect("a film");
     let statistics = renderer.statistics().clone();
     assert_eq!(statistics.bad_samples, 0, "{}: samples that are not finite", scene.source);
-    // Where paths may be reused noisy parts may get up to four times as many, others at least half (`Shares`).
-    let tried = settings.reuse == Reuse::Always || statistics.reuse_gain.is_some();
+    // Where paths may be reused noisy parts may get up to four times as many, others at least half (`Shares`). Of one sample that is not
+    // tried before.
+    let untried = settings.samples == 1 && statistics.reused_samples > 0;
+    let tried = settings.reuse == Reuse::Always || statistics.reuse_gain.is_some() || untried;
     let shared = settings.shares == Shares::Auto && tried;
     let samples =
         if shared { settings.samples.div_ceil(2)..=4 * settings.samples } else { settings.samples..=settings.samples };

@@ -124,7 +124,8 @@ impl Renderer {
         let mut plan = Plan::new(spans.to_vec(), done, samples, &self.pace);
         let mut in_flight: VecDeque<(Ticket, Instant, usize, bool)> = VecDeque::new();
         let mut done_before_repeat = None;
-        let from_nothing = done == 0;
+        // If shares follow, each has a sample before they are known.
+        let from_nothing = done == 0 && (self.shares.is_even() || !self.shares_follow());
         loop {
             // What fits into a dispatch is not known before the first has ended.
             let most = if self.pace.is_known() { IN_FLIGHT } else { 1 };
