@@ -267,7 +267,6 @@ impl Renderer {
         self.shares = Shares::default();
         self.before = Before { seconds: checkpoint.map_or(0.0, Checkpoint::seconds), ..Before::default() };
         self.light = self.no_beams();
-        self.survey()?;
         self.find_beginnings()?;
         self.try_reuse()?;
         let done = checkpoint.map_or(Ok(0), |checkpoint| self.take_up(checkpoint))?;

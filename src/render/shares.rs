@@ -291,8 +291,8 @@ fn divide(tiles: &[Tile], allowance: Allowance) -> Vec<Share> {
         let middle = 0.5 * (low + high);
         if cost(middle) <= may_cost * all { low = middle } else { high = middle }
     }
-    let share = |wanted: &f64| Share::near(wanted + low).max(shares[0]);
-    wanted.iter().map(|wanted| wanted.as_ref().map_or(Share(0), share)).collect()
+    let share = |wanted: f64| Share::near(wanted + low).max(shares[0]);
+    wanted.into_iter().map(|wanted| wanted.map_or(Share(0), share)).collect()
 }
 
 #[cfg(test)]

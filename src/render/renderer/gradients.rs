@@ -10,12 +10,12 @@ use super::super::layout::{GradientSlot, queue};
 use super::super::plan::Span;
 use super::super::screened_poisson::{Known, solve};
 use super::super::shares::Share;
+use super::super::sobol::MEMBERS;
 use super::super::stopping::Stopping;
 use super::Renderer;
 use super::passes::Watch;
 use super::survey::{CLASSES, Places, Side};
 use super::tried::TriedGroup;
-use super::verdict::GROUPS_TOGETHER;
 
 /// Samples of a pixel from which on neighbours can be of one group in some samples and not in others.
 const FEWEST_SAMPLES: u32 = 2;
@@ -152,45 +152,50 @@ impl Renderer {
         self.phases().samples(samples).into_iter().enumerate().map(of_kind).sum()
     }
 
-    /// Takes over what the trial shows of gradients.
-    pub(super) fn judge_gradients(&mut self, pairs: &PairSums) {
-        self.certainties = certainties(pairs);
-        log::debug!("certainty of differences: {:?}", self.certainties);
-    }
-
-    /// Adds what groups show of neighbours after the trial. They are compared in parallel, and added up in their order.
-    pub(super) fn compare_neighbours(&self, tried: &[TriedGroup], sums: &mut PairSums) {
+    /// After a trial that shows that gradients pay: surveys what pixels show, and takes over what the trial shows of such neighbours.
+    pub(super) fn judge_gradients(&mut self, tried: &[TriedPair]) -> Result<(), RenderError> {
+        self.survey()?;
+        // In parallel, and added up in their order.
         let add = |mut a: PairSums, b: PairSums| {
             a.iter_mut().zip(b).for_each(|(a, b)| *a = [a[0] + b[0], a[1] + b[1]]);
             a
         };
-        let compared = |groups: &[TriedGroup]| {
-            groups.iter().fold(PairSums::default(), |sums, group| add(sums, self.neighbours_in(group)))
+        let sum = |pairs: &[TriedPair]| {
+            let mut sums = PairSums::default();
+            for pair in pairs {
+                let Some(class) = self.places.class(pair.pixel, pair.side) else { continue };
+                sums[class] = [sums[class][0] + pair.values, sums[class][1] + pair.difference];
+            }
+            sums
         };
-        let parts: Vec<_> = tried.par_chunks(GROUPS_TOGETHER).map(compared).collect();
-        *sums = parts.into_iter().fold(*sums, add);
+        let parts: Vec<_> = tried.par_chunks(PAIRS_TOGETHER).map(sum).collect();
+        self.certainties = certainties(&parts.into_iter().fold(PairSums::default(), add));
+        log::debug!("certainty of differences: {:?}", self.certainties);
+        Ok(())
     }
 
-    /// Of one group.
-    fn neighbours_in(&self, group: &TriedGroup) -> PairSums {
+    /// The neighbours in groups after the trial, in their order.
+    pub(super) fn pairs_of(&self, tried: &[TriedGroup]) -> Vec<TriedPair> {
+        tried.par_iter().flat_map_iter(|group| self.pairs_in(group)).collect()
+    }
+
+    /// Those in one group. Samples that were not finite tell nothing.
+    fn pairs_in(&self, group: &TriedGroup) -> impl Iterator<Item = TriedPair> {
         let square = |x: f32| f64::from(x).powi(2);
-        let mut sums = PairSums::default();
-        for (member, slot) in group.gradients.iter().enumerate() {
+        let of_member = move |member: usize| {
+            let slot = &group.gradients[member];
             // The neighbours on the right and below are the next member of the group, and the fourth.
             let right = (member % 4 < 3).then_some((Side::Right, member + 1, slot.trial_right));
             let down = (member < 4).then_some((Side::Down, member + 4, slot.trial_down));
             let pixel = pixel_of_slot(group.slot(member), self.width, self.height);
-            for (side, neighbour, difference) in right.into_iter().chain(down) {
-                let Some(class) = pixel.and_then(|p| self.places.class(p, side)) else { continue };
+            right.into_iter().chain(down).filter_map(move |(side, neighbour, difference)| {
                 let values = (square(slot.trial_light) + square(group.gradients[neighbour].trial_light)) / 2.0;
-                // Samples that were not finite tell nothing.
-                if values.is_finite() && difference.is_finite() {
-                    sums[class][0] += values;
-                    sums[class][1] += square(difference);
-                }
-            }
-        }
-        sums
+                let difference = square(difference);
+                let finite = values.is_finite() && difference.is_finite();
+                pixel.filter(|_| finite).map(|pixel| TriedPair { pixel, side, values, difference })
+            })
+        };
+        (0..MEMBERS).flat_map(of_member)
     }
 
     /// Reads the whole film, and makes use of its gradients if there are any.
@@ -234,8 +239,22 @@ fn finite(c: Vec4) -> [f32; 3] {
 /// How many times as certain the differences of each class are as the pixels' own values.
 pub(super) type Certainties = [f32; CLASSES];
 
+/// What two neighbours of a group show after the trial.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct TriedPair {
+    pixel: usize,
+    /// Where its neighbour is.
+    side: Side,
+    /// Squares: of their values, in the mean, and of the difference.
+    values: f64,
+    difference: f64,
+}
+
+/// Pairs that are added up together.
+const PAIRS_TOGETHER: usize = 2048;
+
 /// Sums of squares over the pairs of each class: of values, and of differences.
-pub(super) type PairSums = [[f64; 2]; CLASSES];
+type PairSums = [[f64; 2]; CLASSES];
 
 /// The inverse of the variance of differences, that of values being 1.
 fn certainties(sums: &PairSums) -> Certainties {

@@ -56,11 +56,6 @@ impl Places {
         Self { width, all, bends }
     }
 
-    /// Whether none is known.
-    pub fn is_empty(&self) -> bool {
-        self.all.is_empty()
-    }
-
     /// A pixel's neighbour on a side.
     pub fn neighbour(&self, pixel: usize, side: Side) -> Option<usize> {
         neighbour(pixel, side, self.width, self.all.len())
@@ -107,12 +102,9 @@ fn bend(a: Vec3, b: Vec3) -> f32 {
 }
 
 impl Renderer {
-    /// Before a rendering, the film being empty: surveys the surfaces at the pixels' centres.
+    /// Before a rendering: surveys the surfaces at the pixels' centres. The film is left to the caller.
     pub(super) fn survey(&mut self) -> Result<(), RenderError> {
-        self.places = Places::default();
-        if !self.makes_gradients() {
-            return Ok(());
-        }
+        self.clear_film()?;
         let whole = self.whole_film();
         self.beforehand(|renderer| {
             renderer.push.modes |= mode::SURVEY;
@@ -123,7 +115,7 @@ impl Renderer {
         let place = |slot: &FilmSlot| DVec3::from_array(std::array::from_fn(|axis| slot.total(axis))).as_vec3();
         self.read_pixels(&whole, &mut all, |at, slot| *at = place(slot))?;
         self.places = Places::new(self.width as usize, all);
-        self.clear_film()
+        Ok(())
     }
 }
 

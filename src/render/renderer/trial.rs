@@ -12,7 +12,7 @@ use super::super::plan::{Span, Work};
 use super::super::sobol::MEMBERS;
 use super::super::tiles::TILE;
 use super::Renderer;
-use super::gradients::PairSums;
+use super::gradients::TriedPair;
 use super::tried::{GroupNoise, TriedGroup};
 use super::verdict::ReuseTrial;
 
@@ -29,8 +29,8 @@ const DISPATCH_SLOTS: u32 = 1024 * SET_SLOTS;
 #[derive(Default)]
 pub(super) struct Tried {
     pub reuse: ReuseTrial,
-    /// Of pairs of neighbours.
-    pub pairs: PairSums,
+    /// Neighbours, if it is to be seen whether gradients pay.
+    pub pairs: Vec<TriedPair>,
     /// Of each group, in the order of their slots.
     pub groups: Vec<GroupNoise>,
     /// Some samples were taken again: what they cost is not known.
@@ -76,7 +76,7 @@ impl Renderer {
         }
         log::debug!("reuse of paths: {:?}, halves {:02b}", self.reuse, self.reused_halves());
         if self.makes_gradients() {
-            self.judge_gradients(&tried.pairs);
+            self.judge_gradients(&tried.pairs)?;
         }
         if self.may_share() {
             self.divide_samples(&tried);
@@ -118,8 +118,10 @@ impl Renderer {
         for span in spans {
             let groups = self.groups_of_span(span, turns)?;
             tried.reuse.judge(&groups);
-            if !self.places.is_empty() {
-                self.compare_neighbours(&groups, &mut tried.pairs);
+            if self.makes_gradients() {
+                // One group of each tile tells enough.
+                let first: Vec<_> = groups.chunk_by(|a, b| a.tile() == b.tile()).map(|of_tile| of_tile[0]).collect();
+                tried.pairs.extend(self.pairs_of(&first));
             }
             let inside = |slot| pixel_of_slot(slot, self.width, self.height).is_some();
             tried.groups.par_extend(groups.par_iter().map(|group| group.noise_of_pixels(inside)));

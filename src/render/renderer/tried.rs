@@ -65,6 +65,11 @@ impl Add for Noise {
 }
 
 impl TriedGroup {
+    /// That it is in.
+    pub fn tile(&self) -> u32 {
+        self.first_slot / TILE as u32
+    }
+
     /// The slot of a member.
     pub fn slot(&self, member: usize) -> u32 {
         self.first_slot + (member * MEMBERS) as u32
@@ -86,8 +91,7 @@ impl TriedGroup {
         let pixels = (0..MEMBERS).filter(|member| inside(self.slot(*member))).count();
         let noise = (0..MEMBERS).map(|member| self.noise(member)).fold(Noise::default(), Noise::add);
         let cost = self.film.iter().map(|slot| f64::from(slot.sum[0].to_bits())).sum();
-        let tile = self.first_slot / TILE as u32;
-        GroupNoise { tile, pixels: pixels as u32, noise, cost }
+        GroupNoise { tile: self.tile(), pixels: pixels as u32, noise, cost }
     }
 }
 
