@@ -166,9 +166,10 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         let most = settings.samples;
         let done = samples(statistics);
         let beams = if statistics.beams > 0 { format!(" and {} beams", statistics.beams) } else { String::new() };
-        // Each pixel may have what was asked for, and some may lack those that noisy parts are to have more (`Shares`).
-        let lacking = if statistics.samples_per_pixel >= most { ", more in noisy parts" } else { "" };
-        output::tell(&format!("{why} after {done} of {most} samples per pixel{lacking}{beams}; writing what there is"));
+        // Where all pixels have what was asked for, beams are lacking, or what noisy parts have more (`Shares`).
+        let lacking = statistics.beams == 0 && statistics.samples_per_pixel >= most;
+        let more = if lacking { "; noisy parts were to have more" } else { "" };
+        output::tell(&format!("{why} after {done} of {most} samples per pixel{beams}{more}; writing what there is"));
     }
     if let Some(target) = args.noise {
         say_noise(target, statistics);

@@ -121,6 +121,7 @@ fn variance(groups: &Groups, corner: [u32; 2], half: usize) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::shares::{Grid, Shares};
     use super::*;
 
     const WIDTH: u32 = 64;
@@ -159,6 +160,24 @@ mod tests {
         let half = |x: u32, y: u32| half_of_group(x / 4, y / 2);
         let noise = image(|x, y| if half(x, y) == 1 { random(y * WIDTH + x) } else { 0.0 });
         assert!(mean_variance(&noise, 0) > 0.9 && mean_variance(&noise, 1) == 0.0);
+    }
+
+    #[test]
+    fn noise_of_a_half_brings_samples_to_the_other() {
+        let grid = Grid { width: WIDTH, height: 64, band_rows: 64 };
+        for noisy in 0..2 {
+            // In a corner; elsewhere it is a hundred times weaker.
+            let noise = |x: u32, y: u32| {
+                let strength = if x < 24 && y < 24 { 1.0 } else { 0.01 };
+                let own = half_of_group(x / 4, y / 2) == noisy;
+                if own { strength * random(y * WIDTH + x) } else { 1.0 }
+            };
+            let [a, b] = tiles_of_halves(&image(noise), WIDTH);
+            let shares = Shares::of_halves([&a, &b], grid);
+            let more = |p: usize| shares.of_pixel(p) != Shares::default().of_pixel(p);
+            let half = |p: usize| half_of_group(p as u32 % WIDTH / 4, p as u32 / WIDTH / 2);
+            assert!((0..4096).any(more) && (0..4096).filter(|p| more(*p)).all(|p| half(p) != noisy && p % 64 < 40));
+        }
     }
 
     #[test]

@@ -265,6 +265,7 @@ impl Renderer {
         let long = self.settings.samples >= self.fewest_reused;
         self.reuse = if long { ReuseTrial::of(self.reuses) } else { ReuseTrial::Never };
         self.shares = Shares::default();
+        self.places = Places::default();
         self.before = Before { seconds: checkpoint.map_or(0.0, Checkpoint::seconds), ..Before::default() };
         self.light = self.no_beams();
         self.find_beginnings()?;

@@ -203,8 +203,8 @@ impl Allowance {
     /// shifted ones (a bunny in a room with half of two: 3.9 times the variance). So there are some more in all where it is noisy, but
     /// fewer than of four.
     ///
-    /// Of one, the others take a second pass, and the noise is known by what pixels show. Where .35 to .43 is left, so it says, time
-    /// × variance is .30 to .87 of that with equal ones; where it is .71 to .85, .8 to 1.2.
+    /// Of one, the others take a second pass, and the noise is known by what pixels show. Where .35 to .46 is left, so it says, time
+    /// × variance is .30 to .87 of that with equal ones; where it is .71 to .94 it would be .8 to 1.2.
     fn of(samples: u32) -> Self {
         let (cost, worth) = match samples {
             ..2 => (1.4, 0.6),
@@ -299,7 +299,7 @@ fn divide(tiles: &[Tile], allowance: Allowance) -> Vec<Share> {
 mod tests {
     use std::ops::Range;
 
-    use super::super::film::place_of_tile;
+    use super::super::film::{pixel_of_slot, place_of_tile};
     use super::*;
 
     const GRID: Grid = Grid { width: 64, height: 64, band_rows: 64 };
@@ -330,7 +330,8 @@ mod tests {
     #[test]
     fn noise_gets_samples_within_the_cost() {
         let contrasts = [(1.0, 1.0), (16.0, 1.0), (16.0, 5.0), (1e6, 1.0), (1e-6, 3.0), (0.0, 1.0)];
-        for ((contrast, cost), samples) in contrasts.into_iter().flat_map(|c| [2, 3, 4].map(|samples| (c, samples))) {
+        for ((contrast, cost), samples) in contrasts.into_iter().flat_map(|c| [1, 2, 3, 4].map(|samples| (c, samples)))
+        {
             let tiles = tiles(contrast, cost);
             let shares = divide(&tiles, Allowance::of(samples));
             let taken: f64 = tiles.iter().zip(&shares).map(|(tile, share)| tile.cost * share.factor()).sum();
@@ -355,6 +356,18 @@ mod tests {
         assert!(!shares.is_even());
         let share = |x: usize, y: usize| shares.of_pixel(y * 64 + x)[0].factor();
         assert!(share(4, 4) > share(60, 4));
+    }
+
+    #[test]
+    fn states_tell_the_shares() {
+        let shares = Shares::of(&tiles(64.0, 1.0), GRID, 4);
+        // Beside what else a state tells.
+        let with = |state: u32| FilmSlot { state: state | 1, ..FilmSlot::default() };
+        let slot = |slot: u32| with(pixel_of_slot(slot, 64, 64).map_or(0, |pixel| shares.state(pixel)));
+        let film: Vec<_> = (0..4096).map(slot).collect();
+        let told = Shares::of_states(&film, GRID);
+        assert_eq!((&told.of_pixels, told.pixels), (&shares.of_pixels, shares.pixels));
+        assert!(Shares::of_states(&[with(0); 4096], GRID).is_even());
     }
 
     #[test]

@@ -11,7 +11,7 @@ use super::layout::{
     BeamNote, Counters, FilmSlot, GradientSlot, Push, SceneValues, binding, constant, glance, kind, mode, queue,
 };
 use super::mutation::Mutation;
-use super::shares::{PLAIN_SHARE, SHIFTED_SHARE};
+use super::shares::{PLAIN_SHARE, SHIFTED_SHARE, STATE_SHARES};
 use super::sobol;
 use super::spheres::MAX_CONSTANT_SPHERES;
 use super::tiles::{TILE, half_of};
@@ -223,6 +223,7 @@ fn records() {
     let share = include_str!("../../../shaders/lib/share.glsl");
     assert!(share.contains(&format!("const uint PLAIN_SHARE = {PLAIN_SHARE}u;")));
     assert!(share.contains(&format!("const uint SHIFTED_SHARE = {SHIFTED_SHARE}u;")));
+    assert!(share.contains(&format!("const uint STATE_SHARES = {STATE_SHARES:#x}u;")));
     for (name, bit) in [
         ("MODE_SHIFTED", mode::SHIFTED),
         ("MODE_ALIKE", mode::ALIKE),

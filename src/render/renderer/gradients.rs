@@ -19,6 +19,8 @@ use super::tried::TriedGroup;
 
 /// Samples of a pixel from which on neighbours can be of one group in some samples and not in others.
 const FEWEST_SAMPLES: u32 = 2;
+// A trial, which gradients need, is made of as many.
+const _: () = assert!(FEWEST_SAMPLES >= queue::TRIAL);
 /// Samples after which the groups of pixels change at the latest: random numbers are stratified over as many. (With 8 the
 /// squared error of 64 samples is 1.0 to 1.8 times as large.)
 const LONGEST_PHASE: u32 = 64;
@@ -175,7 +177,7 @@ impl Renderer {
     }
 
     /// The neighbours in groups after the trial, in their order.
-    pub(super) fn pairs_of(&self, tried: &[TriedGroup]) -> Vec<TriedPair> {
+    pub(super) fn pairs_of(&self, tried: &[&TriedGroup]) -> Vec<TriedPair> {
         tried.par_iter().flat_map_iter(|group| self.pairs_in(group)).collect()
     }
 

@@ -120,7 +120,7 @@ impl Renderer {
             tried.reuse.judge(&groups);
             if self.makes_gradients() {
                 // One group of each tile tells enough.
-                let first: Vec<_> = groups.chunk_by(|a, b| a.tile() == b.tile()).map(|of_tile| of_tile[0]).collect();
+                let first: Vec<_> = groups.chunk_by(|a, b| a.tile() == b.tile()).map(|of_tile| &of_tile[0]).collect();
                 tried.pairs.extend(self.pairs_of(&first));
             }
             let inside = |slot| pixel_of_slot(slot, self.width, self.height).is_some();

@@ -21,8 +21,8 @@ const MOST_OWN_ADAPTIVE: f64 = 0.35;
 /// .96 1.20 to 1.11 (terrains of 2 thousand to 1.3 million triangles, 25.0.7); the balls and meshes in rooms above have .04 to .57.
 const MOST_LEFT: f64 = 0.8;
 /// The same where all pixels of a group sample lights alike: the noise of these is spread too, which the trial cannot tell. With .96
-/// and .93 images from gradients take 1.41 and 1.28 times as long to the same error at 4 samples, 1.22 and 1.11 at 16, with .895 1.17
-/// and 1.11 (height fields under lamps), with .86 .97 and .85 (an armadillo), with .81 .76 and .73 (a dragon in a room), with .70 to .72
+/// and .93 images from gradients take 1.41 and 1.28 times as long to the same error at 4 samples, 1.22 and 1.11 at 16, with .895 1.29
+/// and 1.10 (height fields under lamps), with .86 .97 and .85 (an armadillo), with .81 .76 and .73 (a dragon in a room), with .70 to .72
 /// .97 to .51 (a dragon on a plane, an armadillo in a room).
 const MOST_LEFT_ALIKE: f64 = 0.87;
 
