@@ -11,8 +11,12 @@ use super::super::settings::Scheduler;
 /// by a fifth to a third.
 const FAR_WALK: f64 = 8.0;
 /// The same where the lanes of a group exchange their paths, which without waiting are in registers already: at 13 the queue
-/// takes 1.03 (22.3.6: 1.1) times the time, at 17 a cat that fills the view takes 1.0 (1.1), at 18 a mesh in a room .82 (.9).
+/// takes 1.03 times the time, at 17 a cat that fills the view takes 1.0, at 18 a mesh in a room .82 (25.0.7).
 const FAR_WALK_OF_GROUPS: f64 = 14.0;
+/// The same of drivers that execute branches which no lane takes. Lavapipe 22.3.6, 16 and 64 samples: at 12 the queue takes 1.4 times
+/// the time, at 14.5 (an armadillo under a lamp) 1.1, at 15.9 1.16 (a cat in a room) and .92 to .96 (a bunny), at 17.8 (a height
+/// field under a lamp) 1.15 to 1.23, at 22.4 1.0 (a dragon in a room under a lamp) and .84 (the same under a point).
+const FAR_WALK_WITH_ALL_BRANCHES: f64 = 18.0;
 /// Where a driver skips branches that no lane takes, it pays too if most rays come near the tree: from so many records on that a ray
 /// from the camera reads, whether it meets the tree or not. Lavapipe 25.0.7, paths reused: at 1.0 (small meshes in rooms) the queue
 /// takes .97 to 1.0 of the time, at 3 .82, at 3.4 .73, at 5 (among 64 lamps) .86, at 8 (300 spheres) .80.
@@ -80,7 +84,11 @@ impl Job<'_> {
         if !self.features.has_long_paths() && (one_light || !self.facts.skips_branches) {
             return false;
         }
-        let far = if self.reuse { FAR_WALK_OF_GROUPS } else { FAR_WALK };
+        let far = match (self.reuse, self.facts.skips_branches) {
+            (false, _) => FAR_WALK,
+            (true, true) => FAR_WALK_OF_GROUPS,
+            (true, false) => FAR_WALK_WITH_ALL_BRANCHES,
+        };
         let long = if self.keeps_kernels { LONG_RENDERING_WITH_KEPT } else { LONG_RENDERING };
         let of_seen =
             if self.reuse && self.facts.skips_branches { OF_SEEN * (sah_cost * self.seen - SEEN_WALK) } else { 0.0 };
