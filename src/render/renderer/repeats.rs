@@ -5,7 +5,6 @@ use super::super::features::Features;
 use super::super::layout::{glance, mode};
 use super::super::settings::{Glances, RenderSettings};
 use super::Renderer;
-use super::glances::FEWEST_SAMPLES;
 
 /// Paths of a sample where a mirror, and where glass is seen first. Variance × time with 2 and with 4 through glass, against 1:
 /// .57 and .41 (a mesh of glass), .73 and .56 (an icosphere of glass), .72 and .58 (balls), lavapipe 25.0.7; 8 change little.
@@ -34,7 +33,7 @@ impl Renderer {
     /// Of how many paths the samples of each pixel are, row by row; `None` if that was not looked for. Leaves samples in the film if it
     /// was.
     pub(super) fn look_for_glass(&mut self) -> Result<Option<Vec<u32>>, RenderError> {
-        if !self.launch.repeats || self.settings.samples < FEWEST_SAMPLES {
+        if !self.launch.repeats {
             return Ok(None);
         }
         self.clear_film()?;
