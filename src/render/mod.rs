@@ -18,6 +18,7 @@ mod features;
 mod film;
 pub(crate) mod gather;
 pub(crate) mod kernels;
+mod lamp_places;
 pub(crate) mod layout;
 #[cfg(test)]
 mod layout_tests;

@@ -15,6 +15,7 @@ use super::driver::DriverFacts;
 use super::facets::{self, Facet};
 use super::features::Features;
 use super::gather::{Gathered, Origin, rgb};
+use super::lamp_places::lamp_places;
 use super::layout::{SceneValues, constant};
 use super::lights::{Light, LightShape, LightTable};
 use super::mutation::Mutation;
@@ -39,8 +40,8 @@ pub(crate) struct Tables {
     beam_texels: u32,
     light_count: u32,
     emitter_count: u32,
-    /// The pixels that may show emitters directly.
-    pub emitters_in_view: Vec<Rectangle>,
+    /// The pixels that may show emitters, directly or in mirrors.
+    pub lamp_places: Vec<Rectangle>,
     /// The only light, if that is a point.
     single_point: Option<Light>,
     /// Of the packed tree.
@@ -83,7 +84,7 @@ impl Tables {
             single_point: (points == 1 && lights.len() == 1).then(|| lights[0]),
             light_count: lights.len() as u32,
             emitter_count: (lights.len() - points) as u32,
-            emitters_in_view: lights.iter().filter_map(|l| view.pixels_of(l)).collect(),
+            lamp_places: lamp_places(scene, space, &view, &lights[points..]),
             lights: light_table,
             beams,
             beam_texels,
@@ -127,11 +128,6 @@ impl Tables {
             None => self.constant_origins.get(id).map(|&i| Origin::Sphere(i)),
             Some(slot) => self.origins.get(self.records.get(slot / 2)?[slot % 2] as usize).copied(),
         }
-    }
-
-    /// Whether emitters are among the lights.
-    pub fn has_emitters(&self) -> bool {
-        self.emitter_count > 0
     }
 
     /// Samples of lights that a path takes where it first meets a diffuse surface, if it serves several pixels.

@@ -81,10 +81,20 @@ impl View {
 
     /// The pixels that may show a light's surface, or a little more; none if it is turned away or beyond one of the picture's sides.
     pub fn pixels_of(&self, light: &Light) -> Option<Rectangle> {
-        if !self.may_show(light) {
+        let faces = match light.shape {
+            LightShape::Point(_) => false,
+            LightShape::Triangle([a, b, c]) | LightShape::Parallelogram([a, b, c]) => (b - a).cross(c - a).dot(a) < 0.0,
+            LightShape::Sphere { .. } => true,
+        };
+        let (lo, hi) = light.bounds();
+        if faces { self.pixels_of_box(lo, hi) } else { None }
+    }
+
+    /// The pixels that may show what is in a box, or a little more; none if that is beyond one of the picture's sides.
+    pub fn pixels_of_box(&self, lo: DVec3, hi: DVec3) -> Option<Rectangle> {
+        if self.is_beyond_a_side(lo, hi) {
             return None;
         }
-        let (lo, hi) = light.bounds();
         let corners =
             (0..8).map(|i| DVec3::from([0, 1, 2].map(|axis| if i >> axis & 1 == 0 { lo[axis] } else { hi[axis] })));
         // Anywhere for what reaches behind the camera.
@@ -99,21 +109,15 @@ impl View {
         }))
     }
 
-    /// Whether a light's surface may be in the picture: not beyond one of its sides, and not turned away.
-    fn may_show(&self, light: &Light) -> bool {
-        let faces = match light.shape {
-            LightShape::Point(_) => false,
-            LightShape::Triangle([a, b, c]) | LightShape::Parallelogram([a, b, c]) => (b - a).cross(c - a).dot(a) < 0.0,
-            LightShape::Sphere { .. } => true,
-        };
-        let (lo, hi) = light.bounds();
+    /// Whether all of a box lies beyond one of the picture's sides.
+    fn is_beyond_a_side(&self, lo: DVec3, hi: DVec3) -> bool {
         let beyond = |inward: DVec3| (inward * lo).max(inward * hi).element_sum() < 0.0;
-        let sides = [self.right, self.up].into_iter().zip(self.size).flat_map(|(half, pixels)| {
+        let mut sides = [self.right, self.up].into_iter().zip(self.size).flat_map(|(half, pixels)| {
             let across = half / half.length_squared();
             let reach = (1.0 + 2.0 * MARGIN / pixels) * self.forward;
             [reach - across, reach + across]
         });
-        faces && !sides.into_iter().any(beyond)
+        sides.any(beyond)
     }
 }
 
@@ -177,21 +181,21 @@ mod tests {
             (0.0, 7.5, false),
             (0.0, -7.5, false),
         ] {
-            assert_eq!(view.may_show(&square(v(x, y, -10.0), 1.0)), shown, "{x} {y}");
+            assert_eq!(view.pixels_of(&square(v(x, y, -10.0), 1.0)).is_some(), shown, "{x} {y}");
             let sphere = LightShape::Sphere { center: v(x, y, -10.0), radius: 1.0, inward: false };
-            assert_eq!(view.may_show(&Light { shape: sphere, radiance: [1.0; 3] }), shown, "{x} {y}");
+            assert_eq!(view.pixels_of(&Light { shape: sphere, radiance: [1.0; 3] }).is_some(), shown, "{x} {y}");
         }
         // Behind the camera, and seen from behind.
-        assert!(!view.may_show(&square(v(0.0, 0.0, 10.0), 1.0)));
+        assert!(!view.pixels_of(&square(v(0.0, 0.0, 10.0), 1.0)).is_some());
         let mut turned = square(v(0.0, 0.0, -10.0), 1.0);
         if let LightShape::Parallelogram([_, b, c]) = &mut turned.shape {
             std::mem::swap(b, c);
         }
-        assert!(!view.may_show(&turned));
+        assert!(!view.pixels_of(&turned).is_some());
         // All around it.
         let around = LightShape::Sphere { center: DVec3::ZERO, radius: 3.0, inward: true };
-        assert!(view.may_show(&Light { shape: around, radiance: [1.0; 3] }));
-        assert!(!view.may_show(&Light { shape: LightShape::Point(v(0.0, 0.0, -1.0)), radiance: [1.0; 3] }));
+        assert!(view.pixels_of(&Light { shape: around, radiance: [1.0; 3] }).is_some());
+        assert!(!view.pixels_of(&Light { shape: LightShape::Point(v(0.0, 0.0, -1.0)), radiance: [1.0; 3] }).is_some());
     }
 
     #[test]

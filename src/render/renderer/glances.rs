@@ -3,12 +3,9 @@
 use rayon::prelude::*;
 
 use super::super::error::RenderError;
-use super::super::features::Features;
 use super::super::film::{SIDE, pixel_of_slot, pixels_in, slot_count, tile_of_pixel, tiles_around};
 use super::super::layout::{FilmSlot, glance};
 use super::super::plan::{Span, Work};
-use super::super::settings::{Glances, RenderSettings};
-use super::super::tables::Tables;
 use super::super::tiles::TILE;
 use super::super::view::Rectangle;
 use super::Renderer;
@@ -18,7 +15,7 @@ use super::verdict::ReuseTrial;
 const FIRST_GLANCES: u32 = 4;
 /// Renderings of fewer samples per pixel do without if lamps may be everywhere, where finding the edges takes about as long as half a
 /// sample, and with as much less where they may be in as much less of the image.
-pub(super) const FEWEST_SAMPLES: u32 = 4;
+const FEWEST_SAMPLES: u32 = 2;
 /// How a sample with glances begins.
 pub(super) const SAMPLE: u32 = glance::GLANCING | glance::PATH_FOLLOWS | (glance::GLANCES - 1);
 /// What the seed is changed by (XOR) for these, so that what is found does not depend on the image's random numbers.
@@ -35,16 +32,6 @@ const REST_TILES: usize = 128;
 /// Tiles from one where lamps may be seen to the next that are looked at with them rather than left out: a dispatch each takes
 /// longer.
 const SHORT_GAP: usize = 8;
-
-/// The pixels of an image of such a size that may show lamps in a scene that needs these features; none if nothing is to be gained.
-pub(super) fn places(needed: &Features, tables: &Tables, settings: &RenderSettings, size: [u32; 2]) -> Vec<Rectangle> {
-    match settings.glances {
-        Glances::Off => Vec::new(),
-        // By mirrors, anywhere.
-        Glances::Auto if needed.mirror && tables.has_emitters() => vec![size.map(|end| 0..end)],
-        Glances::Auto => tables.emitters_in_view.clone(),
-    }
-}
 
 /// The tiles of an image that these pixels are in, in increasing order, and those in short gaps between them.
 fn tiles_of(pixels: &[Rectangle], [width, height]: [u32; 2]) -> Vec<usize> {
@@ -217,10 +204,10 @@ mod tests {
 
     #[test]
     fn few_samples_look_for_few_lamps() {
-        let pays = |size| [1, 2, 3, 4, u32::MAX].map(|samples| pays(32, size, samples));
-        assert_eq!(pays([64, 32]), [false, false, false, true, true]);
-        assert_eq!(pays([64, 57]), [false, true, true, true, true]);
-        assert_eq!(pays([128, 64]), [true; 5]);
+        let pays = |size| [1, 2, u32::MAX].map(|samples| pays(32, size, samples));
+        assert_eq!(pays([64, 32]), [false, true, true]);
+        assert_eq!(pays([64, 56]), [false, true, true]);
+        assert_eq!(pays([64, 57]), [true; 3]);
     }
 
     #[test]

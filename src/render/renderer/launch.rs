@@ -10,13 +10,13 @@ use super::super::kernels::Schedule;
 use super::super::layout::{FilmSlot, constant, glance, queue};
 use super::super::plan::{Pace, Rounds};
 use super::super::prepared::Prepared;
-use super::super::settings::RenderSettings;
+use super::super::settings::{Glances, RenderSettings};
 use super::super::view::{Rectangle, View};
 use super::buffers::Shape;
 use super::handout::Handout;
 use super::schedule::Job;
 use super::split::{self, Split};
-use super::{beams, glances, repeats, reuse_policy, shares};
+use super::{beams, repeats, reuse_policy, shares};
 
 /// What an invocation of path_turns.comp keeps where its workgroup shares memory: a slot of the film.
 const KEPT_BYTES: u32 = size_of::<FilmSlot>() as u32;
@@ -40,7 +40,7 @@ pub(super) struct Launch {
     pub slots_per_piece: u32,
     /// Levels of the sampler's table.
     pub sobol_levels: u32,
-    /// The pixels that may show the edges of lamps.
+    /// The pixels that may show the edges of lamps; none where nobody is to look for them.
     pub lamp_places: Vec<Rectangle>,
     /// Spheres and meshes that beams go to; 0 without beams.
     pub beam_targets: u32,
@@ -141,7 +141,10 @@ impl Launch {
             handout,
             slots_per_piece: if schedule == Schedule::Queue { queue::TILE } else { workgroup / split.invocations },
             sobol_levels: shares::levels_of_table(features, settings, reuse),
-            lamp_places: glances::places(&needed, tables, settings, size),
+            lamp_places: match settings.glances {
+                Glances::Off => Vec::new(),
+                Glances::Auto => tables.lamp_places.clone(),
+            },
             beam_targets,
             repeats: repeats::may_repeat(&needed, beam_targets, settings),
             most_workgroups,
