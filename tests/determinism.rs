@@ -187,8 +187,10 @@ fn mesh_whose_paths_are_not_worth_reusing() {
 #[test]
 fn few_samples_in_many_tiles() {
     let context = context();
-    for samples in [1, 4] {
-        let scene = shipped("cat", (260, 252), samples);
+    let scenes = [1, 4].map(|samples| shipped("cat", (260, 252), samples));
+    // The last of several paths, where the cat is seen.
+    for scene in scenes.into_iter().chain([glass_cat((260, 252), 1)]) {
+        let samples = scene.integrator.samples;
         for reuse in [Reuse::Off, Reuse::Auto] {
             let base = RenderSettings { reuse, ..RenderSettings::of(&scene) };
             let expected = render(&context, &scene, &RenderSettings { scheduler: Scheduler::Inline, ..base.clone() });
@@ -282,9 +284,8 @@ fn twin_films_through_a_passage() {
 fn emitters_and_roulette() {
     let context = context();
     let mut scene = shipped("cornell", (48, 40), SAMPLES);
-    let mut expected = None;
     // Of few samples as of many.
-    for samples in [2, SAMPLES] {
+    let [_, expected] = [2, SAMPLES].map(|samples| {
         scene.integrator.samples = samples;
         let (image, statistics) = render_counted(&context, &scene, &RenderSettings::of(&scene));
         assert!((20..500).contains(&statistics.glancing_pixels), "{statistics:?}");
@@ -293,20 +294,42 @@ fn emitters_and_roulette() {
         let differing = image.sums().iter().zip(off.sums()).filter(|(a, b)| a != b).count() as u64;
         let several = statistics.glancing_pixels + statistics.repeating_pixels;
         assert!(statistics.repeating_pixels > 20 && (1..=several).contains(&differing), "{differing} of {several}");
-        expected = Some(image);
-    }
-    let expected = expected.unwrap();
+        image
+    });
     let schedulers = |(what, _): &(String, RenderSettings)| what.contains("Inline") || what.contains("Queue");
     for (what, settings) in variants("cornell", &scene, Reuse::Auto).into_iter().filter(schedulers) {
         assert_same_bits(&render(&context, &scene, &settings), &expected, &what);
     }
 }
 
-/// A glass cat under a lamp: light is traced from the lamp as well, which rays through the tree outlast a small budget in turn.
+/// A lamp behind the camera is seen in a small mirror before it, and looked at several times there, of one sample as of four.
 #[test]
-fn beams_through_a_mesh() {
+fn a_lamp_in_a_small_mirror() {
     let context = context();
-    let mut scene = shipped("cat", (48, 40), SAMPLES);
+    for samples in [1, 4] {
+        let mut scene = shipped("cat", (192, 192), samples);
+        scene.meshes.clear();
+        scene.lights.clear();
+        scene.camera.position = DVec3::new(0.0, 0.0, 20.0);
+        scene.camera.target = DVec3::ZERO;
+        let ball = |z: f64, radius: f64, material: u32| Sphere {
+            center: DVec3::new(0.0, 0.0, z),
+            radius,
+            material,
+            inward: false,
+        };
+        let first = scene.materials.len() as u32;
+        scene.spheres.extend([ball(-10.0, 4.0, first), ball(30.0, 3.0, first + 1)]);
+        let surfaces = [Surface::Mirror { reflectance: [0.9; 3] }, Surface::Emitter { radiance: [50.0; 3] }];
+        scene.materials.extend(surfaces.map(|surface| Material { name: format!("{surface:?}"), surface }));
+        let (_, statistics) = render_counted(&context, &scene, &RenderSettings::of(&scene));
+        assert!((4..100).contains(&statistics.glancing_pixels), "{statistics:?}");
+    }
+}
+
+/// A cat of glass under a lamp.
+fn glass_cat(size: (u32, u32), samples: u32) -> Scene {
+    let mut scene = shipped("cat", size, samples);
     scene.lights.clear();
     let lamp = scene.materials.len() as u32;
     scene.materials.push(Material { name: "lamp".to_owned(), surface: Surface::Emitter { radiance: [50.0; 3] } });
@@ -316,6 +339,14 @@ fn beams_through_a_mesh() {
         mesh.triangle_materials.fill(lamp + 1);
     }
     scene.materials.push(Material { name: "glass".to_owned(), surface: Surface::Dielectric { ior: 1.5 } });
+    scene
+}
+
+/// Light is traced from the lamp as well, which rays through the tree outlast a small budget in turn.
+#[test]
+fn beams_through_a_mesh() {
+    let context = context();
+    let scene = glass_cat((48, 40), SAMPLES);
     let base = RenderSettings::of(&scene);
     let (expected, statistics) = render_counted(&context, &scene, &base);
     assert!(statistics.beams > 0 && statistics.reused_samples == 0, "{statistics:?}");

@@ -96,7 +96,7 @@ impl Choice for Glances {
         (
             "auto",
             Self::Auto,
-            "In the pixels that need it; with 1 to 3 samples per pixel only if lamps may be in few parts of the image",
+            "In the pixels that need it; with 1 sample per pixel only if half of the image at most may show lamps or mirrors",
         ),
         ("off", Self::Off, "Never"),
     ];

@@ -313,7 +313,7 @@ impl Features {
             plain(
                 "glances",
                 self.emitter,
-                "unless switched off, where edges of bright lamps are seen directly or in mirrors; from 4 samples on, with fewer if few parts of the image may show lamps",
+                "unless switched off, where edges of bright lamps are seen directly or in mirrors; with 1 sample only if half of the image at most may show lamps or mirrors",
                 "no surface emits",
             ),
             plain(

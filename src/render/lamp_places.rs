@@ -9,7 +9,8 @@ use super::lights::Light;
 use super::space::RenderSpace;
 use super::view::{Rectangle, View};
 
-/// Rectangles of pixels outside of which the camera sees no lamp, not even by mirrors; `emitters` are all lamps with a surface.
+/// Rectangles of pixels outside of which the camera sees no lamp, neither directly nor by mirrors; of what it sees through glass
+/// nothing is said. `emitters` are all lamps with a surface.
 pub(crate) fn lamp_places(scene: &Scene, space: &RenderSpace, view: &View, emitters: &[Light]) -> Vec<Rectangle> {
     let direct = emitters.iter().filter_map(|lamp| view.pixels_of(lamp));
     let boxes = if emitters.is_empty() { Vec::new() } else { mirrors(scene, space) };

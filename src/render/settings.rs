@@ -116,9 +116,9 @@ pub enum LightSamples {
 /// glass (shaders/lib/glance.glsl). Images stay exact in the mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Glances {
-    /// In scenes with emitters, in the pixels that need it: 16 short rays where the edge of a lamp is seen (with 1 to 3 samples per
-    /// pixel only if lamps may be in few parts of the image); else, from 4 samples on, 4 paths where glass is, and 2 where a mirror
-    /// is if there is glass as well.
+    /// In scenes with emitters, in the pixels that need it: 16 short rays where the edge of a lamp is seen (with 1 sample per pixel
+    /// only if half of the image at most may show lamps or mirrors); else, where beams are traced, 4 paths where glass is, and 2
+    /// where a mirror is if there is glass as well.
     #[default]
     Auto,
     /// Nowhere.

@@ -15,7 +15,7 @@ const GRID: u32 = 32;
 /// Columns and rows of pixels.
 pub(crate) type Rectangle = [Range<u32>; 2];
 
-/// Pixels around a light's surface that may show it too, since they are filtered.
+/// Pixels around those where something is seen that may show it too, since they are filtered.
 const MARGIN: f64 = 3.0;
 
 /// The image plane at distance 1.
@@ -95,14 +95,15 @@ impl View {
         if self.is_beyond_a_side(lo, hi) {
             return None;
         }
-        let corners =
-            (0..8).map(|i| DVec3::from([0, 1, 2].map(|axis| if i >> axis & 1 == 0 { lo[axis] } else { hi[axis] })));
-        // Anywhere for what reaches behind the camera.
-        let seen: Option<Vec<[f64; 2]>> = corners.map(|corner| self.at(corner)).collect();
+        let corner = |i: usize| DVec3::from([0, 1, 2].map(|axis| if i >> axis & 1 == 0 { lo[axis] } else { hi[axis] }));
+        let seen: [Option<[f64; 2]>; 8] = std::array::from_fn(|i| self.at(corner(i)));
         Some([0, 1].map(|axis| {
             let pixels = self.size[axis];
-            let Some(seen) = &seen else { return 0..pixels as u32 };
-            let all = || seen.iter().map(|at| (at[axis] + 1.0) / 2.0 * pixels);
+            // Anywhere for what reaches behind the camera.
+            if seen.contains(&None) {
+                return 0..pixels as u32;
+            }
+            let all = || seen.iter().flatten().map(|at| (at[axis] + 1.0) / 2.0 * pixels);
             let (first, last) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
             let inside = |x: f64| x.clamp(0.0, pixels) as u32;
             inside((first - MARGIN).floor())..inside((last + MARGIN).ceil())
@@ -186,16 +187,16 @@ mod tests {
             assert_eq!(view.pixels_of(&Light { shape: sphere, radiance: [1.0; 3] }).is_some(), shown, "{x} {y}");
         }
         // Behind the camera, and seen from behind.
-        assert!(!view.pixels_of(&square(v(0.0, 0.0, 10.0), 1.0)).is_some());
+        assert!(view.pixels_of(&square(v(0.0, 0.0, 10.0), 1.0)).is_none());
         let mut turned = square(v(0.0, 0.0, -10.0), 1.0);
         if let LightShape::Parallelogram([_, b, c]) = &mut turned.shape {
             std::mem::swap(b, c);
         }
-        assert!(!view.pixels_of(&turned).is_some());
+        assert!(view.pixels_of(&turned).is_none());
         // All around it.
         let around = LightShape::Sphere { center: DVec3::ZERO, radius: 3.0, inward: true };
         assert!(view.pixels_of(&Light { shape: around, radiance: [1.0; 3] }).is_some());
-        assert!(!view.pixels_of(&Light { shape: LightShape::Point(v(0.0, 0.0, -1.0)), radiance: [1.0; 3] }).is_some());
+        assert!(view.pixels_of(&Light { shape: LightShape::Point(v(0.0, 0.0, -1.0)), radiance: [1.0; 3] }).is_none());
     }
 
     #[test]

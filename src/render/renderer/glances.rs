@@ -13,9 +13,6 @@ use super::verdict::ReuseTrial;
 
 /// Glances of a pixel from which edges are found.
 const FIRST_GLANCES: u32 = 4;
-/// Renderings of fewer samples per pixel do without if lamps may be everywhere, where finding the edges takes about as long as half a
-/// sample, and with as much less where they may be in as much less of the image.
-const FEWEST_SAMPLES: u32 = 2;
 /// How a sample with glances begins.
 pub(super) const SAMPLE: u32 = glance::GLANCING | glance::PATH_FOLLOWS | (glance::GLANCES - 1);
 /// What the seed is changed by (XOR) for these, so that what is found does not depend on the image's random numbers.
@@ -67,10 +64,11 @@ fn rest_step(tiles: usize) -> usize {
     (tiles / REST_TILES).max(REST_STEP) | 1
 }
 
-/// Whether to look at so many tiles of an image before so many samples of each pixel.
+/// Whether to look at so many tiles of an image before so many samples of each pixel. That takes about as long as half a sample of
+/// these tiles: not before a single sample if they are more than half of the image.
 fn pays(tiles: usize, size: [u32; 2], samples: u32) -> bool {
     let all: usize = size.iter().map(|size| size.div_ceil(SIDE) as usize).product();
-    tiles * FEWEST_SAMPLES as usize <= all.saturating_mul(samples as usize)
+    samples > 1 || 2 * tiles <= all
 }
 
 impl Renderer {
@@ -203,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn few_samples_look_for_few_lamps() {
+    fn one_sample_looks_for_few_lamps() {
         let pays = |size| [1, 2, u32::MAX].map(|samples| pays(32, size, samples));
         assert_eq!(pays([64, 32]), [false, true, true]);
         assert_eq!(pays([64, 56]), [false, true, true]);

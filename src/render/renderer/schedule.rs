@@ -13,10 +13,10 @@ const FAR_WALK: f64 = 8.0;
 /// The same where the lanes of a group exchange their paths, which without waiting are in registers already: at 13 the queue
 /// takes 1.03 times the time, at 17 a cat that fills the view takes 1.0, at 18 a mesh in a room .82 (25.0.7).
 const FAR_WALK_OF_GROUPS: f64 = 14.0;
-/// The same of drivers that execute branches which no lane takes. Lavapipe 22.3.6, 16 and 64 samples: at 12 the queue takes 1.4 times
+/// The same of groups on drivers that execute branches which no lane takes. Lavapipe 22.3.6, 16 and 64 samples: at 12 the queue takes 1.4 times
 /// the time, at 14.5 (an armadillo under a lamp) 1.1, at 15.9 1.16 (a cat in a room) and .92 to .96 (a bunny), at 17.8 (a height
 /// field under a lamp) 1.15 to 1.23, at 22.4 1.0 (a dragon in a room under a lamp) and .84 (the same under a point).
-const FAR_WALK_WITH_ALL_BRANCHES: f64 = 18.0;
+const FAR_WALK_OF_GROUPS_IN_ALL_BRANCHES: f64 = 18.0;
 /// Where a driver skips branches that no lane takes, it pays too if most rays come near the tree: from so many records on that a ray
 /// from the camera reads, whether it meets the tree or not. Lavapipe 25.0.7, paths reused: at 1.0 (small meshes in rooms) the queue
 /// takes .97 to 1.0 of the time, at 3 .82, at 3.4 .73, at 5 (among 64 lamps) .86, at 8 (300 spheres) .80.
@@ -87,7 +87,7 @@ impl Job<'_> {
         let far = match (self.reuse, self.facts.skips_branches) {
             (false, _) => FAR_WALK,
             (true, true) => FAR_WALK_OF_GROUPS,
-            (true, false) => FAR_WALK_WITH_ALL_BRANCHES,
+            (true, false) => FAR_WALK_OF_GROUPS_IN_ALL_BRANCHES,
         };
         let long = if self.keeps_kernels { LONG_RENDERING_WITH_KEPT } else { LONG_RENDERING };
         let of_seen =
@@ -118,8 +118,18 @@ mod tests {
     };
 
     fn chosen(scene: &Scene, facts: &DriverFacts, reuse: bool, scheduler: Scheduler) -> Schedule {
+        chosen_for_walks_of(20.0, scene, facts, reuse, scheduler)
+    }
+
+    fn chosen_for_walks_of(
+        records: f64,
+        scene: &Scene,
+        facts: &DriverFacts,
+        reuse: bool,
+        scheduler: Scheduler,
+    ) -> Schedule {
         let features = Features::of(scene, &RenderSettings::of(scene));
-        let sah_cost = features.tree.then_some(20.0);
+        let sah_cost = features.tree.then_some(records);
         let keeps_kernels = true;
         let job = Job { features: &features, facts, sah_cost, seen: 1.0, keeps_kernels, samples: 1e9, reuse };
         job.schedule(scheduler)
@@ -142,6 +152,22 @@ mod tests {
             assert_eq!(chosen(&divided_room(), &cpu, reuse, Scheduler::Auto), Schedule::Queue);
         }
         assert_eq!(chosen(&room(), &cpu, true, Scheduler::Auto), Schedule::Inline);
+    }
+
+    #[test]
+    fn rays_wait_where_walks_are_long() {
+        let skips = DriverFacts { queue: true, reuse: Sharers::Lanes, threads: false, ..GPU };
+        let executes = DriverFacts { skips_branches: false, ..skips };
+        let waits = |records, facts: &DriverFacts, reuse| {
+            chosen_for_walks_of(records, &divided_room(), facts, reuse, Scheduler::Auto) == Schedule::Queue
+        };
+        // Without sharing paths, on either.
+        for facts in [&skips, &executes] {
+            assert_eq!([7.0, 9.0].map(|records| waits(records, facts, false)), [false, true]);
+        }
+        // All of the picture shows the tree.
+        assert_eq!([1.0, 16.0].map(|records| waits(records, &skips, true)), [false, true]);
+        assert_eq!([9.0, 16.0, 19.0].map(|records| waits(records, &executes, true)), [false, false, true]);
     }
 
     #[test]
