@@ -6,9 +6,8 @@
 
 use rayon::prelude::*;
 
-use super::film::{GROUP, SIDE, slot_count, tile_corner};
+use super::film::{GROUP, MEMBERS, SIDE, slot_count, tile_corner};
 use super::shares::Tile;
-use super::sobol::MEMBERS;
 use super::tiles::{TILE, half_of_group};
 
 /// Pairs of neighbours in a group.

@@ -2,8 +2,8 @@
 
 use crate::gpu::{DeviceInfo, DeviceKind};
 
+use super::film::MEMBERS;
 use super::settings::RenderSettings;
-use super::sobol::MEMBERS;
 
 /// What shares paths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -75,7 +75,13 @@ const BLOCK: [u32; 2] = [32, 64];
 pub(crate) const SIDE: u32 = 8;
 /// Columns and rows of a group of pixels.
 pub(crate) const GROUP: [u32; 2] = [4, 2];
-/// Slots of a tile.
+/// Pixels of a group.
+pub(crate) const MEMBERS: usize = (GROUP[0] * GROUP[1]) as usize;
+/// Columns and rows of the groups of a tile.
+const GROUPS: [u32; 2] = [SIDE / GROUP[0], SIDE / GROUP[1]];
+/// All of them.
+pub(crate) const TILE_GROUPS: u32 = GROUPS[0] * GROUPS[1];
+/// Slots of a tile: the first member of each group, then the second, and so on.
 pub(crate) const TILE_SLOTS: u32 = SIDE * SIDE;
 /// Columns and rows of the tiles of a block.
 const TILES: [u32; 2] = [BLOCK[0] / SIDE, BLOCK[1] / SIDE];
@@ -161,16 +167,17 @@ pub(crate) fn pixels_in(first: u32, end: u32, width: u32, height: u32) -> u64 {
 /// The pixel of a slot, row by row from the top left; `None` for padding.
 pub(crate) fn pixel_of_slot(slot: u32, width: u32, height: u32) -> Option<usize> {
     let [x, y] = tile_corner(slot / TILE_SLOTS, width);
-    let (group, member) = (slot % 8, slot / 8 % 8);
-    let x = x + group % 2 * 4 + member % 4;
-    let y = y + group / 2 * 2 + member / 4;
+    let (group, member) = (slot % TILE_GROUPS, slot / TILE_GROUPS % MEMBERS as u32);
+    let x = x + group % GROUPS[0] * GROUP[0] + member % GROUP[0];
+    let y = y + group / GROUPS[0] * GROUP[1] + member / GROUP[0];
     (x < width && y < height).then(|| y as usize * width as usize + x as usize)
 }
 
 /// The slot of the pixel in column `x` and row `y`.
 fn slot_of_pixel(x: u32, y: u32, width: u32) -> u32 {
-    let group = x / 4 % 2 + y % SIDE / 2 * 2;
-    tile_of_pixel(x, y, width) * TILE_SLOTS + y % 2 * 32 + x % 4 * 8 + group
+    let group = x % SIDE / GROUP[0] + y % SIDE / GROUP[1] * GROUPS[0];
+    let member = x % GROUP[0] + y % GROUP[1] * GROUP[0];
+    tile_of_pixel(x, y, width) * TILE_SLOTS + member * TILE_GROUPS + group
 }
 
 /// So many slots are not worth to look for them in whole rows of blocks.

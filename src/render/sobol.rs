@@ -5,6 +5,8 @@
 
 pub use crate::scene::MAX_SAMPLES;
 
+use super::film::MEMBERS;
+
 /// Dimensions of a table row.
 pub const DIMENSIONS: usize = 64;
 /// Rows of a level: a level covers ten bits of the sample index.
@@ -87,10 +89,7 @@ pub fn levels(samples: u32) -> u32 {
     bits.div_ceil(LEVEL_BITS).clamp(1, MAX_LEVELS)
 }
 
-/// Pixels that may share a scramble.
-pub const MEMBERS: usize = 8;
-
-/// What pixels that share a scramble add (XOR) to their indices, for each bit of their number among them. Sample i of a
+/// What pixels that share a scramble, those of a group, add (XOR) to their indices, for each bit of their number among them. Sample i of a
 /// member being the point of index i ⊕ its offset, the first 2^m samples of one member are a net as good as the
 /// sequence's own, and those of all eight, 2^(m+3) points, are nearly one, whatever m is; blocks of indices would be that
 /// for one m only. A search found them, for the least `spread_error` (below) of the pairs that the first hits of paths

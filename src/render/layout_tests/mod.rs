@@ -6,6 +6,7 @@ mod reflect;
 use std::collections::BTreeMap;
 use std::mem::offset_of;
 
+use super::film;
 use super::kernels::{LIGHT_TRACE, PATH_KERNELS};
 use super::layout::{
     BeamNote, Counters, FilmSlot, GradientSlot, Push, SceneValues, binding, constant, glance, kind, mode, queue,
@@ -205,7 +206,7 @@ fn records() {
     assert_eq!((offset_of!(FilmSlot, residue), size_of::<FilmSlot>()), (32, 48));
     let order = include_str!("../../../shaders/lib/pixel_order.glsl");
     assert!(order.contains(&format!("const uint TILE_BITS = {}u;", queue::TILE.ilog2())));
-    assert!(order.contains(&format!("const uint MEMBERS = {}u;", sobol::MEMBERS)));
+    assert!(order.contains(&format!("const uint MEMBERS = {}u;", film::MEMBERS)));
     let sampler = include_str!("../../../shaders/lib/sampler.glsl");
     assert!(sampler.contains(&format!("const uint MEMBER_SHIFT = {}u;", sobol::MAX_SAMPLES.ilog2())));
     let reuse = include_str!("../../../shaders/lib/reuse.glsl");

@@ -5,12 +5,11 @@ use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::super::error::RenderError;
-use super::super::film::{Film, pixel_of_slot, rows_of_blocks, to_pixels};
+use super::super::film::{Film, MEMBERS, pixel_of_slot, rows_of_blocks, to_pixels};
 use super::super::layout::{GradientSlot, queue};
 use super::super::plan::Span;
 use super::super::screened_poisson::{Known, solve};
 use super::super::shares::Share;
-use super::super::sobol::MEMBERS;
 use super::super::stopping::Stopping;
 use super::Renderer;
 use super::passes::Watch;

@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use super::super::bindings;
 use super::super::error::RenderError;
+use super::super::film::MEMBERS;
 use super::super::kernels;
 use super::super::layout::binding;
 use super::super::prepared::Prepared;
@@ -43,7 +44,7 @@ impl Parts {
         let beam_layout = (launch.beam_targets > 0).then(|| BeamTracer::layout(device)).transpose()?;
         let beam_workgroup = launch.beam_workgroup();
         let mut timeline = Timeline::new(device, IN_FLIGHT)?;
-        let sobol = sobol::table(launch.sobol_levels, if launch.reuse { sobol::MEMBERS } else { 1 });
+        let sobol = sobol::table(launch.sobol_levels, if launch.reuse { MEMBERS } else { 1 });
         let shape = launch.shape([scene.film.width, scene.film.height], settings);
         // Each time that lavapipe begins to make machine code, as it does for the buffers' formats, it sets the width of its vectors to 256
         // bits, and then to what was asked for: a shader that another thread works on meanwhile may take a subgroup's lanes for eight

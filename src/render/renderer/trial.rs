@@ -6,10 +6,9 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::super::error::RenderError;
-use super::super::film::pixel_of_slot;
+use super::super::film::{MEMBERS, TILE_GROUPS, pixel_of_slot};
 use super::super::layout::{mode, queue};
 use super::super::plan::{Span, Work};
-use super::super::sobol::MEMBERS;
 use super::super::tiles::TILE;
 use super::Renderer;
 use super::gradients::TriedPair;
@@ -40,13 +39,13 @@ pub(super) struct Tried {
 /// How many of the eight groups of each tile take part in the trial of a rendering of so many samples per pixel: it takes a
 /// sixty-fourth of the time, if these are many.
 fn turns(samples: u32) -> u32 {
-    (samples / 16).clamp(1, MEMBERS as u32)
+    (samples / 16).clamp(1, TILE_GROUPS)
 }
 
 /// The first slots of the groups of a set of tiles that take part in such turns of the trial, tile by tile, as `slot_of_tile` of
 /// shaders/lib/pixel_order.glsl has them.
 fn groups_of_set(first_slot: u32, turns: Range<u32>) -> impl Iterator<Item = u32> {
-    let group = |tile: u32, turn: u32| tile * TILE as u32 + (tile * 3 + turn) % MEMBERS as u32;
+    let group = |tile: u32, turn: u32| tile * TILE as u32 + (tile * 3 + turn) % TILE_GROUPS;
     (0..SET).flat_map(move |tile| turns.clone().map(move |turn| first_slot + group(tile, turn)))
 }
 
@@ -152,7 +151,7 @@ impl Renderer {
 
     /// Pixels of a span that take part in a turn of the trial.
     fn pixels_of_trial(&self, span: &Span, turn: u32) -> u64 {
-        let members = |first: u32| (0..MEMBERS as u32).map(move |member| first + member * MEMBERS as u32);
+        let members = |first: u32| (0..MEMBERS as u32).map(move |member| first + member * TILE_GROUPS);
         let sets = (span.first_slot..span.end_slot).step_by(SET_SLOTS as usize);
         let slots = sets.flat_map(|set| groups_of_set(set, turn..turn + 1)).flat_map(members);
         let inside = |slot: &u32| *slot < span.end_slot && pixel_of_slot(*slot, self.width, self.height).is_some();
@@ -168,5 +167,5 @@ fn groups_among(slots: usize, turns: u32) -> Vec<u32> {
 
 /// What the members of a group have, of slots that are numbered from 0 on.
 fn members_of<T: Copy>(slots: &[T], group: u32) -> [T; MEMBERS] {
-    std::array::from_fn(|member| slots[group as usize + member * MEMBERS])
+    std::array::from_fn(|member| slots[group as usize + member * TILE_GROUPS as usize])
 }

@@ -2,8 +2,8 @@
 
 use std::ops::Add;
 
+use super::super::film::{MEMBERS, TILE_GROUPS};
 use super::super::layout::{FilmSlot, GradientSlot};
-use super::super::sobol::MEMBERS;
 use super::super::tiles::TILE;
 
 /// Neighbours on the right and below that a pixel has in its group, in the mean.
@@ -72,7 +72,7 @@ impl TriedGroup {
 
     /// The slot of a member.
     pub fn slot(&self, member: usize) -> u32 {
-        self.first_slot + (member * MEMBERS) as u32
+        self.first_slot + member as u32 * TILE_GROUPS
     }
 
     /// What a member's samples have of variance.

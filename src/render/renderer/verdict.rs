@@ -4,8 +4,8 @@ use std::ops::Add;
 
 use rayon::prelude::*;
 
+use super::super::film::MEMBERS;
 use super::super::settings::Reuse;
-use super::super::sobol::MEMBERS;
 use super::super::tiles::{TILE, half_of};
 use super::tried::{Noise, TriedGroup};
 
