@@ -89,10 +89,16 @@ fn targets(scene: &Scene, space: &RenderSpace) -> Vec<Target> {
     }
     // Single precision shall not leave anything out.
     found.iter_mut().for_each(|t| t.radius = t.radius * 1.001 + 1e-6);
+    without_inner(found)
+}
+
+/// Those that are in no other one; or one around all, if they are too many.
+fn without_inner(mut targets: Vec<Target>) -> Vec<Target> {
+    targets.sort_by(|a, b| b.radius.total_cmp(&a.radius));
     let mut kept: Vec<Target> = Vec::new();
-    found.sort_by(|a, b| b.radius.total_cmp(&a.radius));
-    for target in found {
-        if !kept.iter().any(|k| k.contains(&target)) {
+    for target in targets {
+        // Once they are too many nobody asks any more: of many spheres there are very many pairs.
+        if kept.len() > MOST_TARGETS || !kept.iter().any(|k| k.contains(&target)) {
             kept.push(target);
         }
     }
@@ -135,6 +141,17 @@ mod tests {
         assert!(weight(&lamp(2.0), &target) > 4.0 * weight(&lamp(5.0), &target));
         assert_eq!(weight(&lamp(-2.0), &target), 0.0);
         assert!(weight(&lamp(-0.4), &target) > 0.0, "the target reaches below the lamp");
+    }
+
+    #[test]
+    fn few_targets_are_kept_and_of_many_one_is_made() {
+        let ball = |x: f64, radius: f64| Target { center: x * DVec3::X, radius };
+        let inner = [ball(0.0, 1.0), ball(0.1, 0.5), ball(5.0, 2.0), ball(5.0, 2.5), ball(5.0, 2.5)];
+        assert_eq!(without_inner(inner.to_vec()), [ball(5.0, 2.5), ball(0.0, 1.0)]);
+        let row = |count: usize| (0..count).map(|i| ball(3.0 * i as f64, 1.0)).collect::<Vec<_>>();
+        assert_eq!(without_inner(row(MOST_TARGETS)), row(MOST_TARGETS));
+        assert_eq!(without_inner(row(MOST_TARGETS + 1)), [ball(12.0, 13.0)]);
+        assert_eq!(without_inner(row(1_000_001)), [ball(1.5e6, 1.5e6 + 1.0)]);
     }
 
     #[test]
