@@ -116,12 +116,75 @@ pub(crate) fn classify(index: usize, scene: &Scene, emitters: &Emitters, space: 
 
 /// The point lights that paths can see.
 pub(crate) fn visible_lights(scene: &Scene) -> impl Iterator<Item = &Light> {
-    scene.lights.iter().filter(|l| !scene.spheres.iter().any(|s| hides(s, scene, l)))
+    scene.lights.iter().zip(are_hidden(scene)).filter(|(_, hidden)| !hidden).map(|(light, _)| light)
 }
 
-/// Whether an opaque sphere separates a point light from everything that a path can reach. Such a light adds nothing.
-fn hides(sphere: &Sphere, scene: &Scene, light: &Light) -> bool {
-    let Light::Point { position, .. } = light;
-    let places = [scene.camera.position, *position].map(|point| place_of_point(sphere, point));
-    is_opaque(sphere, scene) && matches!(places, [Place::Outside, Place::Inside] | [Place::Inside, Place::Outside])
+/// Of each point light whether an opaque sphere separates it from everything that a path can reach. Such a light adds nothing.
+fn are_hidden(scene: &Scene) -> Vec<bool> {
+    let position = |i: usize| {
+        let Light::Point { position, .. } = scene.lights[i];
+        position
+    };
+    // Along an axis: of many lights a small sphere is near few.
+    let mut order: Vec<usize> = (0..scene.lights.len()).collect();
+    order.sort_unstable_by(|&a, &b| position(a).x.total_cmp(&position(b).x));
+    let mut hidden = vec![false; order.len()];
+    for sphere in scene.spheres.iter().filter(|sphere| is_opaque(sphere, scene)) {
+        let (lo, hi) = (sphere.center.x - sphere.radius, sphere.center.x + sphere.radius);
+        let (other_side, near) = match place_of_point(sphere, scene.camera.position) {
+            Place::Inside => (Place::Outside, &order[..]),
+            Place::Outside => {
+                let first = order.partition_point(|&i| position(i).x < lo);
+                let end = order.partition_point(|&i| position(i).x <= hi);
+                (Place::Inside, &order[first..end.max(first)])
+            }
+            Place::Across => continue,
+        };
+        for &i in near {
+            hidden[i] = hidden[i] || place_of_point(sphere, position(i)) == other_side;
+        }
+    }
+    hidden
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::scenes::{Build, diffuse, empty, glass, v};
+
+    /// Against a look at each pair.
+    #[test]
+    fn lights_are_hidden_by_opaque_spheres_around_them_or_the_camera() {
+        let mut random = crate::accel::random_numbers(5);
+        let mut between = |lo: f64, hi: f64| lo + (hi - lo) * f64::from(random());
+        for around_camera in [false, true] {
+            let mut scene = empty();
+            let mut point = |size: f64| v(between(-size, size), between(-size, size), between(-size, size));
+            for _ in 0..300 {
+                scene.light(point(5.0), 1.0);
+            }
+            for i in 0..60 {
+                let surface = if i % 4 == 0 { glass(1.5) } else { diffuse(0.5) };
+                scene.sphere(point(6.0), f64::from(i % 5) * 0.3 + 0.2, surface);
+            }
+            scene.spheres.retain(|sphere| place_of_point(sphere, scene.camera.position) == Place::Outside);
+            if around_camera {
+                scene.sphere(v(1.0, 0.5, 0.0), 4.0, diffuse(0.5));
+            }
+            let hides = |sphere: &Sphere, position| {
+                let places = [scene.camera.position, position].map(|point| place_of_point(sphere, point));
+                is_opaque(sphere, &scene)
+                    && matches!(places, [Place::Outside, Place::Inside] | [Place::Inside, Place::Outside])
+            };
+            let hidden = |light: &Light| {
+                let Light::Point { position, .. } = light;
+                scene.spheres.iter().any(|sphere| hides(sphere, *position))
+            };
+            let expected: Vec<_> = scene.lights.iter().map(hidden).collect();
+            assert_eq!(are_hidden(&scene), expected);
+            let count = expected.iter().filter(|hidden| **hidden).count();
+            assert!((10..290).contains(&count), "{count} of 300");
+            assert_eq!(visible_lights(&scene).count(), 300 - count);
+        }
+    }
 }
