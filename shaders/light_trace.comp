@@ -162,7 +162,7 @@ void main() [[maximally_reconverges]] {
     Counts counts = Counts(0u, 0u, 0u, 0u, 0u, 0u, 0u);
     uint loops = 0u;
     while (subgroupAny(alive || next < last)) {
-        loops += 1u;
+        loops += 1u + 2u * BEAM_LOOPS;
         if (!alive && next < last) {
             current = next;
             next += stride;

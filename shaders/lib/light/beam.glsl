@@ -34,6 +34,7 @@ layout(constant_id = 214) const uint BEAM_TARGETS = 0u;     // 0: no beams
 layout(constant_id = 215) const uint BEAM_TEXELS = 0u;
 
 const bool HAS_BEAMS = BEAM_TARGETS > 0u;
+const uint BEAM_LOOPS = HAS_BEAMS ? BEAM_TARGETS + 1u : 0u;     // loop iterations that their density takes
 
 // Surface hits of the longest chains that beams follow, and diffuse ones after the first of them.
 const uint BEAM_HITS = 17u;
