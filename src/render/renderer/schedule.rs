@@ -7,9 +7,14 @@ use super::super::kernels::Schedule;
 use super::super::settings::Scheduler;
 
 /// Expected records that a ray reads in the tree (its SAH cost) from which on it pays to let rays wait for each other.
-/// Lavapipe 22.3.6 and 25.0.7: at 2 to 3 that takes 1.2 to 1.4 times the time, at 7 as long, at 10 less by a tenth, at 20
-/// by a fifth to a third.
+/// Lavapipe 22.3.6: at 2.3 that takes 1.1 to 1.25 times the time, at 5 1.06, at 6.8 .9 to 1.03, at 12 .84, at 20 less by a fifth
+/// to a third.
 const FAR_WALK: f64 = 8.0;
+/// The same where a driver skips branches that no lane takes, if the tree is seen in so much of the picture. Lavapipe 25.0.7: at 2.3 to 3
+/// the queue takes .94 to 1.2 times the time, at 5.2 .85 and at 6.8 .79 to .93 (heaps of balls), at 5.95 1.0 (lamps), at 7.8 .87 to
+/// .94 (a ball of 80 triangles in a room), but 1.25 where that is small.
+const FAR_WALK_IN_SIGHT: f64 = 4.0;
+const IN_SIGHT: f64 = 0.1;
 /// The same where the lanes of a group exchange their paths, which without waiting are in registers already: at 13 the queue
 /// takes 1.03 times the time, at 17 a cat that fills the view takes 1.0, at 18 a mesh in a room .82 (25.0.7).
 const FAR_WALK_OF_GROUPS: f64 = 14.0;
@@ -85,6 +90,7 @@ impl Job<'_> {
             return false;
         }
         let far = match (self.reuse, self.facts.skips_branches) {
+            (false, true) if self.seen >= IN_SIGHT => FAR_WALK_IN_SIGHT,
             (false, _) => FAR_WALK,
             (true, true) => FAR_WALK_OF_GROUPS,
             (true, false) => FAR_WALK_OF_GROUPS_IN_ALL_BRANCHES,
@@ -118,11 +124,13 @@ mod tests {
     };
 
     fn chosen(scene: &Scene, facts: &DriverFacts, reuse: bool, scheduler: Scheduler) -> Schedule {
-        chosen_for_walks_of(20.0, scene, facts, reuse, scheduler)
+        chosen_for_walks_of(20.0, 1.0, scene, facts, reuse, scheduler)
     }
 
+    /// Of so many records, in a tree that so much of the picture shows.
     fn chosen_for_walks_of(
         records: f64,
+        seen: f64,
         scene: &Scene,
         facts: &DriverFacts,
         reuse: bool,
@@ -131,7 +139,7 @@ mod tests {
         let features = Features::of(scene, &RenderSettings::of(scene));
         let sah_cost = features.tree.then_some(records);
         let keeps_kernels = true;
-        let job = Job { features: &features, facts, sah_cost, seen: 1.0, keeps_kernels, samples: 1e9, reuse };
+        let job = Job { features: &features, facts, sah_cost, seen, keeps_kernels, samples: 1e9, reuse };
         job.schedule(scheduler)
     }
 
@@ -158,16 +166,16 @@ mod tests {
     fn rays_wait_where_walks_are_long() {
         let skips = DriverFacts { queue: true, reuse: Sharers::Lanes, threads: false, ..GPU };
         let executes = DriverFacts { skips_branches: false, ..skips };
-        let waits = |records, facts: &DriverFacts, reuse| {
-            chosen_for_walks_of(records, &divided_room(), facts, reuse, Scheduler::Auto) == Schedule::Queue
+        let waits = |records, seen, facts: &DriverFacts, reuse| {
+            chosen_for_walks_of(records, seen, &divided_room(), facts, reuse, Scheduler::Auto) == Schedule::Queue
         };
-        // Without sharing paths, on either.
-        for facts in [&skips, &executes] {
-            assert_eq!([7.0, 9.0].map(|records| waits(records, facts, false)), [false, true]);
-        }
+        // Without sharing paths.
+        assert_eq!([3.0, 5.0].map(|records| waits(records, 1.0, &skips, false)), [false, true]);
+        assert_eq!([7.0, 9.0].map(|records| waits(records, 0.05, &skips, false)), [false, true]);
+        assert_eq!([7.0, 9.0].map(|records| waits(records, 1.0, &executes, false)), [false, true]);
         // All of the picture shows the tree.
-        assert_eq!([1.0, 16.0].map(|records| waits(records, &skips, true)), [false, true]);
-        assert_eq!([9.0, 16.0, 19.0].map(|records| waits(records, &executes, true)), [false, false, true]);
+        assert_eq!([1.0, 16.0].map(|records| waits(records, 1.0, &skips, true)), [false, true]);
+        assert_eq!([9.0, 16.0, 19.0].map(|records| waits(records, 1.0, &executes, true)), [false, false, true]);
     }
 
     #[test]
