@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::scene::{Scene, Surface};
+use crate::scene::Scene;
 
 use super::alias::{Column, alias_table};
 use super::lights::{Light, LightShape};
@@ -89,9 +89,7 @@ impl BeamTable {
 
 /// Spheres around all that is of glass or a mirror.
 fn targets(scene: &Scene, space: &RenderSpace) -> Vec<Target> {
-    let is_specular = |material: u32| {
-        matches!(scene.materials[material as usize].surface, Surface::Mirror { .. } | Surface::Dielectric { .. })
-    };
+    let is_specular = |material: u32| scene.surface(material).is_mirror() || scene.surface(material).is_dielectric();
     let spheres = scene.spheres.iter().filter(|s| is_specular(s.material));
     let mut found: Vec<_> =
         spheres.map(|s| Target { center: space.point(s.center), radius: space.length(s.radius) }).collect();

@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use super::film::{GROUP, MEMBERS, SIDE, slot_count, tile_corner};
+use super::film::{GROUP, GROUPS, MEMBERS, slot_count, tile_corner};
 use super::shares::Tile;
 use super::tiles::{TILE, half_of_group};
 
@@ -90,9 +90,9 @@ pub(crate) fn tiles_of_halves(values: &[f32], width: u32) -> [Vec<Tile>; 2] {
 
 /// The columns and rows of the groups of a half in the tile with such an upper left pixel.
 fn groups_of_half(corner: [u32; 2], half: usize) -> impl Iterator<Item = [u32; 2]> {
-    let [first, in_tile] = [corner, [SIDE; 2]].map(|of| [of[0] / GROUP[0], of[1] / GROUP[1]]);
-    let rows = (first[1]..).take(in_tile[1] as usize);
-    let places = rows.flat_map(move |row| (first[0]..first[0] + in_tile[0]).map(move |column| [column, row]));
+    let first = [corner[0] / GROUP[0], corner[1] / GROUP[1]];
+    let rows = first[1]..first[1] + GROUPS[1];
+    let places = rows.flat_map(move |row| (first[0]..first[0] + GROUPS[0]).map(move |column| [column, row]));
     places.filter(move |[column, row]| half_of_group(*column, *row) == half)
 }
 

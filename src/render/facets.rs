@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::scene::{Light, Mesh, Scene, Surface};
+use crate::scene::{Light, Mesh, Scene};
 
 use super::layout::constant::MAX_FACETS;
 use super::settings::TriangleTest;
@@ -110,7 +110,7 @@ fn join(mesh: &Mesh, scene: &Scene, space: &RenderSpace) -> Vec<Facet> {
         }
         let [a, b, c] = corners.map(|p| space.point(p));
         let Some(normal) = (b - a).cross(c - a).try_normalize() else { continue };
-        let emits = matches!(scene.materials[material as usize].surface, Surface::Emitter { .. });
+        let emits = scene.surface(material).is_emitter();
         let next = Facet { corners: [a, b, c, c], normal, material, emits };
         match facets.iter_mut().find_map(|f| quadrilateral(f, &next).map(|q| (f, q))) {
             Some((facet, joined)) => *facet = joined,

@@ -140,17 +140,17 @@ impl Features {
         let (constant, rest) = spheres::partition(scene, &space);
         let (facets, in_constants) = facets::select(scene, &space, settings.triangle_test);
         let triangles = in_constants.iter().any(|constant| !constant);
-        let dielectric = any(Feature::Dielectric, |s| matches!(s, Surface::Dielectric { .. }));
+        let dielectric = any(Feature::Dielectric, Surface::is_dielectric);
         Self {
             gaussian: scene.film.filter == PixelFilter::Gaussian,
             sampler: settings.sampler,
             max_depth: scene.integrator.max_depth,
             roulette: scene.integrator.russian_roulette.unwrap_or(0),
             indirect: scene.integrator.indirect,
-            diffuse: any(Feature::Diffuse, |s| matches!(s, Surface::Diffuse { .. })),
-            mirror: any(Feature::Mirror, |s| matches!(s, Surface::Mirror { .. })),
+            diffuse: any(Feature::Diffuse, Surface::is_diffuse),
+            mirror: any(Feature::Mirror, Surface::is_mirror),
             dielectric,
-            emitter: any(Feature::Emitter, |s| matches!(s, Surface::Emitter { .. })),
+            emitter: any(Feature::Emitter, Surface::is_emitter),
             background: unneeded(Feature::Background) || scene.background != [0.0; 3],
             constant_spheres: constant.len() as u32,
             facets: facets.len() as u32,
@@ -341,7 +341,7 @@ impl Features {
 
 /// A corner of each triangle of glass.
 fn glass_triangles(scene: &Scene) -> impl Iterator<Item = DVec3> {
-    let is_glass = |material: &u32| matches!(scene.materials[*material as usize].surface, Surface::Dielectric { .. });
+    let is_glass = |material: &u32| scene.surface(*material).is_dielectric();
     scene.meshes.iter().flat_map(move |mesh| {
         let of_glass = mesh.triangles.iter().zip(&mesh.triangle_materials).filter(move |(_, m)| is_glass(m));
         of_glass.map(|(triangle, _)| mesh.positions[triangle[0] as usize])

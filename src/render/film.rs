@@ -78,7 +78,7 @@ pub(crate) const GROUP: [u32; 2] = [4, 2];
 /// Pixels of a group.
 pub(crate) const MEMBERS: usize = (GROUP[0] * GROUP[1]) as usize;
 /// Columns and rows of the groups of a tile.
-const GROUPS: [u32; 2] = [SIDE / GROUP[0], SIDE / GROUP[1]];
+pub(crate) const GROUPS: [u32; 2] = [SIDE / GROUP[0], SIDE / GROUP[1]];
 /// All of them.
 pub(crate) const TILE_GROUPS: u32 = GROUPS[0] * GROUPS[1];
 /// Slots of a tile: the first member of each group, then the second, and so on.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::scene::{Mesh, Scene, Surface};
+use crate::scene::{Mesh, Scene};
 
 use super::lights::Light;
 use super::space::RenderSpace;
@@ -19,7 +19,7 @@ pub(crate) fn lamp_places(scene: &Scene, space: &RenderSpace, view: &View, emitt
 
 /// Boxes around the mirrors of a scene, in render space: one for each sphere, and one for all those of a mesh.
 fn mirrors(scene: &Scene, space: &RenderSpace) -> Vec<[DVec3; 2]> {
-    let is_mirror = |material: u32| matches!(scene.materials[material as usize].surface, Surface::Mirror { .. });
+    let is_mirror = |material: u32| scene.surface(material).is_mirror();
     let spheres = scene.spheres.iter().filter(|sphere| is_mirror(sphere.material));
     let around = |center: DVec3, radius: f64| [space.point(center - radius), space.point(center + radius)];
     let of_spheres = spheres.map(|sphere| around(sphere.center, sphere.radius));

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::scene::{Scene, Sphere, Surface};
+use crate::scene::{Scene, Sphere};
 
 /// Where something is as seen from the surface of a sphere.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,7 +16,7 @@ pub(crate) enum Place {
 
 /// Whether no light goes through a sphere's surface.
 pub(crate) fn is_opaque(sphere: &Sphere, scene: &Scene) -> bool {
-    !matches!(scene.materials[sphere.material as usize].surface, Surface::Dielectric { .. })
+    !scene.surface(sphere.material).is_dielectric()
 }
 
 /// Where a point of the scene is.
@@ -44,7 +44,7 @@ pub(crate) struct Emitters {
 impl Emitters {
     /// Those of a scene.
     pub fn of(scene: &Scene) -> Self {
-        let emits: Vec<bool> = scene.materials.iter().map(|m| matches!(m.surface, Surface::Emitter { .. })).collect();
+        let emits: Vec<bool> = scene.materials.iter().map(|m| m.surface.is_emitter()).collect();
         if !emits.contains(&true) {
             return Self { spheres: Vec::new(), triangles: Vec::new() };
         }

@@ -89,11 +89,11 @@ pub fn levels(samples: u32) -> u32 {
     bits.div_ceil(LEVEL_BITS).clamp(1, MAX_LEVELS)
 }
 
-/// What pixels that share a scramble, those of a group, add (XOR) to their indices, for each bit of their number among them. Sample i of a
-/// member being the point of index i ⊕ its offset, the first 2^m samples of one member are a net as good as the
-/// sequence's own, and those of all eight, 2^(m+3) points, are nearly one, whatever m is; blocks of indices would be that
-/// for one m only. A search found them, for the least `spread_error` (below) of the pairs that the first hits of paths
-/// use, alone and together, up to m = 8.
+/// What pixels that share a scramble, those of a group, add (XOR) to their indices, for each bit of their number among
+/// them. Sample i of a member being the point of index i ⊕ its offset, the first 2^m samples of one member are a net as
+/// good as the sequence's own, and those of all eight, 2^(m+3) points, are nearly one, whatever m is; blocks of indices
+/// would be that for one m only. A search found them, for the least `spread_error` (below) of the pairs that the first
+/// hits of paths use, alone and together, up to m = 8.
 const MEMBER_OFFSETS: [u32; MEMBERS.ilog2() as usize] = [0xa5bf_923d, 0x5110_0de5, 0x0a71_8fb8];
 
 /// The table of `levels` levels: row k of level l holds the point of index k·2^(10 l), each coordinate bit-reversed

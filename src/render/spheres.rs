@@ -77,7 +77,7 @@ fn one_of_each(scene: &Scene) -> Vec<usize> {
 }
 
 fn is_lamp(sphere: &Sphere, scene: &Scene) -> bool {
-    matches!(scene.materials[sphere.material as usize].surface, Surface::Emitter { radiance } if radiance != [0.0; 3])
+    matches!(scene.surface(sphere.material), Surface::Emitter { radiance } if *radiance != [0.0; 3])
 }
 
 /// Chooses side and form of the sphere with this index in the scene.

@@ -20,7 +20,7 @@ use super::layout::{SceneValues, constant};
 use super::lights::{Light, LightShape, LightTable};
 use super::mutation::Mutation;
 use super::rectangles;
-use super::settings::{LightSamples, RenderSettings, Sampler};
+use super::settings::{Glances, LightSamples, RenderSettings, Sampler};
 use super::space::RenderSpace;
 use super::spheres::ConstantSphere;
 use super::view::{Rectangle, View};
@@ -84,7 +84,10 @@ impl Tables {
             single_point: (points == 1 && lights.len() == 1).then(|| lights[0]),
             light_count: lights.len() as u32,
             emitter_count: (lights.len() - points) as u32,
-            lamp_places: lamp_places(scene, space, &view, &lights[points..]),
+            lamp_places: match settings.glances {
+                Glances::Off => Vec::new(),
+                Glances::Auto => lamp_places(scene, space, &view, &lights[points..]),
+            },
             lights: light_table,
             beams,
             beam_texels,

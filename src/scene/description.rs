@@ -92,6 +92,25 @@ pub enum Surface {
     },
 }
 
+impl Surface {
+    pub(crate) fn is_diffuse(&self) -> bool {
+        matches!(self, Self::Diffuse { .. })
+    }
+
+    pub(crate) fn is_mirror(&self) -> bool {
+        matches!(self, Self::Mirror { .. })
+    }
+
+    pub(crate) fn is_dielectric(&self) -> bool {
+        matches!(self, Self::Dielectric { .. })
+    }
+
+    /// Of an emitter, even one of radiance 0.
+    pub(crate) fn is_emitter(&self) -> bool {
+        matches!(self, Self::Emitter { .. })
+    }
+}
+
 /// A named surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
@@ -191,5 +210,10 @@ impl Scene {
     /// Number of triangles over all meshes.
     pub fn triangle_count(&self) -> usize {
         self.meshes.iter().map(|m| m.triangles.len()).sum()
+    }
+
+    /// Of a material, by its index.
+    pub(crate) fn surface(&self, material: u32) -> &Surface {
+        &self.materials[material as usize].surface
     }
 }

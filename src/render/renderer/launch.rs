@@ -10,7 +10,7 @@ use super::super::kernels::Schedule;
 use super::super::layout::{FilmSlot, constant, glance, queue};
 use super::super::plan::{Pace, Rounds};
 use super::super::prepared::Prepared;
-use super::super::settings::{Glances, RenderSettings};
+use super::super::settings::RenderSettings;
 use super::super::view::{Rectangle, View};
 use super::buffers::Shape;
 use super::handout::Handout;
@@ -141,10 +141,7 @@ impl Launch {
             handout,
             slots_per_piece: if schedule == Schedule::Queue { queue::TILE } else { workgroup / split.invocations },
             sobol_levels: shares::levels_of_table(features, settings, reuse),
-            lamp_places: match settings.glances {
-                Glances::Off => Vec::new(),
-                Glances::Auto => tables.lamp_places.clone(),
-            },
+            lamp_places: tables.lamp_places.clone(),
             beam_targets,
             repeats: repeats::may_repeat(&needed, beam_targets, settings),
             most_workgroups,
