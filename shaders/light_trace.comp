@@ -162,7 +162,8 @@ void main() [[maximally_reconverges]] {
     Counts counts = Counts(0u, 0u, 0u, 0u, 0u, 0u, 0u);
     uint loops = 0u;
     while (subgroupAny(alive || next < last)) {
-        loops += 1u + 2u * BEAM_LOOPS;
+        loops += 3u;
+        count_doubtful(!alive && next < last, BEAM_LOOPS);
         if (!alive && next < last) {
             current = next;
             next += stride;
@@ -199,6 +200,7 @@ void main() [[maximally_reconverges]] {
         bool hidden = true;
         bool walks = shows && segment_needs_tree(ray, hidden);
         hidden = hidden_in_scene(ray, walks, hidden, loops);
+        count_doubtful(shows && !hidden, BEAM_LOOPS);
         if (shows && !hidden) {
             float r = beams_per_path(beam.light, beam.y, beam.direction, beam.cos_light, x2);
             float weight = MUTATION == MUTATE_BEAMS ? 1.0 : r / (1.0 + r);

@@ -148,7 +148,7 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
              PocketWalk w) {
     uint until_check = 1u;
     do {
-        loops += 1u + LIGHT_LOOPS + BEAM_LOOPS;
+        loops += 1u + HIT_LOOPS;
 
         // Shade the hits that lanes hold.
         bool held = h.slot != NOTHING;

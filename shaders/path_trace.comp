@@ -100,7 +100,7 @@ void main() [[maximally_reconverges]] {
                 bool walks = shadow.wanted && shadow_needs_tree(shadow, hidden);
                 radiance += hidden_in_scene(shadow, walks, hidden, loops) ? vec3(0.0) : shadow.radiance;
             }
-            loops += 1u + LIGHT_LOOPS + BEAM_LOOPS;
+            loops += 1u + HIT_LOOPS;
             // Out of budget: a walk may have ended too early, so that the sample in hand does not count. What the film
             // holds is complete; the next dispatch begins with that sample again.
             within_budget = LOOP_BUDGET == 0u || loops + doubtful_loops < LOOP_BUDGET;

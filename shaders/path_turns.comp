@@ -161,7 +161,7 @@ void main() [[maximally_reconverges]] {
             }
         }
         // The same in all lanes.
-        loops += 1u + LIGHT_LOOPS + BEAM_LOOPS;
+        loops += 1u + HIT_LOOPS;
         if (LOOP_BUDGET > 0u) doubtful_loops = subgroupMax(doubtful_loops);
     } while (within_budget && any_lane(there || over));
     counts.truncated = (there || over) && within_budget ? 1u : 0u;

@@ -366,6 +366,32 @@ fn beams_through_a_mesh() {
     );
 }
 
+/// Beams aim at each of many bodies: what the sum over these takes is counted where loops have a budget.
+#[test]
+fn beams_towards_many_bodies() {
+    let context = context();
+    let mut scene = glass_cat((48, 40), SAMPLES);
+    scene.meshes.clear();
+    let glass = scene.materials.len() as u32 - 1;
+    scene.materials.push(Material { name: "mirror".to_owned(), surface: Surface::Mirror { reflectance: [0.9; 3] } });
+    scene.spheres.extend((0..30u32).map(|i| Sphere {
+        center: DVec3::new(f64::from(i % 6) * 6.0 - 15.0, f64::from(i / 6) * 5.0 - 6.0, f64::from(i % 4) * 3.0),
+        radius: 2.0,
+        material: glass + i % 2,
+        inward: false,
+    }));
+    let base = RenderSettings::of(&scene);
+    let (expected, statistics) = render_counted(&context, &scene, &base);
+    assert!(statistics.beams > 0 && statistics.repeating_pixels > 50, "{statistics:?}");
+    for (scheduler, threads) in [(Scheduler::Inline, None), (Scheduler::Turns, Some(true)), (Scheduler::Queue, None)] {
+        for loop_budget in [1500, 4000] {
+            let what = format!("many bodies, {scheduler:?}, loop budget {loop_budget}");
+            let settings = RenderSettings { scheduler, threads, loop_budget: Some(loop_budget), ..base.clone() };
+            assert_same_bits(&render(&context, &scene, &settings), &expected, &what);
+        }
+    }
+}
+
 /// Only the kinds of lights that there are are compiled in.
 #[test]
 fn lights_of_each_kind() {

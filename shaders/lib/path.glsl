@@ -150,7 +150,10 @@ bool path_arrive(Path path, int id, float t, uint key, uint light_samples, inout
     a.front = dot(path.direction, a.surface.normal) <= 0.0;
     a.hits = path.hits + 1u;
     float kind = a.surface.kind;
-    if (HAS_EMITTER && met && kind == KIND_EMITTER && a.front) {
+    bool glows = HAS_EMITTER && met && kind == KIND_EMITTER && a.front;
+    bool by_beams = HAS_BEAMS && glows && path.pdf == 0.0 && path.x2 > 0.0 && path.hits <= BEAM_HITS && a.surface.light >= 0;
+    if (HAS_BEAMS) count_doubtful(by_beams, BEAM_LOOPS);
+    if (glows) {
         float weight = glance_weight(path.glances);
         if (EMITTER_COUNT > 0u && path.pdf > 0.0 && a.surface.light >= 0) {
             float cos_light = -dot(path.direction, a.surface.normal);
@@ -158,7 +161,7 @@ bool path_arrive(Path path, int id, float t, uint key, uint light_samples, inout
             if (path.second) of_light *= float(light_samples);
             weight *= mis_weight(path.pdf, of_light);
         }
-        if (HAS_BEAMS && path.pdf == 0.0 && path.x2 > 0.0 && path.hits <= BEAM_HITS && a.surface.light >= 0) {
+        if (HAS_BEAMS && by_beams) {
             vec3 y = path.origin + t * path.direction;
             float cos_light = -dot(path.direction, a.surface.normal);
             weight /= 1.0 + beams_per_path(a.surface.light, y, -path.direction, cos_light, path.x2);

@@ -18,7 +18,7 @@ const WORTH_TELLING_APART: f64 = 0.8;
 /// Most pairs of a lamp and a target; with more lamps than this there are no beams.
 const MOST_PAIRS: usize = 1 << 16;
 
-/// A sphere around a body of glass or a mirror, in render space.
+/// A sphere around bodies of glass and mirrors, in render space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Target {
     center: DVec3,
@@ -62,13 +62,15 @@ impl BeamTable {
             return Self::default();
         }
         let most = MOST_TARGETS.min(MOST_PAIRS / emitters.len());
-        let mut targets = at_most(most, without_inner(targets(scene, space)));
+        let bodies = without_inner(targets(scene, space));
+        let around_all = Target::around_all(&bodies);
+        let mut targets = at_most(most, bodies);
         let weights_of = |targets: &[Target]| -> Vec<f64> {
             emitters.iter().flat_map(|lamp| targets.iter().map(|t| weight(lamp, t))).collect()
         };
         let mut weights = weights_of(&targets);
         let mut sum: f64 = weights.iter().sum();
-        if let Some(one) = Target::around_all(&targets).filter(|_| targets.len() > FEW_TARGETS) {
+        if let Some(one) = around_all.filter(|_| targets.len() > FEW_TARGETS) {
             let of_one = weights_of(&[one]);
             let sum_of_one = of_one.iter().sum();
             if sum > WORTH_TELLING_APART * sum_of_one {
@@ -115,23 +117,47 @@ fn without_inner(mut targets: Vec<Target>) -> Vec<Target> {
     kept
 }
 
-/// So many, at least 1, or fewer: those that are near each other made one.
-fn at_most(most: usize, mut targets: Vec<Target>) -> Vec<Target> {
+/// Those near each other made one, until there are so many, at least 1.
+fn at_most(most: usize, targets: Vec<Target>) -> Vec<Target> {
     if targets.len() <= most {
         return targets;
     }
-    if most == 1 {
-        return Target::around_all(&targets).into_iter().collect();
+    // One around all is cut until there are enough, always the largest that is of several.
+    let mut made: Vec<_> = Cluster::of(targets).into_iter().collect();
+    while made.len() < most {
+        let several = made.iter().enumerate().filter(|(_, cluster)| cluster.members.len() > 1);
+        let largest = several.max_by(|(_, a), (_, b)| a.around.radius.total_cmp(&b.around.radius));
+        let Some(index) = largest.map(|(index, _)| index) else { break };
+        let cluster = made.swap_remove(index);
+        made.extend(cluster.halves());
     }
-    // Halves along the axis on which their centres are furthest apart.
-    let bounds = targets.iter().map(|t| (t.center, t.center)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
-    let axis = bounds.map_or(0, |(lo, hi)| (hi - lo).max_position());
-    let middle = targets.len() / 2;
-    targets.select_nth_unstable_by(middle, |a, b| a.center[axis].total_cmp(&b.center[axis]));
-    let right = targets.split_off(middle);
-    let mut halves = at_most(most / 2, targets);
-    halves.extend(at_most(most - most / 2, right));
-    halves
+    without_inner(made.into_iter().map(|cluster| cluster.around).collect())
+}
+
+/// Targets that are to be one.
+struct Cluster {
+    around: Target,
+    members: Vec<Target>,
+}
+
+impl Cluster {
+    fn of(members: Vec<Target>) -> Option<Self> {
+        Some(Self { around: Target::around_all(&members)?, members })
+    }
+
+    /// Its members on either side of the middle of what their centres span along the longest axis; if these are all in one place, the
+    /// first half of them and the others.
+    fn halves(self) -> impl Iterator<Item = Self> {
+        let bounds = self.members.iter().map(|t| (t.center, t.center)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+        let (lo, hi) = bounds.unwrap_or_default();
+        let axis = (hi - lo).max_position();
+        let middle = (lo[axis] + hi[axis]) / 2.0;
+        let (mut left, mut right): (Vec<_>, Vec<_>) = self.members.into_iter().partition(|t| t.center[axis] < middle);
+        if left.is_empty() {
+            left = right.split_off(right.len() / 2);
+        }
+        [left, right].into_iter().filter_map(Self::of)
+    }
 }
 
 /// About what a lamp sends towards a target.
@@ -192,15 +218,28 @@ mod tests {
         let row = |count: u32| (0..count).map(|i| ball(3.0 * f64::from(i), 1.0)).collect::<Vec<_>>();
         assert_eq!(at_most(4, row(4)), row(4));
         let pairs = [ball(1.5, 2.5), ball(7.5, 2.5), ball(13.5, 2.5), ball(19.5, 2.5)];
-        assert_eq!(at_most(4, row(8)), pairs);
+        let mut made = at_most(4, row(8));
+        made.sort_by(|a, b| a.center.x.total_cmp(&b.center.x));
+        assert_eq!(made, pairs);
         assert_eq!(at_most(1, row(9)), [ball(12.0, 13.0)]);
         assert!(at_most(1, Vec::new()).is_empty());
         for most in [2, 3, 5, 64] {
             let made = at_most(most, row(1000));
             assert!(made.len() == most && row(1000).iter().all(|t| made.iter().any(|m| m.contains(t))), "{most}");
         }
-        // All in one place.
-        assert_eq!(at_most(3, vec![ball(1.0, 1.0); 100]), vec![ball(1.0, 1.0); 3]);
+        // All in one place, where one hides the others.
+        assert_eq!(at_most(3, vec![ball(1.0, 1.0); 100]), [ball(1.0, 1.0)]);
+    }
+
+    #[test]
+    fn targets_far_from_each_other_are_not_made_one() {
+        let heap = |x: f64, count: u32| (0..count).map(move |i| ball(x + 0.5 * f64::from(i % 7), 1.0));
+        let heaps: Vec<_> = heap(0.0, 101).chain(heap(50.0, 27)).chain(heap(500.0, 1)).collect();
+        for most in [3, 4, 64] {
+            let made = at_most(most, heaps.clone());
+            assert!(made.len() <= most && heaps.iter().all(|t| made.iter().any(|m| m.contains(t))), "{most}");
+            assert!(made.iter().all(|m| m.radius < 10.0), "{most}: {made:?}");
+        }
     }
 
     #[test]

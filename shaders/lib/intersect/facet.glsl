@@ -14,6 +14,7 @@
 #ifndef FACET_GLSL
 #define FACET_GLSL
 
+#include "../loops.glsl"
 #include "../layout.glsl"
 #include "../math.glsl"
 #include "unroll.glsl"
@@ -196,13 +197,6 @@ Facet facet_of_table(int n) {
     return Facet(a.xyz, b.xyz, c.xyz, d.xyz, vec4(a.w, b.w, c.w, d.w));
 }
 
-// Loop iterations that were spent on rays in doubt, besides those that callers count.
-uint doubtful_loops = 0u;
-
-void count_doubtful(bool doubt) {
-    if (LOOP_BUDGET > 0u && subgroupAny(doubt)) doubtful_loops += FACET_COUNT;
-}
-
 // Nearest facet. Its id follows those of the constant spheres.
 void closest_facet(vec3 o, vec3 d, int leaving, inout float t, inout int id) {
     int first_id = int(SPHERE_COUNT);
@@ -230,7 +224,7 @@ void closest_facet(vec3 o, vec3 d, int leaving, inout float t, inout int id) {
     FOR_EACH_FACET(TEST_CLOSEST)
 #undef TEST_CLOSEST
     doubt = !EXACT_FACETS && doubt;
-    count_doubtful(doubt);
+    count_doubtful(doubt, FACET_COUNT);
     nearest = doubt ? t : nearest;
     nearest_id = doubt ? id : nearest_id;
     for (int n = 0; doubt && n < int(FACET_COUNT); ++n) {
@@ -268,7 +262,7 @@ bool any_facet(vec3 o, vec3 d, float distance, int leaving) {
     FOR_EACH_FACET(TEST_ANY)
 #undef TEST_ANY
     doubt = !EXACT_FACETS && doubt && !occluded;
-    count_doubtful(doubt);
+    count_doubtful(doubt, FACET_COUNT);
     for (int n = 0; doubt && n < int(FACET_COUNT); ++n) {
         float h;
         bool between = meets_facet(facet_of_table(n), ray, d, distance, h) && leaving != first_id + n;

@@ -42,7 +42,7 @@ pub(super) struct Launch {
     pub sobol_levels: u32,
     /// The pixels that may show the edges of lamps; none where nobody is to look for them.
     pub lamp_places: Vec<Rectangle>,
-    /// Spheres and meshes that beams go to; 0 without beams.
+    /// Targets that beams go to; 0 without beams.
     pub beam_targets: u32,
     /// Whether samples may be several paths.
     pub repeats: bool,
