@@ -163,7 +163,7 @@ void main() [[maximally_reconverges]] {
     uint loops = 0u;
     while (subgroupAny(alive || next < last)) {
         loops += 3u;
-        count_doubtful(!alive && next < last, BEAM_LOOPS);
+        count_doubtful(!alive && next < last, BEAM_TARGETS);
         if (!alive && next < last) {
             current = next;
             next += stride;
@@ -200,7 +200,7 @@ void main() [[maximally_reconverges]] {
         bool hidden = true;
         bool walks = shows && segment_needs_tree(ray, hidden);
         hidden = hidden_in_scene(ray, walks, hidden, loops);
-        count_doubtful(shows && !hidden, BEAM_LOOPS);
+        count_doubtful(shows && !hidden, BEAM_TARGETS);
         if (shows && !hidden) {
             float r = beams_per_path(beam.light, beam.y, beam.direction, beam.cos_light, x2);
             float weight = MUTATION == MUTATE_BEAMS ? 1.0 : r / (1.0 + r);

@@ -35,8 +35,9 @@ layout(constant_id = 214) const uint BEAM_TARGETS = 0u;     // 0: no beams
 layout(constant_id = 215) const uint BEAM_TEXELS = 0u;
 
 const bool HAS_BEAMS = BEAM_TARGETS > 0u;
-const uint BEAM_LOOPS = BEAM_TARGETS;       // loop iterations that their density takes, and one to leave the loop;
-const uint HIT_LOOPS = LIGHT_LOOPS + (HAS_BEAMS ? 1u : 0u);     // that choosing lights and this one take at each hit
+// Loop iterations at each hit: for choosing lights, and the one in which the loop over targets ends. Those of its others are
+// counted where a lane goes through it.
+const uint HIT_LOOPS = LIGHT_LOOPS + (HAS_BEAMS ? 1u : 0u);
 
 // Surface hits of the longest chains that beams follow, and diffuse ones after the first of them.
 const uint BEAM_HITS = 17u;
