@@ -15,7 +15,7 @@
 
 layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
 
-// For each beam of the dispatch BEAM_NOTES notes: light, and its pixel (as bits).
+// Light, and its pixel (as bits): the first notes of all beams of the dispatch, then the second ones, and so on, BEAM_NOTES of each.
 layout(rgba32ui, binding = 10) uniform uimageBuffer beam_texels;
 
 // In place of a pixel: there are no further notes; the loop budget was spent before the beam ended.
@@ -146,7 +146,7 @@ vec2 sample_near(Beam b) {
 
 // Notes something of a beam of the dispatch.
 void note(uint beam, uint number, uint pixel, vec3 light) {
-    imageStore(beam_texels, int(beam * BEAM_NOTES + number), uvec4(floatBitsToUint(light), pixel));
+    imageStore(beam_texels, int(number * (end_slot - first_slot) + beam), uvec4(floatBitsToUint(light), pixel));
 }
 
 void main() [[maximally_reconverges]] {

@@ -19,10 +19,10 @@ pub(crate) enum Usage {
     Values,
     /// Read by shaders through a typed view; on the device.
     Texel,
-    /// Read and written by shaders through a typed view; on the device, and mapped where that is a CPU.
-    StorageTexel,
-    /// The same, and an array of numbers too.
+    /// Read and written by shaders through a typed view, or as an array of numbers; on the device, and mapped where that is a CPU.
     StorageTexelAndArray,
+    /// Written by shaders through a typed view, read by the host: in the host's memory, to which a device with its own writes over a bus.
+    HostTexel,
     /// Written by the host, source of copies.
     Upload,
     /// Read by the host, destination of copies.
@@ -37,7 +37,7 @@ impl Usage {
 
     /// Whether shaders may see it as texels.
     fn is_texel(self) -> bool {
-        matches!(self, Self::Texel | Self::StorageTexel | Self::StorageTexelAndArray)
+        matches!(self, Self::Texel | Self::StorageTexelAndArray | Self::HostTexel)
     }
 }
 
@@ -90,15 +90,17 @@ impl Buffer {
                 vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER | vk::BufferUsageFlags::TRANSFER_DST,
                 MemoryLocation::GpuOnly,
             ),
-            Usage::StorageTexel | Usage::StorageTexelAndArray => {
-                let texels = vk::BufferUsageFlags::STORAGE_TEXEL_BUFFER
-                    | vk::BufferUsageFlags::TRANSFER_SRC
-                    | vk::BufferUsageFlags::TRANSFER_DST;
+            Usage::HostTexel => (vk::BufferUsageFlags::STORAGE_TEXEL_BUFFER, MemoryLocation::GpuToCpu),
+            Usage::StorageTexelAndArray => {
                 // There the host reads what shaders wrote where it is.
                 let on_host = device.info.kind == DeviceKind::Cpu;
-                let location = if on_host { MemoryLocation::GpuToCpu } else { MemoryLocation::GpuOnly };
-                let array = if array { vk::BufferUsageFlags::STORAGE_BUFFER } else { vk::BufferUsageFlags::empty() };
-                (texels | array, location)
+                (
+                    vk::BufferUsageFlags::STORAGE_TEXEL_BUFFER
+                        | vk::BufferUsageFlags::STORAGE_BUFFER
+                        | vk::BufferUsageFlags::TRANSFER_SRC
+                        | vk::BufferUsageFlags::TRANSFER_DST,
+                    if on_host { MemoryLocation::GpuToCpu } else { MemoryLocation::GpuOnly },
+                )
             }
             Usage::Upload => (vk::BufferUsageFlags::TRANSFER_SRC, MemoryLocation::CpuToGpu),
             Usage::Readback => (vk::BufferUsageFlags::TRANSFER_DST, MemoryLocation::GpuToCpu),

@@ -5,6 +5,35 @@ use crate::image::metrics::RELATIVE_OFFSET;
 use super::film::Film;
 use super::layout::BeamNote;
 
+/// What the beams of a dispatch have noted: first the first notes of all, then the second ones, and so on.
+#[derive(Clone, Copy)]
+pub(crate) struct BeamNotes<'a> {
+    notes: &'a [BeamNote],
+    beams: usize,
+}
+
+impl<'a> BeamNotes<'a> {
+    /// [`BeamNote::MOST`] notes for each beam.
+    pub fn of(notes: &'a [BeamNote]) -> Self {
+        Self { notes, beams: notes.len() / BeamNote::MOST as usize }
+    }
+
+    /// Whether some beam ran out of loop budget.
+    pub fn are_unfinished(self) -> bool {
+        self.notes[..self.beams].iter().any(|first| first.pixel == BeamNote::UNFINISHED)
+    }
+
+    /// Those of a beam.
+    fn of_beam(self, beam: usize) -> impl Iterator<Item = BeamNote> + use<'a> {
+        let mut at = beam;
+        std::iter::from_fn(move || {
+            let note = *self.notes.get(at)?;
+            at += self.beams;
+            (note.pixel != BeamNote::NO_PIXEL).then_some(note)
+        })
+    }
+}
+
 /// Light of beams by pixel, row by row: the mean of one part, or of two that have no beam in common, so that either can decide how many
 /// beams the other gets.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -40,14 +69,13 @@ impl BeamLight {
         self.parts.iter().map(|part| part.beams).sum()
     }
 
-    /// What they add to the mean of each pixel.
-    pub fn mean(&self) -> Vec<[f32; 3]> {
-        let mut mean: Vec<_> = self.parts[0].mean().collect();
-        for part in &self.parts[1..] {
-            mean.iter_mut().zip(part.mean()).for_each(|(sum, x)| (0..3).for_each(|c| sum[c] += x[c]));
+    /// What they add to the mean of a pixel.
+    pub fn mean(&self, pixel: usize) -> [f32; 3] {
+        let mut mean = [0.0; 3];
+        for part in &self.parts {
+            mean.iter_mut().zip(part.mean(pixel)).for_each(|(mean, light)| *mean += light / self.parts.len() as f64);
         }
-        let parts = self.parts.len() as f64;
-        mean.into_iter().map(|sum| sum.map(|s| (s / parts) as f32)).collect()
+        mean.map(|light| light as f32)
     }
 
     /// Their part of the noise of an image once they are added to its film: see [`BeamPart::noise`]. 0 if there is one part.
@@ -76,27 +104,16 @@ pub(crate) struct BeamPart {
 }
 
 impl BeamPart {
-    /// Takes over beams: [`BeamNote::MOST`] notes of each.
-    pub fn add(&mut self, notes: &[BeamNote]) {
-        for beam in notes.chunks_exact(BeamNote::MOST as usize) {
-            self.beams += 1;
-            for note in beam.iter().take_while(|note| note.pixel != BeamNote::NO_PIXEL) {
-                let pixel = note.pixel as usize;
-                let light = note.light.map(f64::from);
-                if let Some(sum) = self.sums.get_mut(pixel) {
-                    sum.iter_mut().zip(light).for_each(|(sum, light)| *sum += light);
-                }
-                if let Some(square) = self.squares.get_mut(pixel) {
-                    square.iter_mut().zip(light).for_each(|(square, light)| *square += light * light);
-                }
-            }
-        }
+    /// Takes over beams, in their order. (Two threads, each with half of the pixels, take 22 to 30 ns a beam, one takes 15.)
+    pub fn add(&mut self, notes: BeamNotes<'_>) {
+        self.beams += notes.beams as u64;
+        add_to(&mut self.sums, notes, |light| light);
+        add_to(&mut self.squares, notes, |light| light * light);
     }
 
-    /// What they add to the mean of each pixel, if this is the only part.
-    fn mean(&self) -> impl Iterator<Item = [f64; 3]> {
-        let beams = self.beams.max(1) as f64;
-        self.sums.iter().map(move |sum| sum.map(|s| s / beams))
+    /// What they add to the mean of a pixel, if this is the only part.
+    fn mean(&self, pixel: usize) -> [f64; 3] {
+        self.sums[pixel].map(|sum| sum / self.beams.max(1) as f64)
     }
 
     /// Its noise in an image to whose film it alone is added: the mean of v/(x² + 0.01), x being a radiance of the image, and v the
@@ -113,6 +130,17 @@ impl BeamPart {
         };
         let total: f64 = self.sums.iter().zip(&self.squares).zip(film.mean()).map(of_pixel).sum();
         total / (3 * self.sums.len()).max(1) as f64
+    }
+}
+
+/// Adds what notes amount to to those of their pixels that there are.
+fn add_to(sums: &mut [[f64; 3]], notes: BeamNotes<'_>, amount: impl Fn(f64) -> f64) {
+    for beam in 0..notes.beams {
+        for note in notes.of_beam(beam) {
+            if let Some(sum) = sums.get_mut(note.pixel as usize) {
+                sum.iter_mut().zip(note.light).for_each(|(sum, light)| *sum += amount(f64::from(light)));
+            }
+        }
     }
 }
 
@@ -137,10 +165,10 @@ mod tests {
         // Pixel 0 gets 1, 0, 1, 0 and pixel 1 gets 0, 0.5 + 0.5, 0, 0; a pixel beyond the image nothing.
         let all: [&[(u32, f32)]; 4] = [&[(0, 1.0)], &[(1, 0.5), (1, 0.5)], &[(0, 1.0), (2, 7.0)], &[]];
         for notes in all {
-            light.add(&beam(notes));
+            light.add(BeamNotes::of(&beam(notes)));
         }
         assert_eq!(light.beams, 4);
-        assert_eq!(light.mean().collect::<Vec<_>>(), [[0.5, 1.0, 0.0], [0.25, 0.5, 0.0]]);
+        assert_eq!([0, 1].map(|pixel| light.mean(pixel)), [[0.5, 1.0, 0.0], [0.25, 0.5, 0.0]]);
         let mut film = Film::new(2, 1);
         film.put(0, [3.0, 0.0, 0.0], 1);
         film.put(1, [0.0; 3], 0);
@@ -153,20 +181,39 @@ mod tests {
     }
 
     #[test]
+    fn notes_of_several_beams_are_told_apart() {
+        let beams = [beam(&[(0, 1.0), (1, 2.0), (1, 3.0)]), beam(&[]), beam(&[(1, 4.0)])];
+        let notes: Vec<_> = (0..BeamNote::MOST as usize).flat_map(|i| beams.each_ref().map(|beam| beam[i])).collect();
+        let of_beam = |i: usize| BeamNotes::of(&notes).of_beam(i).map(|note| note.light[0]).collect::<Vec<_>>();
+        assert_eq!([0, 1, 2].map(of_beam), [vec![1.0, 2.0, 3.0], vec![], vec![4.0]]);
+        let mut light = BeamLight::new(2);
+        light.parts[0].add(BeamNotes::of(&notes));
+        assert_eq!((light.beams(), light.mean(1)[0]), (3, 3.0));
+        assert!(!BeamNotes::of(&notes).are_unfinished() && !BeamNotes::of(&[]).are_unfinished());
+        // Only a beam's first note tells.
+        let marked = |i: usize| {
+            let mut notes = notes.clone();
+            notes[i].pixel = BeamNote::UNFINISHED;
+            BeamNotes::of(&notes).are_unfinished()
+        };
+        assert_eq!([1, 2, 3, 5].map(marked), [true, true, false, false]);
+    }
+
+    #[test]
     fn a_beam_of_all_notes_has_no_end_mark() {
         let mut light = BeamLight::new(1);
-        light.parts[0].add(&beam(&[(0, 1.0); BeamNote::MOST as usize]));
-        assert_eq!(light.mean(), [[16.0, 32.0, 0.0]]);
-        assert_eq!(BeamLight::with_noise(1).mean(), [[0.0; 3]]);
+        light.parts[0].add(BeamNotes::of(&beam(&[(0, 1.0); BeamNote::MOST as usize])));
+        assert_eq!(light.mean(0), [16.0, 32.0, 0.0]);
+        assert_eq!(BeamLight::with_noise(1).mean(0), [0.0; 3]);
     }
 
     #[test]
     fn either_part_decides_about_the_other() {
         let mut light = BeamLight::with_noise(1);
-        [1.0, 0.0, 1.0, 0.0].into_iter().for_each(|x| light.parts[0].add(&beam(&[(0, x)])));
-        [4.0, 4.0].into_iter().for_each(|x| light.parts[1].add(&beam(&[(0, x)])));
+        [1.0, 0.0, 1.0, 0.0].into_iter().for_each(|x| light.parts[0].add(BeamNotes::of(&beam(&[(0, x)]))));
+        [4.0, 4.0].into_iter().for_each(|x| light.parts[1].add(BeamNotes::of(&beam(&[(0, x)]))));
         // Parts of different numbers count the same.
-        assert_eq!((light.beams(), light.mean()), (6, vec![[2.25, 4.5, 0.0]]));
+        assert_eq!((light.beams(), light.mean(0)), (6, [2.25, 4.5, 0.0]));
         let film = Film::new(1, 1);
         let noise = light.noise(&film);
         assert_eq!(noise, light.parts[0].noise(&film) / 4.0);

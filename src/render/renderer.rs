@@ -25,6 +25,7 @@ mod verdict;
 
 use std::mem::take;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 use std::time::Duration;
 use std::time::Instant;
 
@@ -102,7 +103,7 @@ pub struct Renderer {
     // Dropped before the buffers they refer to; the timeline first, which waits for the device.
     timeline: Timeline,
     pipeline: Pipeline,
-    beams: Option<BeamTracer>,
+    beams: Option<Arc<BeamTracer>>,
     buffers: Buffers,
     statistics: RenderStatistics,
 }
@@ -161,7 +162,7 @@ impl Renderer {
             stage,
             timeline,
             pipeline,
-            beams,
+            beams: beams.map(Arc::new),
             buffers,
             statistics: RenderStatistics::default(),
         };

@@ -1,12 +1,17 @@
 //! Light traced from lamps through glass and by mirrors (shaders/light_trace.comp), added to what paths have found.
 
+use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::Arc;
+use std::time::Instant;
 
-use crate::gpu::{Access, BindingKind, BindingLayout, BindingSet, Buffer, Device, Pipeline, Specialization, Usage};
+use crate::gpu::{
+    Access, BindingKind, BindingLayout, BindingSet, Buffer, Device, Pipeline, Specialization, Ticket, Usage,
+};
 
-use super::super::beam_light::BeamLight;
+use super::super::beam_light::{BeamLight, BeamNotes};
 use super::super::bindings;
+use super::super::driver::DriverFacts;
 use super::super::error::RenderError;
 use super::super::features::Features;
 use super::super::film::Film;
@@ -15,8 +20,8 @@ use super::super::layout::{BeamNote, Counters, Push, binding, constant};
 use super::super::settings::{Beams, RenderSettings, Reuse};
 use super::super::tables::Tables;
 use super::super::view::View;
-use super::Renderer;
 use super::passes::{Watch, mapped};
+use super::{IN_FLIGHT, Renderer};
 
 /// Beams for each sample of the image. Squared error × time with half as many is 1.04 to 1.2 times as large, with twice as many
 /// .93 to 1.12, with four times as many 1.03 to 1.35 (a bunny of glass, an armadillo of mirror, balls of both; 4 and 16 samples,
@@ -28,12 +33,13 @@ const SECOND_PART: u32 = 1 << 31;
 const MOST_BEAMS: u64 = (SECOND_PART - BLOCK) as u64;
 /// The noise that is wanted of beams is so much smaller than what they may have: how much they need is only estimated.
 const NOISE_MARGIN: f64 = 1.5;
-/// Beams of a dispatch, if as many notes fit into a buffer.
-const DISPATCH: u32 = 1 << 15;
+/// Beams of a dispatch, if as many notes fit into a buffer: on CPUs, and on GPUs.
+const DISPATCH: [u32; 2] = [1 << 15, 1 << 16];
 /// Blocks of beams with numbers that are evenly spread.
 const BLOCK: u32 = 1024;
-/// Beams that an invocation traces: a lane whose beam has ended need not wait for the others.
-const BEAMS_PER_INVOCATION: u32 = 16;
+/// Beams that an invocation traces, likewise: a lane whose beam has ended need not wait for the others. A GPU has few beams for its
+/// many lanes.
+const BEAMS_PER_INVOCATION: [u32; 2] = [16, 1];
 /// Samples per pixel after which the first beams are traced.
 const FIRST_BEAMS: u32 = 16;
 /// What they see, besides what all kernels do.
@@ -58,15 +64,27 @@ pub(super) struct BeamTracer {
     workgroup: u32,
     /// Beams of a dispatch.
     dispatch: u32,
+    /// Beams of an invocation.
+    per_invocation: u32,
+    /// For each dispatch in flight.
+    notes: Vec<Notes>,
+}
+
+/// Where the beams of a dispatch note what they light.
+struct Notes {
     set: BindingSet,
-    notes: Buffer,
-    /// Where the host cannot read the notes themselves.
-    readback: Option<Buffer>,
+    buffer: Buffer,
 }
 
 /// Beams for samples of the image: whole blocks of evenly spread numbers, each of another scramble.
 fn beams_for(samples: u64, of_each: f64) -> u64 {
     ((samples as f64 * of_each) as u64).max(1).next_multiple_of(u64::from(BLOCK)).min(MOST_BEAMS)
+}
+
+/// The most beams of a rendering (with `--noise`, of a part of them).
+pub(super) fn most_beams(pixels: u64, settings: &RenderSettings) -> u64 {
+    let of_each = if settings.adaptive.is_some() { 1.0 } else { BEAMS_PER_SAMPLE };
+    beams_for(pixels * u64::from(settings.samples), of_each)
 }
 
 /// Bytes of what so many beams note.
@@ -99,26 +117,35 @@ impl BeamTracer {
         Ok(bindings::layout(device, &BINDINGS)?)
     }
 
-    /// With its buffers; `bound` are those of the path tracer that all kernels see.
+    /// With its buffers, for so many beams at most; `bound` are those of the path tracer that all kernels see.
     pub fn new(
         device: &Arc<Device>,
         layout: &Arc<BindingLayout>,
         pipeline: Pipeline,
         workgroup: u32,
+        facts: &DriverFacts,
+        most_beams: u64,
         bound: &[(u32, &Buffer)],
     ) -> Result<Self, RenderError> {
+        let of_gpus = usize::from(facts.threads);
         let most = device.info.max_texel_elements / u64::from(BeamNote::MOST);
-        let dispatch = (most.min(u64::from(DISPATCH)) as u32 / BLOCK).max(1) * BLOCK;
-        let bytes = notes_bytes(dispatch as usize);
-        let notes = Buffer::new(device, "beams", bytes, Usage::StorageTexel)?;
-        let readback = match notes.mapped() {
-            Some(_) => None,
-            None => Some(Buffer::new(device, "beams readback", bytes, Usage::Readback)?),
+        let dispatch = (most.min(u64::from(DISPATCH[of_gpus])).min(most_beams) as u32 / BLOCK).max(1) * BLOCK;
+        let in_flight = most_beams.div_ceil(u64::from(dispatch)).clamp(1, IN_FLIGHT as u64) as usize;
+        let notes = |i: usize| {
+            let bytes = notes_bytes(dispatch as usize);
+            let buffer = Buffer::new(device, &format!("beams {i}"), bytes, Usage::HostTexel)?;
+            let mut all = bound.to_vec();
+            all.push((binding::BEAMS, &buffer));
+            Ok(Notes { set: BindingSet::new(layout, &all)?, buffer })
         };
-        let mut all = bound.to_vec();
-        all.push((binding::BEAMS, &notes));
-        let set = BindingSet::new(layout, &all)?;
-        Ok(Self { pipeline, workgroup, dispatch, set, notes, readback })
+        let notes = (0..in_flight).map(notes).collect::<Result<_, RenderError>>()?;
+        Ok(Self { pipeline, workgroup, dispatch, per_invocation: BEAMS_PER_INVOCATION[of_gpus], notes })
+    }
+
+    /// What the beams of these numbers, which were traced last as that one of the dispatches in flight, have noted.
+    fn noted(&self, span: &Range<u32>, number: usize) -> Result<BeamNotes<'_>, RenderError> {
+        let bytes = mapped(&self.notes[number].buffer)?;
+        Ok(BeamNotes::of(bytemuck::cast_slice(&bytes[..notes_bytes(span.len()) as usize])))
     }
 }
 
@@ -174,75 +201,75 @@ impl Renderer {
         self.trace_beams_to(light, &wanted.collect::<Vec<_>>(), watch)?;
         self.statistics.beams = light.beams();
         let noise = light.noise(film);
-        let mean = light.mean();
-        film.add(|pixel, _| mean[pixel]);
+        film.add(|pixel, _| light.mean(pixel));
         Ok(noise)
     }
 
     /// Traces beams until each part has so many, or the watch says stop after a dispatch: any number of them is right in the mean,
-    /// but none at all.
+    /// but none at all. The device traces a dispatch while the host adds up what the one before it has noted.
     fn trace_beams_to(
         &mut self,
         light: &mut BeamLight,
         beams: &[u64],
         watch: &mut Watch<'_>,
     ) -> Result<(), RenderError> {
-        let Some(dispatch) = self.beams.as_ref().map(|tracer| tracer.dispatch) else { return Ok(()) };
+        let Some(tracer) = self.beams.clone() else { return Ok(()) };
+        let (dispatch, most_in_flight) = (u64::from(tracer.dispatch), tracer.notes.len());
         for ((part, &beams), first) in light.parts.iter_mut().zip(beams).zip([0, SECOND_PART]) {
-            while part.beams < beams && (part.beams == 0 || !watch.stop) {
-                let start = watch.elapsed();
-                let end = beams.min(part.beams + u64::from(dispatch));
-                let span = first + part.beams as u32..first + end as u32;
-                self.trace_beams(&span, BEAMS_PER_INVOCATION)?;
-                // What did not fit into the loop budget beside others may alone.
-                if self.is_unfinished(&span)? {
-                    self.trace_beams(&span, 1)?;
-                    if self.is_unfinished(&span)? {
-                        return Err(RenderError::Stuck { budget: self.launch.loop_budget });
-                    }
+            let mut begun = part.beams;
+            let mut in_flight = VecDeque::new();
+            loop {
+                while in_flight.len() < most_in_flight && begun < beams && (begun == 0 || !watch.stop) {
+                    let end = beams.min(begun + dispatch);
+                    let span = first + begun as u32..first + end as u32;
+                    let number = (begun / dispatch) as usize % most_in_flight;
+                    let ticket = self.trace_beams(&tracer, &span, tracer.per_invocation, number)?;
+                    in_flight.push_back((ticket, Instant::now(), span, number));
+                    begun = end;
                 }
-                part.add(self.notes_of_beams(&span)?);
-                watch.report(self.statistics.samples, (watch.elapsed() - start).as_secs_f64(), false);
+                let Some((ticket, submitted, span, number)) = in_flight.pop_front() else { break };
+                self.finish(&ticket, number)?;
+                // What did not fit into the loop budget beside others may alone.
+                if tracer.noted(&span, number)?.are_unfinished() {
+                    let ticket = self.trace_beams(&tracer, &span, 1, number)?;
+                    self.finish(&ticket, number)?;
+                }
+                let notes = tracer.noted(&span, number)?;
+                if notes.are_unfinished() {
+                    return Err(RenderError::Stuck { budget: self.launch.loop_budget });
+                }
+                part.add(notes);
+                let seconds = watch.finished_since(submitted);
+                watch.report(self.statistics.samples, seconds, false);
             }
         }
         Ok(())
     }
 
-    /// What the beams of these numbers, which have just been traced, have noted: [`BeamNote::MOST`] for each.
-    fn notes_of_beams(&self, span: &Range<u32>) -> Result<&[BeamNote], RenderError> {
-        let Some(tracer) = &self.beams else { return Ok(&[]) };
-        let source = tracer.readback.as_ref().unwrap_or(&tracer.notes);
-        Ok(bytemuck::cast_slice(&mapped(source)?[..notes_bytes(span.len()) as usize]))
-    }
-
-    /// Whether one of them ran out of loop budget.
-    fn is_unfinished(&self, span: &Range<u32>) -> Result<bool, RenderError> {
-        let notes = self.notes_of_beams(span)?;
-        Ok(notes.iter().step_by(BeamNote::MOST as usize).any(|first| first.pixel == BeamNote::UNFINISHED))
-    }
-
-    /// Traces the beams of these numbers, so many with each invocation, and brings them to the host.
-    fn trace_beams(&mut self, span: &Range<u32>, per_invocation: u32) -> Result<(), RenderError> {
-        let Some(tracer) = &self.beams else { return Ok(()) };
+    /// Traces the beams of these numbers, so many with each invocation, as one of the dispatches in flight.
+    fn trace_beams(
+        &mut self,
+        tracer: &BeamTracer,
+        span: &Range<u32>,
+        per_invocation: u32,
+        number: usize,
+    ) -> Result<Ticket, RenderError> {
         let push = Push { first_slot: span.start, end_slot: span.end, ..self.push };
-        let (counters, read_counters) = (&self.buffers.counters, &self.buffers.readbacks[0]);
+        let (counters, read_counters) = (&self.buffers.counters, &self.buffers.readbacks[number]);
         let ticket = self.timeline.submit(|r| {
             r.timed(LIGHT_TRACE.name, |r| {
                 let groups = (span.len() as u32).div_ceil(per_invocation * tracer.workgroup);
-                r.dispatch(&tracer.pipeline, &tracer.set, bytemuck::bytes_of(&push), [groups, 1, 1]);
+                r.dispatch(&tracer.pipeline, &tracer.notes[number].set, bytemuck::bytes_of(&push), [groups, 1, 1]);
             });
             r.barrier(Access::Compute, Access::Transfer);
-            match &tracer.readback {
-                Some(readback) => r.copy(&tracer.notes, 0, readback, 0, notes_bytes(span.len())),
-                None => r.barrier(Access::Compute, Access::Host),
-            }
+            r.barrier(Access::Compute, Access::Host);
             r.copy(counters, 0, read_counters, 0, size_of::<Counters>() as u64);
             r.barrier(Access::Transfer, Access::Transfer);
             r.clear(counters);
             r.barrier(Access::Transfer, Access::Compute);
             r.barrier(Access::Transfer, Access::Host);
         })?;
-        self.finish(&ticket, 0)
+        Ok(ticket)
     }
 
     /// Compiles the kernel for good, as [`Renderer::warm_up`] does.
@@ -251,7 +278,7 @@ impl Renderer {
         let push = Push { end_slot: 0, ..self.push };
         let ticket = self
             .timeline
-            .submit(|r| r.dispatch(&tracer.pipeline, &tracer.set, bytemuck::bytes_of(&push), [1, 1, 1]))?;
+            .submit(|r| r.dispatch(&tracer.pipeline, &tracer.notes[0].set, bytemuck::bytes_of(&push), [1, 1, 1]))?;
         self.timeline.wait(&ticket)?;
         Ok(())
     }

@@ -13,7 +13,7 @@ use super::super::layout::binding;
 use super::super::prepared::Prepared;
 use super::super::sobol;
 use super::IN_FLIGHT;
-use super::beams::BeamTracer;
+use super::beams::{BeamTracer, most_beams};
 use super::buffers::{self, Buffers};
 use super::launch::Launch;
 use crate::gpu::{Device, DeviceKind, Pipeline, Timeline};
@@ -84,7 +84,17 @@ impl Parts {
         let beams = beam_layout.zip(beam_pipeline).map(|(layout, pipeline)| {
             let film = &buffers.bands[0].film;
             let own = [(binding::FILM, film), (binding::FILM_ROWS, film), (binding::COUNTERS, &buffers.counters)];
-            BeamTracer::new(device, &layout, pipeline, beam_workgroup, &buffers.tables.and(&own))
+            let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
+            let most_beams = most_beams(pixels, settings);
+            BeamTracer::new(
+                device,
+                &layout,
+                pipeline,
+                beam_workgroup,
+                &launch.facts,
+                most_beams,
+                &buffers.tables.and(&own),
+            )
         });
         let beams = beams.transpose()?;
         Ok(Self { timeline, pipeline, beams, buffers, stage: built_in.name, pipeline_seconds })

@@ -65,7 +65,7 @@ impl<'a> Watch<'a> {
 
     /// A submission has finished just now: the seconds that it took. The device works on one at a time, so that it began
     /// when its predecessor ended.
-    fn finished_since(&mut self, submitted: Instant) -> f64 {
+    pub(super) fn finished_since(&mut self, submitted: Instant) -> f64 {
         let now = Instant::now();
         let seconds = now.duration_since(submitted.max(self.last_finished)).as_secs_f64();
         self.last_finished = now;
