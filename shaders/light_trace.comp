@@ -21,6 +21,8 @@ layout(rgba32ui, binding = 10) uniform uimageBuffer beam_texels;
 // In place of a pixel: there are no further notes; the loop budget was spent before the beam ended.
 const uint NO_PIXEL = 0xffffffffu;
 const uint UNFINISHED = 0xfffffffeu;
+// Iterations of a beam's step: its own, and those in which the two loops over targets end.
+const uint STEP_LOOPS = 3u;
 // Beams whose random numbers are spread evenly together: the table's lowest level.
 const uint BLOCK = 1024u;
 
@@ -162,7 +164,7 @@ void main() [[maximally_reconverges]] {
     Counts counts = Counts(0u, 0u, 0u, 0u, 0u, 0u, 0u);
     uint loops = 0u;
     while (subgroupAny(alive || next < last)) {
-        loops += 3u;
+        loops += STEP_LOOPS;
         count_doubtful(!alive && next < last, BEAM_TARGETS);
         if (!alive && next < last) {
             current = next;

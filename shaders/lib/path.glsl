@@ -161,6 +161,7 @@ bool path_arrive(Path path, int id, float t, uint key, uint light_samples, inout
             if (path.second) of_light *= float(light_samples);
             weight *= mis_weight(path.pdf, of_light);
         }
+        // The constant lets the program drop this before the driver sees it (src/gpu/prune.rs).
         if (HAS_BEAMS && by_beams) {
             vec3 y = path.origin + t * path.direction;
             float cos_light = -dot(path.direction, a.surface.normal);

@@ -5,6 +5,7 @@ use glam::DVec3;
 use crate::scene::Scene;
 
 use super::alias::{Column, alias_table};
+use super::corners::corners_around;
 use super::lights::{Light, LightShape};
 use super::space::RenderSpace;
 
@@ -32,8 +33,8 @@ impl Target {
 
     /// Around points; `None` around none.
     fn around(points: impl Iterator<Item = DVec3> + Clone) -> Option<Self> {
-        let bounds = points.clone().map(|p| (p, p)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
-        let center = (bounds.0 + bounds.1) / 2.0;
+        let [lo, hi] = corners_around(points.clone())?;
+        let center = (lo + hi) / 2.0;
         let radius = points.map(|p| p.distance(center)).fold(0.0, f64::max);
         Some(Self { center, radius })
     }
@@ -148,8 +149,7 @@ impl Cluster {
     /// Its members on either side of the middle of what their centres span along the longest axis; if these are all in one place, the
     /// first half of them and the others.
     fn halves(self) -> impl Iterator<Item = Self> {
-        let bounds = self.members.iter().map(|t| (t.center, t.center)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
-        let (lo, hi) = bounds.unwrap_or_default();
+        let [lo, hi] = corners_around(self.members.iter().map(|t| t.center)).unwrap_or_default();
         let axis = (hi - lo).max_position();
         let middle = (lo[axis] + hi[axis]) / 2.0;
         let (mut left, mut right): (Vec<_>, Vec<_>) = self.members.into_iter().partition(|t| t.center[axis] < middle);

@@ -204,10 +204,7 @@ impl Gathered {
 
 /// What a material emits, if it does.
 fn emitted(materials: &[Material], material: u32) -> Option<Rgb> {
-    match materials[material as usize].surface {
-        Surface::Emitter { radiance } if radiance != [0.0; 3] => Some(radiance),
-        _ => None,
-    }
+    materials[material as usize].surface.emitted()
 }
 
 /// A texel of a colour and another number.

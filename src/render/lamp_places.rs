@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use crate::scene::{Mesh, Scene};
 
+use super::corners::{Corners, joined};
 use super::lights::Light;
 use super::space::RenderSpace;
 use super::view::{Rectangle, View};
@@ -18,7 +19,7 @@ pub(crate) fn lamp_places(scene: &Scene, space: &RenderSpace, view: &View, emitt
 }
 
 /// Boxes around the mirrors of a scene, in render space: one for each sphere, and one for all those of a mesh.
-fn mirrors(scene: &Scene, space: &RenderSpace) -> Vec<[DVec3; 2]> {
+fn mirrors(scene: &Scene, space: &RenderSpace) -> Vec<Corners> {
     let is_mirror = |material: u32| scene.surface(material).is_mirror();
     let spheres = scene.spheres.iter().filter(|sphere| is_mirror(sphere.material));
     let around = |center: DVec3, radius: f64| [space.point(center - radius), space.point(center + radius)];
@@ -28,10 +29,10 @@ fn mirrors(scene: &Scene, space: &RenderSpace) -> Vec<[DVec3; 2]> {
 }
 
 /// The lowest and the highest corner of a mesh's triangles of some materials; `None` if there are none.
-fn bounds_of(mesh: &Mesh, wanted: impl Fn(u32) -> bool + Sync) -> Option<[DVec3; 2]> {
+fn bounds_of(mesh: &Mesh, wanted: impl Fn(u32) -> bool + Sync) -> Option<Corners> {
     let triangles = mesh.triangles.par_iter().zip(&mesh.triangle_materials).filter(|(_, material)| wanted(**material));
     let corners = triangles.flat_map_iter(|(triangle, _)| triangle.map(|i| mesh.positions[i as usize]));
-    corners.map(|p| [p, p]).reduce_with(|[lo, hi], [lo_too, hi_too]| [lo.min(lo_too), hi.max(hi_too)])
+    corners.map(|p| [p, p]).reduce_with(joined)
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ pub(crate) mod bindings;
 mod checkpoint;
 mod choice;
 mod contrast;
+mod corners;
 pub(crate) mod driver;
 mod error;
 mod facets;

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::scene::{Light, Scene, Sphere, Surface};
+use crate::scene::{Light, Scene, Sphere};
 
 use super::sides::{Emitters, Place, is_opaque, place_of_point};
 use super::space::RenderSpace;
@@ -77,7 +77,7 @@ fn one_of_each(scene: &Scene) -> Vec<usize> {
 }
 
 fn is_lamp(sphere: &Sphere, scene: &Scene) -> bool {
-    matches!(scene.surface(sphere.material), Surface::Emitter { radiance } if *radiance != [0.0; 3])
+    scene.surface(sphere.material).emitted().is_some()
 }
 
 /// Chooses side and form of the sphere with this index in the scene.

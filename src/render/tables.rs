@@ -20,7 +20,7 @@ use super::layout::{SceneValues, constant};
 use super::lights::{Light, LightShape, LightTable};
 use super::mutation::Mutation;
 use super::rectangles;
-use super::settings::{Glances, LightSamples, RenderSettings, Sampler};
+use super::settings::{Beams, Glances, LightSamples, RenderSettings, Sampler};
 use super::space::RenderSpace;
 use super::spheres::ConstantSphere;
 use super::view::{Rectangle, View};
@@ -75,7 +75,10 @@ impl Tables {
         let points = gathered.points;
         let lights = gathered.lights.into_vec();
         let mut light_table = LightTable::of(&lights, |light| rectangles::looks_large(light, scene, space));
-        let beams = BeamTable::of(scene, space, &lights[points..]);
+        let beams = match settings.beams {
+            Beams::Off => BeamTable::default(),
+            Beams::Auto => BeamTable::of(scene, space, &lights[points..]),
+        };
         let beam_texels = light_table.texels.len() as u32;
         light_table.texels.extend(&beams.texels);
         let view = View::of(scene);

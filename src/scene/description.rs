@@ -109,6 +109,14 @@ impl Surface {
     pub(crate) fn is_emitter(&self) -> bool {
         matches!(self, Self::Emitter { .. })
     }
+
+    /// What it emits, if that is anything.
+    pub(crate) fn emitted(&self) -> Option<Rgb> {
+        match *self {
+            Self::Emitter { radiance } if radiance != [0.0; 3] => Some(radiance),
+            _ => None,
+        }
+    }
 }
 
 /// A named surface.

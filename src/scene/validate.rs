@@ -122,10 +122,8 @@ impl Scene {
     /// Whether anything can be seen: a light, an emitting surface that is in use, or a background.
     pub fn has_light(&self) -> bool {
         let positive = |rgb: &Rgb| rgb.iter().any(|&x| x > 0.0);
-        let emits = |&material: &u32| {
-            matches!(self.materials.get(material as usize),
-                Some(Material { surface: Surface::Emitter { radiance }, .. }) if positive(radiance))
-        };
+        let emits =
+            |&material: &u32| self.materials.get(material as usize).is_some_and(|m| m.surface.emitted().is_some());
         positive(&self.background)
             || self.lights.iter().any(|Light::Point { power, .. }| positive(power))
             || self.spheres.iter().any(|sphere| emits(&sphere.material))

@@ -7,8 +7,8 @@ use super::super::kernels::Schedule;
 use super::super::settings::Scheduler;
 
 /// Expected records that a ray reads in the tree (its SAH cost) from which on it pays to let rays wait for each other.
-/// Lavapipe 22.3.6 (for 25.0.7, see below): at 2.3 that takes 1.1 to 1.25 times the time, at 5 1.06, at 6.8 .9 to 1.03, at 12 .84, at 20 less by a fifth
-/// to a third.
+/// Lavapipe 22.3.6 (for 25.0.7, see below): at 2.3 that takes 1.1 to 1.25 times the time, at 5 1.06, at 6.8 .9 to 1.03, at 12 .84, at 20
+/// less by a fifth to a third.
 const FAR_WALK: f64 = 8.0;
 /// The same where a driver skips branches that no lane takes, if the tree is seen in so much of the picture. Lavapipe 25.0.7: at 2.3 to 3
 /// the queue takes .94 to 1.2 times the time, at 5.2 .85 and at 6.8 .79 to .93 (heaps of balls), at 5.95 1.0 (lamps), at 7.8 .87 to
@@ -19,8 +19,8 @@ const IN_SIGHT: f64 = 0.1;
 /// From how many on it pays where the lanes of a group exchange their paths, which without waiting are in registers already: at 13 the queue
 /// takes 1.03 times the time, at 17 a cat that fills the view takes 1.0, at 18 a mesh in a room .82 (25.0.7).
 const FAR_WALK_OF_GROUPS: f64 = 14.0;
-/// The same of groups on drivers that execute branches which no lane takes. Lavapipe 22.3.6, 16 and 64 samples: at 12 the queue takes 1.4 times
-/// the time, at 14.5 (an armadillo under a lamp) 1.1, at 15.9 1.16 (a cat in a room) and .92 to .96 (a bunny), at 17.8 (a height
+/// The same of groups on drivers that execute branches which no lane takes. Lavapipe 22.3.6, 16 and 64 samples: at 12 the queue takes 1.4
+/// times the time, at 14.5 (an armadillo under a lamp) 1.1, at 15.9 1.16 (a cat in a room) and .92 to .96 (a bunny), at 17.8 (a height
 /// field under a lamp) 1.15 to 1.23, at 22.4 1.0 (a dragon in a room under a lamp) and .84 (the same under a point).
 const FAR_WALK_OF_GROUPS_IN_ALL_BRANCHES: f64 = 18.0;
 /// Where a driver skips branches that no lane takes, it pays too if most rays come near the tree: from so many records on that a ray

@@ -1,0 +1,16 @@
+//! Boxes in double precision, by their lowest and highest corner.
+
+use glam::DVec3;
+
+/// The lowest and the highest corner.
+pub(super) type Corners = [DVec3; 2];
+
+/// Of the smallest box around two others.
+pub(super) fn joined(a: Corners, b: Corners) -> Corners {
+    [a[0].min(b[0]), a[1].max(b[1])]
+}
+
+/// Of the smallest box around points; `None` around none.
+pub(super) fn corners_around(points: impl Iterator<Item = DVec3>) -> Option<Corners> {
+    points.map(|p| [p, p]).reduce(joined)
+}
