@@ -6,94 +6,14 @@ mod common;
 use std::ops::ControlFlow;
 use std::time::Duration;
 
-use common::{assert_same_bits, cat_under_a_low_light, context, render, render_counted, shipped};
+use common::variants::{small_budget, variants};
+use common::{assert_same_bits, cat_under_a_low_light, context, glass_cat, render, render_counted, shipped};
 use glam::DVec3;
-use photolith::render::{Adaptive, Beams, Feature, Glances, Gradients, Reuse, Scheduler, Shares};
+use photolith::render::{Adaptive, Feature, Glances, Gradients, Reuse, Scheduler, Shares};
 use photolith::scene::{Material, Mesh, Normals, Sphere, Surface};
 use photolith::{Context, Film, RenderSettings, Renderer, Scene};
 
 const SAMPLES: u32 = 32;
-
-/// A loop budget in which a sample of the scene ends, but not all samples of a dispatch: every path of the spheres has
-/// 20 hits (two loops each in the general pipeline), and one of the cat takes some hundred steps through the tree. With
-/// a queue, all paths of a workgroup share the budget, and in the general pipeline all rays go through it.
-fn small_budget(name: &str, scheduler: Scheduler, reused: bool) -> u32 {
-    match (name, scheduler) {
-        ("cat", Scheduler::Inline | Scheduler::Turns) => 1500,
-        // Samples of up to four paths.
-        ("glass cat", Scheduler::Inline | Scheduler::Turns) => 6000,
-        ("glass cat", Scheduler::Queue | Scheduler::Auto) => 16_000,
-        (_, Scheduler::Inline | Scheduler::Turns) => 400,
-        // Half of it is for reusing the paths.
-        ("cat", Scheduler::Queue | Scheduler::Auto) if reused => 8000,
-        ("cat", Scheduler::Queue | Scheduler::Auto) => 4000,
-        ("cornell", Scheduler::Queue | Scheduler::Auto) => 2500,
-        (_, Scheduler::Queue | Scheduler::Auto) => 15_000,
-    }
-}
-
-/// Every way of rendering that may change no bit.
-fn variants(name: &str, scene: &Scene, reuse: Reuse) -> Vec<(String, RenderSettings)> {
-    let base = RenderSettings { reuse, ..RenderSettings::of(scene) };
-    // Only the cat is in a tree.
-    let reused = reuse == Reuse::Auto && name == "cat";
-    let mut all = vec![("a second run".to_owned(), base.clone())];
-    for n in [1, 3, 7, 64] {
-        all.push((
-            format!("{n} samples per dispatch"),
-            RenderSettings { samples_per_dispatch: Some(n), ..base.clone() },
-        ));
-    }
-    for n in [8, 64, 128] {
-        all.push((format!("workgroups of {n}"), RenderSettings { workgroup_size: Some(n), ..base.clone() }));
-    }
-    all.push(("the film through a passage".to_owned(), RenderSettings { passage: Some(1 << 16), ..base.clone() }));
-    all.push(("general pipeline".to_owned(), RenderSettings { general: true, ..base.clone() }));
-    for (feature, unneeded) in Feature::ALL {
-        all.push((format!("+{feature}"), RenderSettings { unneeded: Some(unneeded), ..base.clone() }));
-    }
-    for scheduler in [Scheduler::Inline, Scheduler::Turns, Scheduler::Queue] {
-        // As on GPUs, which that is for.
-        let threads = (scheduler == Scheduler::Turns).then_some(true);
-        let base = RenderSettings { threads, ..base.clone() };
-        let budget = Some(small_budget(name, scheduler, reused));
-        all.push((format!("{scheduler:?}"), RenderSettings { scheduler, ..base.clone() }));
-        all.push((
-            format!("{scheduler:?}, loop budget {budget:?}"),
-            RenderSettings { scheduler, loop_budget: budget, ..base.clone() },
-        ));
-        all.push((
-            format!("{scheduler:?}, all at once"),
-            RenderSettings {
-                scheduler,
-                samples_per_dispatch: Some(5),
-                workgroup_size: Some(32),
-                loop_budget: budget,
-                general: true,
-                ..base.clone()
-            },
-        ));
-    }
-    for scheduler in [Scheduler::Inline, Scheduler::Turns] {
-        let split = RenderSettings { scheduler, split: Some(4), ..base.clone() };
-        all.push((format!("{scheduler:?}, split"), split.clone()));
-        let loop_budget = Some(small_budget(name, scheduler, reused));
-        all.push((
-            format!("{scheduler:?}, split, all at once"),
-            RenderSettings { samples_per_dispatch: Some(5), loop_budget, general: true, ..split },
-        ));
-    }
-    let loop_budget = Some(small_budget(name, Scheduler::Queue, reused));
-    for by_lanes in [true, false] {
-        let queue = RenderSettings { scheduler: Scheduler::Queue, share_by_lanes: Some(by_lanes), ..base.clone() };
-        all.push((format!("Queue, shared by lanes: {by_lanes}"), queue.clone()));
-        all.push((
-            format!("Queue, shared by lanes: {by_lanes}, loop budget {loop_budget:?}"),
-            RenderSettings { loop_budget, ..queue },
-        ));
-    }
-    all
-}
 
 /// Renders a scene at sizes that are no multiples of a tile, in every way.
 fn same_bits_in_every_way(name: &str, reuse: Reuse) {
@@ -324,71 +244,6 @@ fn a_lamp_in_a_small_mirror() {
         scene.materials.extend(surfaces.map(|surface| Material { name: format!("{surface:?}"), surface }));
         let (_, statistics) = render_counted(&context, &scene, &RenderSettings::of(&scene));
         assert!((4..100).contains(&statistics.glancing_pixels), "{statistics:?}");
-    }
-}
-
-/// A cat of glass under a lamp.
-fn glass_cat(size: (u32, u32), samples: u32) -> Scene {
-    let mut scene = shipped("cat", size, samples);
-    scene.lights.clear();
-    let lamp = scene.materials.len() as u32;
-    scene.materials.push(Material { name: "lamp".to_owned(), surface: Surface::Emitter { radiance: [50.0; 3] } });
-    scene.spheres.push(Sphere { center: DVec3::new(-5.0, 45.0, 15.0), radius: 5.0, material: lamp, inward: false });
-    for mesh in &mut scene.meshes {
-        mesh.normals = Normals::Flat;
-        mesh.triangle_materials.fill(lamp + 1);
-    }
-    scene.materials.push(Material { name: "glass".to_owned(), surface: Surface::Dielectric { ior: 1.5 } });
-    scene
-}
-
-/// Light is traced from the lamp as well, which rays through the tree outlast a small budget in turn.
-#[test]
-fn beams_through_a_mesh() {
-    let context = context();
-    let scene = glass_cat((48, 40), SAMPLES);
-    let base = RenderSettings::of(&scene);
-    let (expected, statistics) = render_counted(&context, &scene, &base);
-    assert!(statistics.beams > 0 && statistics.reused_samples == 0, "{statistics:?}");
-    let off = render(&context, &scene, &RenderSettings { beams: Beams::Off, ..base });
-    let differing = off.sums().iter().zip(expected.sums()).filter(|(a, b)| a != b).count();
-    assert!(differing > 50, "beams light {differing} pixels");
-    for (what, settings) in variants("glass cat", &scene, Reuse::Auto) {
-        assert_same_bits(&render(&context, &scene, &settings), &expected, &format!("glass cat, {what}"));
-    }
-    // A sample of one path and a beam fit in, but not several beams.
-    let single = RenderSettings { glances: Glances::Off, ..RenderSettings::of(&scene) };
-    let tight = RenderSettings { scheduler: Scheduler::Inline, loop_budget: Some(600), ..single.clone() };
-    assert_same_bits(
-        &render(&context, &scene, &tight),
-        &render(&context, &scene, &single),
-        "glass cat, beams one by one",
-    );
-}
-
-/// Beams aim at each of many bodies: what the sum over these takes is counted where loops have a budget.
-#[test]
-fn beams_towards_many_bodies() {
-    let context = context();
-    let mut scene = glass_cat((48, 40), SAMPLES);
-    scene.meshes.clear();
-    let glass = scene.materials.len() as u32 - 1;
-    scene.materials.push(Material { name: "mirror".to_owned(), surface: Surface::Mirror { reflectance: [0.9; 3] } });
-    scene.spheres.extend((0..30u32).map(|i| Sphere {
-        center: DVec3::new(f64::from(i % 6) * 6.0 - 15.0, f64::from(i / 6) * 5.0 - 6.0, f64::from(i % 4) * 3.0),
-        radius: 2.0,
-        material: glass + i % 2,
-        inward: false,
-    }));
-    let base = RenderSettings::of(&scene);
-    let (expected, statistics) = render_counted(&context, &scene, &base);
-    assert!(statistics.beams > 0 && statistics.repeating_pixels > 50, "{statistics:?}");
-    for (scheduler, threads) in [(Scheduler::Inline, None), (Scheduler::Turns, Some(true)), (Scheduler::Queue, None)] {
-        for loop_budget in [1500, 4000] {
-            let what = format!("many bodies, {scheduler:?}, loop budget {loop_budget}");
-            let settings = RenderSettings { scheduler, threads, loop_budget: Some(loop_budget), ..base.clone() };
-            assert_same_bits(&render(&context, &scene, &settings), &expected, &what);
-        }
     }
 }
 

@@ -6,12 +6,14 @@
 // Each test binary uses its own part of this module.
 #![allow(dead_code)]
 
+pub mod variants;
+
 use std::ops::{ControlFlow, Deref};
 use std::path::PathBuf;
 
 use glam::DVec3;
 use photolith::render::{RenderStatistics, Reuse, Shares};
-use photolith::scene::Light;
+use photolith::scene::{Light, Material, Normals, Sphere, Surface};
 use photolith::{Context, ContextOptions, Film, RenderSettings, Renderer, Scene, Validation};
 
 /// The scenes that are shipped, by name.
@@ -101,4 +103,19 @@ pub fn assert_same_bits(film: &Film, expected: &Film, what: &str) {
     let (a, b) = (bits(film), bits(expected));
     let differing = a.iter().zip(&b).filter(|(a, b)| a != b).count();
     assert_eq!(differing, 0, "{what}: {differing} of {} pixels differ", a.len());
+}
+
+/// A cat of glass under a lamp.
+pub fn glass_cat(size: (u32, u32), samples: u32) -> Scene {
+    let mut scene = shipped("cat", size, samples);
+    scene.lights.clear();
+    let lamp = scene.materials.len() as u32;
+    scene.materials.push(Material { name: "lamp".to_owned(), surface: Surface::Emitter { radiance: [50.0; 3] } });
+    scene.spheres.push(Sphere { center: DVec3::new(-5.0, 45.0, 15.0), radius: 5.0, material: lamp, inward: false });
+    for mesh in &mut scene.meshes {
+        mesh.normals = Normals::Flat;
+        mesh.triangle_materials.fill(lamp + 1);
+    }
+    scene.materials.push(Material { name: "glass".to_owned(), surface: Surface::Dielectric { ior: 1.5 } });
+    scene
 }

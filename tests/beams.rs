@@ -1,0 +1,84 @@
+//! Light that is traced from lamps has the same bits, however it is scheduled.
+
+mod common;
+
+use common::variants::variants;
+use common::{assert_same_bits, context, glass_cat, render, render_counted};
+use glam::DVec3;
+use photolith::render::{Beams, Glances, Reuse, Scheduler};
+use photolith::scene::{Material, Sphere, Surface};
+use photolith::{RenderSettings, Scene};
+
+const SAMPLES: u32 = 32;
+
+/// Light is traced from the lamp as well, which rays through the tree outlast a small budget in turn.
+#[test]
+fn beams_through_a_mesh() {
+    let context = context();
+    let scene = glass_cat((48, 40), SAMPLES);
+    let base = RenderSettings::of(&scene);
+    let (expected, statistics) = render_counted(&context, &scene, &base);
+    assert!(statistics.beams > 0 && statistics.reused_samples == 0, "{statistics:?}");
+    let off = render(&context, &scene, &RenderSettings { beams: Beams::Off, ..base });
+    let differing = off.sums().iter().zip(expected.sums()).filter(|(a, b)| a != b).count();
+    assert!(differing > 50, "beams light {differing} pixels");
+    for (what, settings) in variants("glass cat", &scene, Reuse::Auto) {
+        assert_same_bits(&render(&context, &scene, &settings), &expected, &format!("glass cat, {what}"));
+    }
+    // A sample of one path and a beam fit in, but not several beams.
+    let single = RenderSettings { glances: Glances::Off, ..RenderSettings::of(&scene) };
+    let tight = RenderSettings { scheduler: Scheduler::Inline, loop_budget: Some(600), ..single.clone() };
+    assert_same_bits(
+        &render(&context, &scene, &tight),
+        &render(&context, &scene, &single),
+        "glass cat, beams one by one",
+    );
+}
+
+/// Balls of glass and mirrors under a lamp.
+fn many_bodies(size: (u32, u32), samples: u32) -> Scene {
+    let mut scene = glass_cat(size, samples);
+    scene.meshes.clear();
+    let glass = scene.materials.len() as u32 - 1;
+    scene.materials.push(Material { name: "mirror".to_owned(), surface: Surface::Mirror { reflectance: [0.9; 3] } });
+    scene.spheres.extend((0..30u32).map(|i| Sphere {
+        center: DVec3::new(f64::from(i % 6) * 6.0 - 15.0, f64::from(i / 6) * 5.0 - 6.0, f64::from(i % 4) * 3.0),
+        radius: 2.0,
+        material: glass + i % 2,
+        inward: false,
+    }));
+    scene
+}
+
+/// Beams aim at each of many bodies: what the sum over these takes is counted where loops have a budget.
+#[test]
+fn beams_towards_many_bodies() {
+    let context = context();
+    let scene = many_bodies((48, 40), SAMPLES);
+    let base = RenderSettings::of(&scene);
+    let (expected, statistics) = render_counted(&context, &scene, &base);
+    assert!(statistics.beams > 0 && statistics.repeating_pixels > 50, "{statistics:?}");
+    for (scheduler, threads) in [(Scheduler::Inline, None), (Scheduler::Turns, Some(true)), (Scheduler::Queue, None)] {
+        for loop_budget in [1500, 4000] {
+            let what = format!("many bodies, {scheduler:?}, loop budget {loop_budget}");
+            let settings = RenderSettings { scheduler, threads, loop_budget: Some(loop_budget), ..base.clone() };
+            assert_same_bits(&render(&context, &scene, &settings), &expected, &what);
+        }
+    }
+}
+
+/// What a dispatch has noted is added up while the next one is traced: by CPUs three of them, by GPUs two larger ones, and those that ran
+/// out of their budget once more.
+#[test]
+fn beams_of_several_dispatches() {
+    let context = context();
+    let scene = many_bodies((80, 64), 128);
+    let base = RenderSettings::of(&scene);
+    let (expected, statistics) = render_counted(&context, &scene, &base);
+    assert_eq!(statistics.beams, 80 * 64 * 128 / 8);
+    for (threads, loop_budget) in [(Some(true), None), (None, Some(1500))] {
+        let settings = RenderSettings { threads, loop_budget, ..base.clone() };
+        let what = format!("several dispatches, threads {threads:?}, loop budget {loop_budget:?}");
+        assert_same_bits(&render(&context, &scene, &settings), &expected, &what);
+    }
+}
