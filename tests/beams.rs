@@ -67,18 +67,20 @@ fn beams_towards_many_bodies() {
     }
 }
 
-/// What a dispatch has noted is added up while the next one is traced: by CPUs three of them, by GPUs two larger ones, and those that ran
-/// out of their budget once more.
+/// What a dispatch has noted is added up while the next one is traced: on CPUs there are five, on GPUs three larger ones, and those that
+/// ran out of their budget are traced once more.
 #[test]
 fn beams_of_several_dispatches() {
     let context = context();
-    let scene = many_bodies((80, 64), 128);
+    let scene = many_bodies((320, 256), 16);
     let base = RenderSettings::of(&scene);
     let (expected, statistics) = render_counted(&context, &scene, &base);
-    assert_eq!(statistics.beams, 80 * 64 * 128 / 8);
+    assert_eq!(statistics.beams, 320 * 256 * 16 / 8);
     for (threads, loop_budget) in [(Some(true), None), (None, Some(1500))] {
         let settings = RenderSettings { threads, loop_budget, ..base.clone() };
+        let (film, again) = render_counted(&context, &scene, &settings);
         let what = format!("several dispatches, threads {threads:?}, loop budget {loop_budget:?}");
-        assert_same_bits(&render(&context, &scene, &settings), &expected, &what);
+        assert_same_bits(&film, &expected, &what);
+        assert_eq!(again.rays > statistics.rays, loop_budget.is_some(), "{what}: {again:?}, {statistics:?}");
     }
 }

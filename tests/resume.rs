@@ -67,6 +67,33 @@ fn stopping_changes_no_bit() {
     }
 }
 
+/// Beams of several dispatches, of which the one in flight is still added up.
+#[test]
+fn stopping_within_beams_changes_no_bit() {
+    let context = context();
+    let scene = shipped("cornell", (320, 256), 16);
+    let settings = RenderSettings::of(&scene);
+    let (whole, statistics) = render_counted(&context, &scene, &settings);
+    assert_eq!(statistics.beams, 5 << 15);
+    let after_paths = |progress: &Progress| progress.done >= progress.total;
+    for dispatches in 2..=4 {
+        let mut left = dispatches;
+        let mut renderer = Renderer::new(&context, &scene, &settings).unwrap();
+        let stopped = renderer.render(|progress| {
+            left -= i32::from(after_paths(progress));
+            if left > 0 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        });
+        // The first report is of paths, and after the last one there was another dispatch in flight.
+        assert_eq!(renderer.statistics().beams, (dispatches as u64) << 15);
+        assert!(renderer.statistics().stopped && stopped.is_ok());
+        let checkpoint = renderer.checkpoint().unwrap();
+        let mut other = Renderer::new(&context, &scene, &settings).unwrap();
+        let film = other.go_on(&checkpoint, |_| ControlFlow::Continue(())).unwrap();
+        assert_same_bits(&whole, &film, &format!("stopped after {dispatches} dispatches of beams"));
+        assert_eq!(counts(other.statistics()), counts(&statistics));
+    }
+}
+
 /// Dispatches of a part of the image each.
 #[test]
 fn stopping_within_a_round_changes_no_bit() {

@@ -7,6 +7,8 @@ use crate::image::metrics::RELATIVE_OFFSET;
 use super::film::Film;
 use super::layout::BeamNote;
 
+/// Threads that add up notes, where there are many.
+const THREADS: usize = 8;
 /// From so many on several threads take less time, woken up as they must be.
 const MANY_BEAMS: usize = 1 << 16;
 
@@ -139,18 +141,18 @@ impl BeamPart {
     }
 }
 
-/// How many threads are to add up what so many beams have noted. Each looks at all notes, so that few take longer than one: two 22 to
-/// 30 ns a beam instead of 15, but eight of sixteen 20 instead of 33 (1024×1024 pixels).
+/// How many threads are to add up what so many beams have noted. Each looks at all notes, so that few take longer than one: on two cores
+/// both take 22 to 30 ns a beam and one 15 (Zen 4), on sixteen of another machine one 33, eight 20 and sixteen 19 (an H200's host).
 fn threads(beams: usize) -> usize {
-    match rayon::current_num_threads() {
-        many if many >= 8 && beams >= MANY_BEAMS => many / 2,
-        _ => 1,
-    }
+    if beams >= MANY_BEAMS && rayon::current_num_threads() >= 2 * THREADS { THREADS } else { 1 }
 }
 
 /// Adds what notes amount to to those of their pixels that there are, by so many threads, each with a part of the pixels.
 fn add_to(sums: &mut [[f64; 3]], notes: BeamNotes<'_>, threads: usize, amount: impl Fn(f64) -> f64 + Sync) {
-    let part = sums.len().div_ceil(threads).max(1);
+    if sums.is_empty() {
+        return;
+    }
+    let part = sums.len().div_ceil(threads);
     let add = |(i, sums): (usize, &mut [[f64; 3]])| {
         for beam in 0..notes.beams {
             for note in notes.of_beam(beam) {

@@ -79,7 +79,7 @@ impl Choice for Shares {
             "auto",
             Self::Auto,
             "Where it pays: half, twice or four times --samples, in the time of as many everywhere; with --samples 1 to 3 \
-             no less than that, and up to 1.4 times as many in all",
+             nowhere fewer, and up to 1.4 times as many in all",
         ),
         ("off", Self::Off, "Never"),
     ];

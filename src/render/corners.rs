@@ -14,3 +14,15 @@ pub(super) fn joined(a: Corners, b: Corners) -> Corners {
 pub(super) fn corners_around(points: impl Iterator<Item = DVec3>) -> Option<Corners> {
     points.map(|p| [p, p]).reduce(joined)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn corners_are_the_lowest_and_the_highest() {
+        let points = [DVec3::new(1.0, -2.0, 3.0), DVec3::new(-1.0, 5.0, 3.0), DVec3::new(0.0, 0.0, 4.0)];
+        assert_eq!(corners_around(points.into_iter()), Some([DVec3::new(-1.0, -2.0, 3.0), DVec3::new(1.0, 5.0, 4.0)]));
+        assert_eq!(corners_around(std::iter::empty()), None);
+    }
+}

@@ -59,7 +59,7 @@ use resume::{Before, Keeping};
 use survey::Places;
 use verdict::ReuseTrial;
 
-/// Submissions in flight.
+/// Submissions in flight, but for one that is repeated meanwhile.
 const IN_FLIGHT: usize = 2;
 
 /// Renders one scene with one set of settings.

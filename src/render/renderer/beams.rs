@@ -81,9 +81,9 @@ fn beams_for(samples: u64, of_each: f64) -> u64 {
     ((samples as f64 * of_each) as u64).max(1).next_multiple_of(u64::from(BLOCK)).min(MOST_BEAMS)
 }
 
-/// The most beams of a rendering (with `--noise`, of a part of them).
+/// The most beams of a rendering, or of each of its two parts. (If it gets more samples later, dispatches are smaller than they could be.)
 pub(super) fn most_beams(pixels: u64, settings: &RenderSettings) -> u64 {
-    let of_each = if settings.adaptive.is_some() { 1.0 } else { BEAMS_PER_SAMPLE };
+    let of_each = if settings.adaptive.is_some() { 0.5 } else { BEAMS_PER_SAMPLE };
     beams_for(pixels * u64::from(settings.samples), of_each)
 }
 
@@ -142,7 +142,7 @@ impl BeamTracer {
         Ok(Self { pipeline, workgroup, dispatch, per_invocation: BEAMS_PER_INVOCATION[of_gpus], notes })
     }
 
-    /// What the beams of these numbers, which were traced last as that one of the dispatches in flight, have noted.
+    /// What the beams of these numbers have noted, which were the last to use that one of the buffers.
     fn noted(&self, span: &Range<u32>, number: usize) -> Result<BeamNotes<'_>, RenderError> {
         let bytes = mapped(&self.notes[number].buffer)?;
         Ok(BeamNotes::of(bytemuck::cast_slice(&bytes[..notes_bytes(span.len()) as usize])))
@@ -205,8 +205,9 @@ impl Renderer {
         Ok(noise)
     }
 
-    /// Traces beams until each part has so many, or the watch says stop after a dispatch: any number of them is right in the mean,
-    /// but none at all. The device traces a dispatch while the host adds up what the one before it has noted.
+    /// Traces beams until each part has so many, or the watch says stop after a dispatch, when what is in flight is still waited for: any
+    /// number of them is right in the mean, but none at all. The device traces a dispatch while the host adds up what the one before
+    /// it has noted.
     fn trace_beams_to(
         &mut self,
         light: &mut BeamLight,
@@ -229,16 +230,18 @@ impl Renderer {
                 }
                 let Some((ticket, submitted, span, number)) = in_flight.pop_front() else { break };
                 self.finish(&ticket, number)?;
-                // What did not fit into the loop budget beside others may alone.
-                if tracer.noted(&span, number)?.are_unfinished() {
+                let budget = self.launch.loop_budget;
+                let is_unfinished =
+                    || Ok::<_, RenderError>(budget > 0 && tracer.noted(&span, number)?.are_unfinished());
+                if is_unfinished()? {
+                    // What did not fit into the loop budget beside others may alone.
                     let ticket = self.trace_beams(&tracer, &span, 1, number)?;
                     self.finish(&ticket, number)?;
+                    if is_unfinished()? {
+                        return Err(RenderError::Stuck { budget });
+                    }
                 }
-                let notes = tracer.noted(&span, number)?;
-                if notes.are_unfinished() {
-                    return Err(RenderError::Stuck { budget: self.launch.loop_budget });
-                }
-                part.add(notes);
+                part.add(tracer.noted(&span, number)?);
                 let seconds = watch.finished_since(submitted);
                 watch.report(self.statistics.samples, seconds, false);
             }

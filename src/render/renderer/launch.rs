@@ -220,7 +220,7 @@ impl Launch {
         Pace::new(settings.samples_per_dispatch, most_samples, rounds)
     }
 
-    /// Invocations of a workgroup that traces beams: a dispatch has few, of many beams each, in many small workgroups.
+    /// Invocations of a workgroup that traces beams: small ones, of which few beams still make many.
     pub fn beam_workgroup(&self) -> u32 {
         if self.facts.threads { self.subgroup.clamp(32, 128) } else { self.facts.workgroup_size }
     }

@@ -43,7 +43,7 @@ impl Parts {
         let layout = bindings::layout(device, &buffers::BINDINGS)?;
         let beam_layout = (launch.beam_targets > 0).then(|| BeamTracer::layout(device)).transpose()?;
         let beam_workgroup = launch.beam_workgroup();
-        let mut timeline = Timeline::new(device, IN_FLIGHT)?;
+        let mut timeline = Timeline::new(device, IN_FLIGHT + 1)?;
         let sobol = sobol::table(launch.sobol_levels, if launch.reuse { MEMBERS } else { 1 });
         let shape = launch.shape([scene.film.width, scene.film.height], settings);
         // Each time that lavapipe begins to make machine code, as it does for the buffers' formats, it sets the width of its vectors to 256

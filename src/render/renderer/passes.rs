@@ -63,7 +63,7 @@ impl<'a> Watch<'a> {
         (self.limit, self.stop) = (limit, self.interrupted);
     }
 
-    /// A submission has finished just now: the seconds that it took. The device works on one at a time, so that it began
+    /// A submission has finished just now: the seconds that it took, with what the host did about it. The device works on one at a time, so that it began
     /// when its predecessor ended.
     pub(super) fn finished_since(&mut self, submitted: Instant) -> f64 {
         let now = Instant::now();
