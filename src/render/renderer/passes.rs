@@ -63,8 +63,8 @@ impl<'a> Watch<'a> {
         (self.limit, self.stop) = (limit, self.interrupted);
     }
 
-    /// A submission has finished just now: the seconds that it took, with what the host did about it. The device works on one at a time, so that it began
-    /// when its predecessor ended.
+    /// A submission has finished just now: the seconds that it took, with what the host did about it. The device works on one at a
+    /// time, so that it began when its predecessor ended.
     pub(super) fn finished_since(&mut self, submitted: Instant) -> f64 {
         let now = Instant::now();
         let seconds = now.duration_since(submitted.max(self.last_finished)).as_secs_f64();
