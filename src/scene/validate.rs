@@ -122,8 +122,10 @@ impl Scene {
     /// Whether anything can be seen: a light, an emitting surface that is in use, or a background.
     pub fn has_light(&self) -> bool {
         let positive = |rgb: &Rgb| rgb.iter().any(|&x| x > 0.0);
-        let emits =
-            |&material: &u32| self.materials.get(material as usize).is_some_and(|m| m.surface.emitted().is_some());
+        let emits = |&material: &u32| {
+            let material = self.materials.get(material as usize);
+            material.and_then(|material| material.surface.emitted()).is_some_and(|radiance| positive(&radiance))
+        };
         positive(&self.background)
             || self.lights.iter().any(|Light::Point { power, .. }| positive(power))
             || self.spheres.iter().any(|sphere| emits(&sphere.material))

@@ -16,8 +16,8 @@ const FAR_WALK: f64 = 8.0;
 const FAR_WALK_IN_SIGHT: f64 = 4.0;
 /// So much of the picture.
 const IN_SIGHT: f64 = 0.1;
-/// From how many on it pays where the lanes of a group exchange their paths, which without waiting are in registers already: at 13 the queue
-/// takes 1.03 times the time, at 17 a cat that fills the view takes 1.0, at 18 a mesh in a room .82 (25.0.7).
+/// From how many on it pays where the lanes of a group exchange their paths, which without waiting are in registers already: at 13 the
+/// queue takes 1.03 times the time, at 17 a cat that fills the view takes 1.0, at 18 a mesh in a room .82 (25.0.7).
 const FAR_WALK_OF_GROUPS: f64 = 14.0;
 /// The same of groups on drivers that execute branches which no lane takes. Lavapipe 22.3.6, 16 and 64 samples: at 12 the queue takes 1.4
 /// times the time, at 14.5 (an armadillo under a lamp) 1.1, at 15.9 1.16 (a cat in a room) and .92 to .96 (a bunny), at 17.8 (a height
