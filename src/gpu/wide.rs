@@ -58,9 +58,10 @@ fn cache_of_width(width: &str) -> Option<PathBuf> {
 }
 
 /// Whether lanes that follow a tree should be sixteen too. On an AMD EPYC (Zen 5), which works on 512 bits at once, meshes take .77 to
-/// .96 of the time with lavapipe 25.0.7, but 1.0 to 1.2 times as long with 22.3.6, which executes both sides of each branch. (On
-/// a Xeon, Sapphire Rapids, 25.0.7 takes as long with either.) Zen 4, which works on halves, takes .94 to 1.11 of the time with
-/// meshes, but less where most rays are within glass (`through_glass`): with dragons, bunnies and armadillos in rooms .78, .92, .97.
+/// .96 of the time with lavapipe 25.0.7, on a Xeon (Cascade Lake) .86 to .94, but 1.0 to 1.5 times as long with 22.3.6, which
+/// executes both sides of each branch. (On another Xeon, Sapphire Rapids, 25.0.7 takes as long with either.) Zen 4, which works
+/// on halves, takes .94 to 1.11 of the time with meshes, but less where most rays are within glass (`through_glass`): with
+/// dragons, bunnies and armadillos in rooms .78, .92, .97.
 pub(crate) fn wide_walks_pay(through_glass: bool) -> bool {
     (through_glass || computes_wide_vectors_at_once())
         && lavapipe_api_version().is_some_and(|version| version >= LAVAPIPE_25)
@@ -71,17 +72,29 @@ const LAVAPIPE_25: ApiVersion = (1, 4);
 
 /// AMD's family of CPUs from which on vectors of 512 bits are not worked on in halves: Zen 5.
 #[cfg(target_arch = "x86_64")]
-const WHOLE_VECTORS: u32 = 0x1a;
+const ZEN_5: u32 = 0x1a;
+/// Intel's family and model of the Xeons where 16 lanes were measured to follow a tree sooner than 8: Cascade Lake, and
+/// Skylake and Cooper Lake, which share its number.
+#[cfg(target_arch = "x86_64")]
+const CASCADE_LAKE: (u32, u32) = (6, 0x55);
 
 #[cfg(target_arch = "x86_64")]
 fn computes_wide_vectors_at_once() -> bool {
     use std::arch::x86_64::__cpuid;
     let vendor = __cpuid(0);
-    let is_amd = [vendor.ebx, vendor.edx, vendor.ecx].map(u32::to_le_bytes).concat() == b"AuthenticAMD";
-    // AMD64 Architecture Programmer's Manual, volume 3, CPUID function 1: the base family is 15 for all of these.
+    let name = [vendor.ebx, vendor.edx, vendor.ecx].map(u32::to_le_bytes).concat();
+    // CPUID function 1 (AMD64 Architecture Programmer's Manual, volume 3; Intel's Software Developer's Manual, volume 2). The
+    // extended family counts if the base family is 15, the extended model for these families.
     let signature = __cpuid(1).eax;
-    let family = (signature >> 8 & 0xf) + (signature >> 20 & 0xff);
-    is_amd && family >= WHOLE_VECTORS && has_wide_vectors()
+    let base_family = signature >> 8 & 0xf;
+    let family = if base_family == 0xf { base_family + (signature >> 20 & 0xff) } else { base_family };
+    let model = (signature >> 12 & 0xf0) + (signature >> 4 & 0xf);
+    let is_measured = match name.as_slice() {
+        b"AuthenticAMD" => family >= ZEN_5,
+        b"GenuineIntel" => (family, model) == CASCADE_LAKE,
+        _ => false,
+    };
+    is_measured && has_wide_vectors()
 }
 
 #[cfg(not(target_arch = "x86_64"))]
