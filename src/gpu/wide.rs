@@ -63,8 +63,7 @@ fn cache_of_width(width: &str) -> Option<PathBuf> {
 /// on halves, takes .94 to 1.11 of the time with meshes, but less where most rays are within glass (`through_glass`): with
 /// dragons, bunnies and armadillos in rooms .78, .92, .97.
 pub(crate) fn wide_walks_pay(through_glass: bool) -> bool {
-    (through_glass || computes_wide_vectors_at_once())
-        && lavapipe_api_version().is_some_and(|version| version >= LAVAPIPE_25)
+    (through_glass || cpu_suits_wide_walks()) && lavapipe_api_version().is_some_and(|version| version >= LAVAPIPE_25)
 }
 
 /// The version of Vulkan of lavapipe from Mesa 25.0 on.
@@ -78,27 +77,32 @@ const ZEN_5: u32 = 0x1a;
 #[cfg(target_arch = "x86_64")]
 const CASCADE_LAKE: (u32, u32) = (6, 0x55);
 
+/// Whether this CPU follows a tree sooner with vectors of 512 bits.
 #[cfg(target_arch = "x86_64")]
-fn computes_wide_vectors_at_once() -> bool {
+fn cpu_suits_wide_walks() -> bool {
     use std::arch::x86_64::__cpuid;
     let vendor = __cpuid(0);
-    let name = [vendor.ebx, vendor.edx, vendor.ecx].map(u32::to_le_bytes).concat();
-    // CPUID function 1 (AMD64 Architecture Programmer's Manual, volume 3; Intel's Software Developer's Manual, volume 2). The
-    // extended family counts if the base family is 15, the extended model for these families.
-    let signature = __cpuid(1).eax;
+    let vendor = [vendor.ebx, vendor.edx, vendor.ecx].map(u32::to_le_bytes).concat();
+    suits_wide_walks(&vendor, __cpuid(1).eax) && has_wide_vectors()
+}
+
+/// The same for a vendor and a signature: what CPUID says for 0 and 1 (AMD64 Architecture Programmer's Manual, volume
+/// 3; Intel 64 and IA-32 Architectures Software Developer's Manual, volume 2).
+#[cfg(target_arch = "x86_64")]
+fn suits_wide_walks(vendor: &[u8], signature: u32) -> bool {
     let base_family = signature >> 8 & 0xf;
     let family = if base_family == 0xf { base_family + (signature >> 20 & 0xff) } else { base_family };
+    // For the families in question the extended model counts.
     let model = (signature >> 12 & 0xf0) + (signature >> 4 & 0xf);
-    let is_measured = match name.as_slice() {
+    match vendor {
         b"AuthenticAMD" => family >= ZEN_5,
         b"GenuineIntel" => (family, model) == CASCADE_LAKE,
         _ => false,
-    };
-    is_measured && has_wide_vectors()
+    }
 }
 
 #[cfg(not(target_arch = "x86_64"))]
-fn computes_wide_vectors_at_once() -> bool {
+fn cpu_suits_wide_walks() -> bool {
     false
 }
 
@@ -110,4 +114,20 @@ fn has_wide_vectors() -> bool {
 #[cfg(not(target_arch = "x86_64"))]
 fn has_wide_vectors() -> bool {
     false
+}
+
+#[cfg(all(test, target_arch = "x86_64"))]
+mod tests {
+    use super::suits_wide_walks;
+
+    #[test]
+    fn cpus_are_told_apart() {
+        let (amd, intel) = (b"AuthenticAMD", b"GenuineIntel");
+        let [zen_4, zen_5] = [0x00a1_0f11, 0x00b0_0f21];
+        let [skylake, cascade_lake, ice_lake, sapphire_rapids] = [0x0005_0654, 0x0005_0657, 0x0006_06a6, 0x0008_06f8];
+        assert!(suits_wide_walks(amd, zen_5) && !suits_wide_walks(amd, zen_4));
+        assert!([skylake, cascade_lake].iter().all(|cpu| suits_wide_walks(intel, *cpu)));
+        assert!(![ice_lake, sapphire_rapids].iter().any(|cpu| suits_wide_walks(intel, *cpu)));
+        assert!(!suits_wide_walks(intel, zen_5) && !suits_wide_walks(b"", cascade_lake));
+    }
 }
