@@ -58,7 +58,7 @@ fn cache_of_width(width: &str) -> Option<PathBuf> {
 }
 
 /// Whether lanes that follow a tree should be sixteen too. On an AMD EPYC (Zen 5), which works on 512 bits at once, meshes take .77 to
-/// .96 of the time with lavapipe 25.0.7, on a Xeon (Cascade Lake) .86 to .94, but 1.0 to 1.5 times as long with 22.3.6, which
+/// .96 of the time with lavapipe 25.0.7, on a Xeon (Cascade Lake) .84 to .94, but 1.0 to 1.5 times as long with 22.3.6, which
 /// executes both sides of each branch. (On another Xeon, Sapphire Rapids, 25.0.7 takes as long with either.) Zen 4, which works
 /// on halves, takes .94 to 1.11 of the time with meshes, but less where most rays are within glass (`through_glass`): with
 /// dragons, bunnies and armadillos in rooms .78, .92, .97.
