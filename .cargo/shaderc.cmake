@@ -31,10 +31,6 @@ function(precompile target)
     endforeach()
 endfunction()
 
-# A toolchain is read several times, also for trials of the compiler.
-get_property(is_trial GLOBAL PROPERTY IN_TRY_COMPILE)
-get_property(is_again GLOBAL PROPERTY PHOTOLITH_SPARES)
-if(NOT is_trial AND NOT is_again)
-    set_property(GLOBAL PROPERTY PHOTOLITH_SPARES TRUE)
-    cmake_language(DEFER DIRECTORY ${CMAKE_SOURCE_DIR} CALL spare_what_is_not_used)
-endif()
+# A toolchain is read several times, also for trials of the compiler, where none of these targets is known.
+include_guard(GLOBAL)
+cmake_language(DEFER DIRECTORY ${CMAKE_SOURCE_DIR} CALL spare_what_is_not_used)
