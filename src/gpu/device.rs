@@ -14,10 +14,12 @@ use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use super::error::{GpuError, check};
 use super::instance::{Instance, Validation};
 use super::messages::Messages;
+use super::pipeline::RawPipeline;
 use super::reconvergence;
 use super::required;
 use super::select::{self, DeviceInfo};
 use super::shader_objects::ShaderObjects;
+use super::spares::Spares;
 use super::timestamps::Timestamps;
 
 /// How long a wait may last before the device is given up.
@@ -138,6 +140,8 @@ pub(crate) struct Device {
     pub reconverges: bool,
     /// Shaders without pipelines, kept there as the driver hands them over.
     pub shader_objects: Option<Arc<ShaderObjects>>,
+    /// Pipelines that nobody has at the moment.
+    pub(super) pipelines: Spares<RawPipeline>,
     memory: Mutex<Memory>,
     given_up: AtomicBool,
     pub instance: Instance,
@@ -217,6 +221,7 @@ impl Device {
             shader_folder: options.shader_folder.clone(),
             reconverges,
             shader_objects,
+            pipelines: Spares::default(),
             memory: Mutex::new(Memory { allocator: ManuallyDrop::new(allocator), bytes: 0, peak: 0 }),
             given_up: AtomicBool::new(false),
             instance,
@@ -271,9 +276,10 @@ impl Device {
 impl Drop for Device {
     fn drop(&mut self) {
         let memory = self.memory.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner);
-        // SAFETY: every object made with the device holds a clone of its Arc, so that none is left; the
-        // allocator is dropped once, before the device whose memory it frees.
+        // SAFETY: every object made with the device holds a clone of its Arc, so that none is left but for the pipelines to spare,
+        // which nobody has; the allocator is dropped once, before the device whose memory it frees.
         unsafe {
+            self.pipelines.take_all().into_iter().for_each(|pipeline| pipeline.destroy(&self.raw));
             ManuallyDrop::drop(&mut memory.allocator);
             self.raw.destroy_device(None);
         }

@@ -14,6 +14,7 @@ mod reconvergence;
 mod required;
 mod select;
 mod shader_objects;
+mod spares;
 mod submit;
 mod timestamps;
 mod violation;

@@ -1,5 +1,6 @@
 //! Compute pipelines and their specialization constants.
 
+use std::mem::take;
 use std::sync::Arc;
 
 use ash::vk;
@@ -74,20 +75,23 @@ impl Specialization {
     }
 }
 
-/// A specialised shader, ready to be dispatched.
+/// A specialised shader, ready to be dispatched. One that is dropped stays with its device for a while, where the next that wants
+/// the same finds it: to compile it again takes some tenths of a second on lavapipe.
 pub(crate) struct Pipeline {
-    raw: Raw,
+    raw: RawPipeline,
+    identity: Vec<u8>,
     device: Arc<Device>,
 }
 
 /// As a pipeline, or by itself.
-enum Raw {
+#[derive(Clone)]
+pub(super) enum RawPipeline {
     Pipeline(vk::Pipeline),
     Shader(vk::ShaderEXT, Arc<ShaderObjects>),
 }
 
 impl Pipeline {
-    /// Specialises SPIR-V and compiles it.
+    /// Specialises SPIR-V and compiles it, unless the device has the same to spare.
     pub fn new(
         device: &Arc<Device>,
         name: &str,
@@ -96,15 +100,21 @@ impl Pipeline {
         layout: &BindingLayout,
     ) -> Result<Self, GpuError> {
         let spirv = &as_promised(spirv, device.reconverges);
+        let identity = identity(spirv, specialization, layout);
+        let of = |raw| Self { raw, identity: identity.clone(), device: Arc::clone(device) };
+        if let Some(raw) = device.pipelines.take(&identity) {
+            return Ok(of(raw));
+        }
+        let code = Code { name, spirv, specialization, identity: &identity };
         let raw = match &device.shader_objects {
             Some(objects) => {
-                let shader = objects.make(name, spirv, specialization, layout)?;
+                let shader = objects.make(&code, layout)?;
                 device.name(shader, name);
-                Raw::Shader(shader, Arc::clone(objects))
+                RawPipeline::Shader(shader, Arc::clone(objects))
             }
-            None => Raw::Pipeline(create(device, name, spirv, specialization, layout)?),
+            None => RawPipeline::Pipeline(create(device, &code, layout)?),
         };
-        Ok(Self { raw, device: Arc::clone(device) })
+        Ok(of(raw))
     }
 
     /// Binds it for the dispatches that follow.
@@ -115,8 +125,8 @@ impl Pipeline {
         // SAFETY: the caller's.
         unsafe {
             match &self.raw {
-                Raw::Shader(shader, objects) => objects.bind(commands, *shader),
-                Raw::Pipeline(pipeline) => {
+                RawPipeline::Shader(shader, objects) => objects.bind(commands, *shader),
+                RawPipeline::Pipeline(pipeline) => {
                     self.device.raw.cmd_bind_pipeline(commands, vk::PipelineBindPoint::COMPUTE, *pipeline);
                 }
             }
@@ -129,50 +139,78 @@ impl Drop for Pipeline {
         if self.device.is_given_up() {
             return;
         }
-        // SAFETY: owners wait for the device before they drop a pipeline that a submission uses.
+        if let Some(oldest) = self.device.pipelines.give_back(take(&mut self.identity), self.raw.clone()) {
+            // SAFETY: owners wait for the device before they drop a pipeline that a submission uses.
+            unsafe { oldest.destroy(&self.device.raw) };
+        }
+    }
+}
+
+impl RawPipeline {
+    /// Destroys it.
+    ///
+    /// # Safety
+    /// It is of this device, nobody has it, and no submission uses it any more.
+    pub unsafe fn destroy(self, device: &ash::Device) {
+        // SAFETY: the caller's.
         unsafe {
-            match &self.raw {
-                Raw::Shader(shader, objects) => objects.destroy(*shader),
-                Raw::Pipeline(pipeline) => self.device.raw.destroy_pipeline(*pipeline, None),
+            match self {
+                Self::Shader(shader, objects) => objects.destroy(shader),
+                Self::Pipeline(pipeline) => device.destroy_pipeline(pipeline, None),
             }
         }
     }
 }
 
-/// SPIR-V without what these constants switch off, in words.
-pub(super) fn pruned(name: &str, spirv: &[u8], specialization: &Specialization) -> Vec<u32> {
-    let words = words_of(spirv);
-    prune(&words, specialization).unwrap_or_else(|| {
-        log::debug!("{name}: SPIR-V of another kind than glslang's, left to the driver as it is");
+/// What a pipeline is made of.
+pub(super) struct Code<'a> {
+    pub name: &'a str,
+    pub spirv: &'a [u8],
+    pub specialization: &'a Specialization,
+    /// All that the pipeline depends on but for the device.
+    pub identity: &'a [u8],
+}
+
+/// All that a pipeline depends on, its device aside. (It is made of what pruning leaves.)
+fn identity(spirv: &[u8], specialization: &Specialization, layout: &BindingLayout) -> Vec<u8> {
+    let mut identity = prune::identity(spirv);
+    identity.extend(layout.push_bytes.to_le_bytes());
+    identity.extend((layout.bindings.len() as u64).to_le_bytes());
+    for &(number, kind) in &layout.bindings {
+        identity.extend(number.to_le_bytes());
+        identity.push(kind as u8);
+    }
+    for &(id, value) in &specialization.entries {
+        identity.extend([id.to_le_bytes(), value.to_le_bytes()].concat());
+    }
+    identity
+}
+
+/// SPIR-V without what the constants switch off, in words.
+pub(super) fn pruned(code: &Code<'_>) -> Vec<u32> {
+    let words = words_of(code.spirv);
+    prune(&words, code.specialization).unwrap_or_else(|| {
+        log::debug!("{}: SPIR-V of another kind than glslang's, left to the driver as it is", code.name);
         words
     })
 }
 
 /// The same, kept on disk from one start to the next: to take 650 KB apart takes about 7 ms.
-fn pruned_once(device: &Device, name: &str, spirv: &[u8], specialization: &Specialization) -> Vec<u32> {
-    let Some(folder) = &device.shader_folder else { return pruned(name, spirv, specialization) };
+fn pruned_once(device: &Device, code: &Code<'_>) -> Vec<u32> {
+    let Some(folder) = &device.shader_folder else { return pruned(code) };
     let store = BinaryStore::new(folder);
-    let mut identity = b"SPIR-V".to_vec();
-    identity.extend(prune::identity(spirv));
-    for (id, value) in &specialization.entries {
-        identity.extend([id.to_le_bytes(), value.to_le_bytes()].concat());
-    }
+    let identity = [b"SPIR-V", code.identity].concat();
     if let Some(kept) = store.load(&identity) {
         return words_of(&kept);
     }
-    let words = pruned(name, spirv, specialization);
+    let words = pruned(code);
     store.keep(&identity, bytemuck::cast_slice(&words));
     words
 }
 
-fn create(
-    device: &Device,
-    name: &str,
-    spirv: &[u8],
-    specialization: &Specialization,
-    layout: &BindingLayout,
-) -> Result<vk::Pipeline, GpuError> {
-    let words = pruned_once(device, name, spirv, specialization);
+fn create(device: &Device, code: &Code<'_>, layout: &BindingLayout) -> Result<vk::Pipeline, GpuError> {
+    let Code { name, specialization, .. } = code;
+    let words = pruned_once(device, code);
     let info = vk::ShaderModuleCreateInfo::default().code(&words);
     // SAFETY: the SPIR-V was made by glslang in the build script, or is the user's own (`spirv_folder`), who
     // answers for it.

@@ -12,8 +12,7 @@ use super::binaries::BinaryStore;
 use super::bindings::BindingLayout;
 use super::error::{GpuError, check};
 use super::instance::Instance;
-use super::pipeline::{Specialization, pruned};
-use super::prune;
+use super::pipeline::{Code, pruned};
 use super::select::{DeviceInfo, DeviceKind, has_extension};
 
 /// The first validation layer that knows of shader objects; earlier ones get in their way.
@@ -70,17 +69,12 @@ impl ShaderObjects {
     }
 
     /// Makes a shader: of its binary if there is one that the driver still takes, else of the SPIR-V, and keeps its binary.
-    pub fn make(
-        &self,
-        name: &str,
-        spirv: &[u8],
-        specialization: &Specialization,
-        layout: &BindingLayout,
-    ) -> Result<vk::ShaderEXT, GpuError> {
+    pub(super) fn make(&self, code: &Code<'_>, layout: &BindingLayout) -> Result<vk::ShaderEXT, GpuError> {
+        let Code { name, specialization, .. } = code;
         let set_layouts = [layout.set];
         let push = layout.push_ranges();
         let (map, data) = specialization.raw();
-        let identity = self.identity(spirv, (&map, &data), layout);
+        let identity = [&self.store.identity, code.identity].concat();
         let values = vk::SpecializationInfo::default().map_entries(&map).data(&data);
         let info = vk::ShaderCreateInfoEXT::default()
             .stage(vk::ShaderStageFlags::COMPUTE)
@@ -94,7 +88,7 @@ impl ShaderObjects {
                 Err(error) => log::debug!("{name}: the driver does not take its own binary: {error}"),
             }
         }
-        let words = pruned(name, spirv, specialization);
+        let words = pruned(code);
         let created = self.create(info, vk::ShaderCodeTypeEXT::SPIRV, bytemuck::cast_slice(&words));
         let shader = check("vkCreateShadersEXT", created)?;
         // SAFETY: the shader was just made.
@@ -134,27 +128,6 @@ impl ShaderObjects {
     pub unsafe fn destroy(&self, shader: vk::ShaderEXT) {
         // SAFETY: the caller's.
         unsafe { self.calls.destroy_shader(shader, None) };
-    }
-
-    /// All that a binary depends on.
-    fn identity(
-        &self,
-        spirv: &[u8],
-        (map, data): (&[vk::SpecializationMapEntry], &[u8]),
-        layout: &BindingLayout,
-    ) -> Vec<u8> {
-        let mut identity = self.store.identity.clone();
-        // The binary is that of what is left of it.
-        identity.extend(prune::identity(spirv));
-        identity.extend(layout.push_bytes.to_le_bytes());
-        identity.extend((layout.bindings.len() as u64).to_le_bytes());
-        for &(number, kind) in &layout.bindings {
-            identity.extend(number.to_le_bytes());
-            identity.push(kind as u8);
-        }
-        map.iter().for_each(|entry| identity.extend(entry.constant_id.to_le_bytes()));
-        identity.extend(data);
-        identity
     }
 }
 

@@ -40,7 +40,8 @@ pub struct RenderStatistics {
     /// Seconds that [`Renderer::new`](super::Renderer::new) took until it could render: tree, uploads, compilation. With
     /// [`Renderer::with`](super::Renderer::with) those of [`Prepared::of`](super::Prepared::of) are among them.
     pub setup_seconds: f64,
-    /// The part of `setup_seconds` that went into making and warming up the pipeline.
+    /// The part of `setup_seconds` that went into making and warming up the pipeline: little if the context has had one of the kind
+    /// lately.
     pub compile_seconds: f64,
     /// Seconds from the first dispatch to the film on the host.
     pub render_seconds: f64,
