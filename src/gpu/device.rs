@@ -38,7 +38,8 @@ pub struct ContextOptions {
 }
 
 /// A Vulkan device that is ready to compute. Cheap to clone; the device lives until the last clone,
-/// and the last object made with it, are gone.
+/// and the last object made with it, are gone. Until then it keeps the last eight pipelines that
+/// renderers had, for the next of their kind.
 #[derive(Clone)]
 pub struct Context(pub(crate) Arc<Device>);
 

@@ -101,20 +101,11 @@ impl Pipeline {
     ) -> Result<Self, GpuError> {
         let spirv = &as_promised(spirv, device.reconverges);
         let identity = identity(spirv, specialization, layout);
-        let of = |raw| Self { raw, identity: identity.clone(), device: Arc::clone(device) };
-        if let Some(raw) = device.pipelines.take(&identity) {
-            return Ok(of(raw));
-        }
-        let code = Code { name, spirv, specialization, identity: &identity };
-        let raw = match &device.shader_objects {
-            Some(objects) => {
-                let shader = objects.make(&code, layout)?;
-                device.name(shader, name);
-                RawPipeline::Shader(shader, Arc::clone(objects))
-            }
-            None => RawPipeline::Pipeline(create(device, &code, layout)?),
+        let raw = match device.pipelines.take(&identity) {
+            Some(spare) => spare,
+            None => compile(device, &Code { name, spirv, specialization, identity: &identity }, layout)?,
         };
-        Ok(of(raw))
+        Ok(Self { raw, identity, device: Arc::clone(device) })
     }
 
     /// Binds it for the dispatches that follow.
@@ -184,6 +175,15 @@ fn identity(spirv: &[u8], specialization: &Specialization, layout: &BindingLayou
         identity.extend([id.to_le_bytes(), value.to_le_bytes()].concat());
     }
     identity
+}
+
+fn compile(device: &Device, code: &Code<'_>, layout: &BindingLayout) -> Result<RawPipeline, GpuError> {
+    let Some(objects) = &device.shader_objects else {
+        return Ok(RawPipeline::Pipeline(create(device, code, layout)?));
+    };
+    let shader = objects.make(code, layout)?;
+    device.name(shader, code.name);
+    Ok(RawPipeline::Shader(shader, Arc::clone(objects)))
 }
 
 /// SPIR-V without what the constants switch off, in words.
