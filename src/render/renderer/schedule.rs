@@ -125,6 +125,12 @@ mod tests {
         queue_regions: 1024,
     };
 
+    /// A CPU.
+    const LANES: DriverFacts = DriverFacts { queue: true, reuse: Sharers::Lanes, threads: false, ..GPU };
+
+    /// One whose driver executes branches that no lane takes.
+    const LANES_IN_ALL_BRANCHES: DriverFacts = DriverFacts { skips_branches: false, ..LANES };
+
     fn chosen(scene: &Scene, facts: &DriverFacts, reuse: bool, scheduler: Scheduler) -> Schedule {
         chosen_for_walks_of(20.0, 1.0, scene, facts, reuse, scheduler)
     }
@@ -157,36 +163,36 @@ mod tests {
 
     #[test]
     fn lanes_of_a_cpu_let_rays_wait() {
-        let cpu = DriverFacts { queue: true, reuse: Sharers::Lanes, threads: false, ..GPU };
         for reuse in [false, true] {
-            assert_eq!(chosen(&divided_room(), &cpu, reuse, Scheduler::Auto), Schedule::Queue);
+            assert_eq!(chosen(&divided_room(), &LANES, reuse, Scheduler::Auto), Schedule::Queue);
         }
-        assert_eq!(chosen(&room(), &cpu, true, Scheduler::Auto), Schedule::Inline);
+        assert_eq!(chosen(&room(), &LANES, true, Scheduler::Auto), Schedule::Inline);
     }
 
     #[test]
     fn rays_wait_where_walks_are_long() {
-        let skips = DriverFacts { queue: true, reuse: Sharers::Lanes, threads: false, ..GPU };
-        let executes = DriverFacts { skips_branches: false, ..skips };
         let waits = |records, seen, facts: &DriverFacts, reuse| {
             chosen_for_walks_of(records, seen, &divided_room(), facts, reuse, Scheduler::Auto) == Schedule::Queue
         };
         // Without sharing paths.
-        assert_eq!([3.0, 5.0].map(|records| waits(records, 1.0, &skips, false)), [false, true]);
-        assert_eq!([7.0, 9.0].map(|records| waits(records, 0.05, &skips, false)), [false, true]);
-        assert_eq!([7.0, 9.0].map(|records| waits(records, 1.0, &executes, false)), [false, true]);
+        assert_eq!([3.0, 5.0].map(|records| waits(records, 1.0, &LANES, false)), [false, true]);
+        assert_eq!([7.0, 9.0].map(|records| waits(records, 0.05, &LANES, false)), [false, true]);
+        assert_eq!([7.0, 9.0].map(|records| waits(records, 1.0, &LANES_IN_ALL_BRANCHES, false)), [false, true]);
         // All of the picture shows the tree.
-        assert_eq!([1.0, 16.0].map(|records| waits(records, 1.0, &skips, true)), [false, true]);
-        assert_eq!([9.0, 16.0, 19.0].map(|records| waits(records, 1.0, &executes, true)), [false, false, true]);
+        assert_eq!([1.0, 16.0].map(|records| waits(records, 1.0, &LANES, true)), [false, true]);
+        assert_eq!(
+            [9.0, 16.0, 19.0].map(|records| waits(records, 1.0, &LANES_IN_ALL_BRANCHES, true)),
+            [false, false, true]
+        );
     }
 
     #[test]
     fn rays_wait_where_glass_is_seen() {
-        let facts = DriverFacts { queue: true, reuse: Sharers::Lanes, threads: false, skips_branches: false, ..GPU };
         let mut scene = divided_room();
         scene.sphere(v(0.0, 0.5, -4.0), 0.3, glass(1.5));
-        let waits =
-            |seen, reuse| chosen_for_walks_of(12.0, seen, &scene, &facts, reuse, Scheduler::Auto) == Schedule::Queue;
+        let waits = |seen, reuse| {
+            chosen_for_walks_of(12.0, seen, &scene, &LANES_IN_ALL_BRANCHES, reuse, Scheduler::Auto) == Schedule::Queue
+        };
         assert_eq!([0.1, 0.3].map(|seen| waits(seen, true)), [false, true]);
         assert!(waits(0.1, false));
     }
