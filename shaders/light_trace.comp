@@ -200,8 +200,8 @@ void main() [[maximally_reconverges]] {
         ShadowRay ray = ShadowRay(outside, to_camera, sqrt(x2), leaving, vec3(0.0), shows);
         counts.shadow_rays += shows ? 1u : 0u;
         bool hidden = true;
-        bool walks = shows && segment_needs_tree(ray, hidden);
-        hidden = hidden_in_scene(ray, walks, hidden, loops);
+        uint entry = shows ? segment_entry(ray, hidden) : 0u;
+        hidden = hidden_in_scene(ray, entry, hidden, loops);
         count_doubtful(shows && !hidden, BEAM_TARGETS);
         if (shows && !hidden) {
             float r = beams_per_path(beam.light, beam.y, beam.direction, beam.cos_light, x2);

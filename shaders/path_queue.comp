@@ -172,14 +172,16 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
             h.met = h.met || second;
         }
         rays += shades ? 1u : 0u;
-        bool later = false;
+        uint shadow_enters = 0u;    // see tree_entry
         if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
             bool wanted = shades && shadow.wanted;
             shadow_rays += wanted ? 1u : 0u;
             bool hidden;
-            later = shadow_needs_tree(shadow, hidden) && wanted;
-            if (wanted && !hidden && !later) h.radiance += shadow.radiance;
+            shadow_enters = shadow_entry(shadow, hidden);
+            shadow_enters = wanted ? shadow_enters : 0u;
+            if (wanted && !hidden && shadow_enters == 0u) h.radiance += shadow.radiance;
         }
+        bool later = shadow_enters != 0u;
         bool ended = held && !alive && !later;
         bool goes_on = ended && sample_goes_on(h.path.glances);
         if (ended && !goes_on) {
@@ -212,13 +214,14 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         h.t = t;
         h.id = id;
         if (REUSE) h.path.second = h.path.second && reuses(p);
-        bool waits = (alive || begins || goes_on) && meets_tree(h.path.origin, h.path.direction, t);
+        uint enters = tree_entry(h.path.origin, h.path.direction, t);
+        enters = alive || begins || goes_on ? enters : 0u;
         // The same for a living path, which leaves a diffuse surface as its shadow ray does.
         h.path.origin = later ? shadow.origin : h.path.origin;
         h.path.leaving = later ? shadow.leaving : h.path.leaving;
         if (HAS_TREE) {
-            pocket_put(pocket, h, shadow, waits, later);
-            h.slot = waits || later ? NOTHING : h.slot;
+            pocket_put(pocket, h, shadow, enters, shadow_enters);
+            h.slot = enters != 0u || later ? NOTHING : h.slot;
             pocket_take(pocket, h);
         }
         if (--until_check == 0u) {
@@ -252,10 +255,14 @@ void connect_paths(inout Pocket pocket, inout Run run, PocketWalk w) {
         bool wanted = gives && ray.wanted;
         shadow_rays += wanted ? 1u : 0u;
         bool hidden;
-        bool later = segment_needs_tree(ray, hidden) && wanted;
-        if (MUTATION == MUTATE_REUSE) hidden = later = false;
-        if (gives && !later) note_coupling(region + path, member, wanted && !hidden ? value : 0.0);
-        pocket_put_segment(pocket, ray, MEMBERS * path + member, value, later);
+        uint enters = segment_entry(ray, hidden);
+        enters = wanted ? enters : 0u;
+        if (MUTATION == MUTATE_REUSE) {
+            hidden = false;
+            enters = 0u;
+        }
+        if (gives && enters == 0u) note_coupling(region + path, member, wanted && !hidden ? value : 0.0);
+        pocket_put_segment(pocket, ray, MEMBERS * path + member, value, enters);
         run.slot += takes ? gl_SubgroupSize : 0u;
         run.left -= takes ? 1u : 0u;
         if (--until_check == 0u) {

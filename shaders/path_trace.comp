@@ -97,8 +97,8 @@ void main() [[maximally_reconverges]] {
             if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
                 counts.shadow_rays += shadow.wanted ? 1u : 0u;
                 bool hidden = true;
-                bool walks = shadow.wanted && shadow_needs_tree(shadow, hidden);
-                radiance += hidden_in_scene(shadow, walks, hidden, loops) ? vec3(0.0) : shadow.radiance;
+                uint entry = shadow.wanted ? shadow_entry(shadow, hidden) : 0u;
+                radiance += hidden_in_scene(shadow, entry, hidden, loops) ? vec3(0.0) : shadow.radiance;
             }
             loops += 1u + HIT_LOOPS;
             // Out of budget: a walk may have ended too early, so that the sample in hand does not count. What the film

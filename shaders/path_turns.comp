@@ -79,15 +79,15 @@ void main() [[maximally_reconverges]] {
     float t = INFINITY;             // how far the path's ray reaches
     int id = -1;                    // and what it meets there
     closest_constant(path.origin, path.direction, path.leaving, t, id);
-    bool path_walks = there && meets_tree(path.origin, path.direction, t);
+    uint path_entry = there ? tree_entry(path.origin, path.direction, t) : 0u;
     bool over = false;              // the sample before it, but for the shadow ray of its last hit
     vec3 awaited = vec3(0.0);       // light of that ray
-    uint walk_of = path_walks ? PATH : NOTHING;
-    Walk walk = walk_begin(t);
-    walk.walks = path_walks;
+    uint walk_of = path_entry != 0u ? PATH : NOTHING;
     vec3 origin = path.origin;      // of the ray that walks
     vec3 direction = path.direction;
     int leaving = path.leaving;
+    Walk walk = walk_begin(tree_ray(origin, direction, false), t, path_entry);
+    walk.walks = path_entry != 0u;
     do {
         bool busy;
         TreeRay ray = tree_ray(origin, direction, walk_of == SHADOW);
@@ -95,13 +95,13 @@ void main() [[maximally_reconverges]] {
             walk_on(walk, ray, leaving, walk_of == SHADOW, walked_steps);
             if (!walk.walks && walk_of == SHADOW) {
                 if (walk.id < 0) radiance += awaited;
-                walk_of = path_walks ? PATH : NOTHING;
-                if (path_walks) {
-                    walk = walk_begin(t);
+                walk_of = path_entry != 0u ? PATH : NOTHING;
+                if (path_entry != 0u) {
                     origin = path.origin;
                     direction = path.direction;
                     leaving = path.leaving;
                     ray = tree_ray(origin, direction, false);
+                    walk = walk_begin(ray, t, path_entry);
                 }
             }
             busy = walk.walks;
@@ -133,12 +133,13 @@ void main() [[maximally_reconverges]] {
                 ShadowRay shadow;
                 bool alive = path_arrive(path, id, t, key, 1u, radiance, arrival, shadow);
                 counts.rays += 1u;
-                bool shadow_walks = false;
+                uint entry = 0u;        // of the shadow ray
                 if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
                     counts.shadow_rays += shadow.wanted ? 1u : 0u;
                     bool hidden;
-                    shadow_walks = shadow_needs_tree(shadow, hidden) && shadow.wanted;
-                    if (shadow.wanted && !hidden && !shadow_walks) radiance += shadow.radiance;
+                    entry = shadow_entry(shadow, hidden);
+                    entry = shadow.wanted ? entry : 0u;
+                    if (shadow.wanted && !hidden && entry == 0u) radiance += shadow.radiance;
                 }
                 bool goes_on = sample_goes_on(path.glances);
                 over = !alive && !goes_on;
@@ -149,14 +150,16 @@ void main() [[maximally_reconverges]] {
                 t = INFINITY;
                 id = -1;
                 closest_constant(path.origin, path.direction, path.leaving, t, id);
-                path_walks = there && meets_tree(path.origin, path.direction, t);
-                walk_of = shadow_walks ? SHADOW : (path_walks ? PATH : NOTHING);
+                path_entry = there ? tree_entry(path.origin, path.direction, t) : 0u;
+                bool of_shadow = entry != 0u;
+                walk_of = of_shadow ? SHADOW : (path_entry != 0u ? PATH : NOTHING);
                 awaited = shadow.radiance;
                 if (walk_of != NOTHING) {
-                    walk = walk_begin(shadow_walks ? shadow.distance : t);
-                    origin = shadow_walks ? shadow.origin : path.origin;
-                    direction = shadow_walks ? shadow.direction : path.direction;
-                    leaving = shadow_walks ? shadow.leaving : path.leaving;
+                    origin = of_shadow ? shadow.origin : path.origin;
+                    direction = of_shadow ? shadow.direction : path.direction;
+                    leaving = of_shadow ? shadow.leaving : path.leaving;
+                    TreeRay next = tree_ray(origin, direction, of_shadow);
+                    walk = walk_begin(next, of_shadow ? shadow.distance : t, of_shadow ? entry : path_entry);
                 }
             }
         }

@@ -28,7 +28,7 @@ layout(constant_id = 17) const bool SMOOTH_NORMALS = false;
 layout(constant_id = 18) const uint LIGHT_COUNT = 0u;      // lights: points and emitters
 layout(constant_id = 19) const uint SOBOL_LEVELS = 1u;     // table levels: samples <= 2^10, 2^20, 2^29
 layout(constant_id = 20) const uint LOOP_BUDGET = 0u;      // loop iterations of an invocation; 0: no bound
-layout(constant_id = 21) const uint TREE_BOX_COUNT = 0u;   // boxes that a ray must meet to enter the tree
+layout(constant_id = 21) const uint TREE_BOX_COUNT = 0u;   // boxes around the children of the tree's root
 layout(constant_id = 23) const uint TREE_LEVELS = 64u;     // entries that its walk needs on the stack
 layout(constant_id = 24) const uint MUTATION = 0u;         // tests only: breaks one thing, see render/mutation.rs
 layout(constant_id = 25) const uint EMITTER_COUNT = 0u;    // emitters among them
@@ -110,12 +110,13 @@ const uint GRADIENT_ROWS = 3u;
 // compiled anew because something moves.
 layout(std140, binding = 11) uniform SceneValues {
     vec4 sphere_values[32];     // two for each constant sphere: centre, radius; |centre|² − radius²
-    vec4 tree_box_values[8];    // two for each box around a subtree: lowest corner; highest corner
+    vec4 tree_box_values[8];    // two for each child of the tree's root: lowest corner; highest corner
     vec4 facet_values[64];      // two for each facet: of its four edges the parts that depend on where it is; n·a
     vec4 point_position;        // of the only light, if that is a point
     vec4 point_intensity;
     vec4 light_grid;            // centre of the lights' grid, and its size
     uint record_count;          // of the tree
+    uint root_order;            // in which to visit the root's children, see node.glsl
 };
 
 // What is counted (src/render/layout.rs).

@@ -46,6 +46,7 @@ struct Pocket {
     vec4 normal[PLACES];        // for reuse: normal; for emitters: density
     float x2[PLACES];           // for beams
     uint glances[PLACES];       // state of glances
+    uint entry[PLACES];         // where the ray enters the tree (tree_entry), and above that the shadow ray
 };
 
 // The ray in a lane's hands.
@@ -69,7 +70,7 @@ Pocket pocket_empty() {
     p.origin[n] = p.direction[n] = p.throughput[n] = p.radiance[n] = p.toward[n] = p.light[n] = vec4(0.0); \
     p.normal[n] = vec4(0.0);                                                                              \
     p.x2[n] = 0.0;                                                                                        \
-    p.glances[n] = 0u;
+    p.glances[n] = p.entry[n] = 0u;
     FOR_EACH_PLACE(CLEAR)
 #undef CLEAR
     return p;
@@ -84,8 +85,10 @@ uint pocket_waiting(Pocket p) { return p.rays | p.shadows; }
 uint pocket_traced(Pocket p) { return p.used & ~(p.rays | p.shadows); }
 bool pocket_room(Pocket p) { return p.used != ALL_PLACES; }
 
-// Puts a path away until its ray (`waits`) and its shadow ray (`later`) have been traced. There must be room.
-void pocket_put(inout Pocket p, Held h, ShadowRay shadow, bool waits, bool later) {
+// Puts a path away until its ray and its shadow ray have been traced, as far as they enter the tree. There must be room.
+void pocket_put(inout Pocket p, Held h, ShadowRay shadow, uint enters, uint shadow_enters) {
+    bool waits = enters != 0u;
+    bool later = shadow_enters != 0u;
     uint place = waits || later ? lowest_bit(~p.used) : 0u;
     p.used |= place;
     p.rays |= waits ? place : 0u;
@@ -107,6 +110,7 @@ void pocket_put(inout Pocket p, Held h, ShadowRay shadow, bool waits, bool later
         p.radiance[n] = radiance;                   \
         p.toward[n] = toward;                       \
         p.light[n] = light;                         \
+        p.entry[n] = enters | (shadow_enters << 4); \
         if (REUSE) p.normal[n].xyz = h.path.normal; \
         if (MULTIPLE) p.glances[n] = h.path.glances; \
         if (EMITTER_COUNT > 0u) p.normal[n].w = h.path.pdf; \
@@ -162,8 +166,8 @@ void pocket_take(inout Pocket p, inout Held h) {
 
 // Puts away a segment between a first hit and a second hit: `segment` is its number, MEMBERS·path + member, `value`
 // what it is worth if nothing is in between.
-void pocket_put_segment(inout Pocket p, ShadowRay ray, uint segment, float value, bool later) {
-    uint place = later ? lowest_bit(~p.used) : 0u;
+void pocket_put_segment(inout Pocket p, ShadowRay ray, uint segment, float value, uint enters) {
+    uint place = enters != 0u ? lowest_bit(~p.used) : 0u;
     p.used |= place;
     p.shadows |= place;
     vec4 toward = vec4(ray.direction, ray.distance);
@@ -172,6 +176,7 @@ void pocket_put_segment(inout Pocket p, ShadowRay ray, uint segment, float value
         p.origin[n].xyz = ray.origin;                       \
         p.throughput[n].w = intBitsToFloat(ray.leaving);    \
         p.toward[n] = toward;                               \
+        p.entry[n] = enters << 4;                           \
         p.light[n].x = value;                               \
         p.light[n].w = uintBitsToFloat(segment);            \
     }
@@ -211,6 +216,7 @@ void pocket_fetch(Pocket p, inout PocketWalk w) {
         vec4 direction = p.direction[0];
         float leaving = p.throughput[0].w;
         vec4 toward = p.toward[0];
+        uint entry = p.entry[0];
 #define FETCH(n)                                          \
     if (n > 0) {                                          \
         bool here = place == (1u << n);                   \
@@ -218,6 +224,7 @@ void pocket_fetch(Pocket p, inout PocketWalk w) {
         direction = mix(direction, p.direction[n], bvec4(here)); \
         leaving = here ? p.throughput[n].w : leaving;     \
         toward = mix(toward, p.toward[n], bvec4(here));   \
+        entry = here ? p.entry[n] : entry;                \
     }
         FOR_EACH_PLACE(FETCH)
 #undef FETCH
@@ -225,7 +232,7 @@ void pocket_fetch(Pocket p, inout PocketWalk w) {
         w.shadow = (p.shadows & place) != 0u;
         w.leaving = floatBitsToInt(leaving);
         w.ray = tree_ray(origin.xyz, w.shadow ? toward.xyz : direction.xyz, w.shadow);
-        w.walk = walk_begin(w.shadow ? toward.w : origin.w);
+        w.walk = walk_begin(w.ray, w.shadow ? toward.w : origin.w, w.shadow ? entry >> 4 : entry & 15u);
     }
 }
 

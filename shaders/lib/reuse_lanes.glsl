@@ -91,12 +91,12 @@ void differences(vec3 gathered, bool there, out vec3 right, out vec3 down) {
 }
 
 // Whether nothing hides what a ray aims at, if that is wanted. For all lanes to call. (Not for the only light, a point, which has a
-// test of its own for spheres: shadow_needs_tree.)
+// test of its own for spheres: shadow_entry.)
 bool arrives(ShadowRay ray, inout uint shadow_rays, inout uint loops) {
     shadow_rays += ray.wanted ? 1u : 0u;
     bool hidden;
-    bool walks = segment_needs_tree(ray, hidden) && ray.wanted;
-    hidden = hidden_in_scene(ray, walks, hidden, loops);
+    uint entry = segment_entry(ray, hidden);
+    hidden = hidden_in_scene(ray, ray.wanted ? entry : 0u, hidden, loops);
     return ray.wanted && (!hidden || MUTATION == MUTATE_REUSE);
 }
 

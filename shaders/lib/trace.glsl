@@ -21,17 +21,18 @@ uint occlusion_steps = 0u;
 // An empty tree, of a program that could do with one, tells nothing of the cost of a sample.
 uint counted(uint steps) { return TREE_BOX_COUNT > 0u ? steps : 0u; }
 
-// Walks the tree to the end, or as far as the budget goes; then `loops` has reached LOOP_BUDGET. Returns the steps.
-uint walk_tree(inout Walk walk, vec3 o, vec3 d, int leaving, bool any_hit, uint loops) {
+// Walks the tree to the end, or as far as the budget goes; then `loops` has reached LOOP_BUDGET.
+Walk walk_tree(vec3 o, vec3 d, float t_max, int leaving, uint entry, bool any_hit, uint loops, out uint steps) {
     TreeRay r = tree_ray(o, d, any_hit);
-    uint steps = 0u;
+    Walk walk = walk_begin(r, t_max, entry);
+    steps = 0u;
     while (walk.walks && (LOOP_BUDGET == 0u || loops + steps < LOOP_BUDGET)) {
         walk_step(walk, r, leaving, any_hit, any_hit);
         steps += 1u;
     }
     if (PATH_STATS) walked_steps += steps;
     if (REUSE && any_hit) occlusion_steps += counted(steps);
-    return steps;
+    return walk;
 }
 
 // Adds the iterations that the subgroup spent, and the one in which the loop ends: drivers bound those of the slowest
@@ -53,9 +54,9 @@ int closest_hit(vec3 o, vec3 d, int leaving, out float t, inout uint loops) {
     closest_constant(o, d, leaving, t, id);
     if (HAS_TREE) {
         uint steps = 0u;
-        if (meets_tree(o, d, t)) {
-            Walk walk = walk_begin(t);
-            steps = walk_tree(walk, o, d, leaving, false, loops);
+        uint entry = tree_entry(o, d, t);
+        if (entry != 0u) {
+            Walk walk = walk_tree(o, d, t, leaving, entry, false, loops, steps);
             t = walk.t;
             id = walk.id >= 0 ? walk.id : id;
         }
@@ -64,39 +65,37 @@ int closest_hit(vec3 o, vec3 d, int leaving, out float t, inout uint loops) {
     return id;
 }
 
-// Whether a ray that a constant sphere hides or not must be traced through the tree; if not, `hidden` is known.
-bool needs_tree(ShadowRay ray, inout bool hidden) {
+// Where a ray that a constant sphere hides or not enters the tree (tree_entry); if it does not, `hidden` is known.
+uint entry_unless_hidden(ShadowRay ray, inout bool hidden) {
     // In all lanes: it counts for the subgroup.
     bool behind_facet = FACET_COUNT > 0u && any_facet(ray.origin, ray.direction, ray.distance, ray.leaving);
     hidden = hidden || behind_facet;
-    return HAS_TREE && !hidden && meets_tree(ray.origin, ray.direction, ray.distance);
+    return HAS_TREE && !hidden ? tree_entry(ray.origin, ray.direction, ray.distance) : 0u;
 }
 
-// Whether a shadow ray must be traced through the tree; if not, `hidden` is known.
-bool shadow_needs_tree(ShadowRay ray, out bool hidden) {
+// Where a shadow ray enters the tree; if it does not, `hidden` is known.
+uint shadow_entry(ShadowRay ray, out bool hidden) {
     hidden = spheres_occlude(ray);
-    return needs_tree(ray, hidden);
+    return entry_unless_hidden(ray, hidden);
 }
 
 // The same for the segment between two surfaces.
-bool segment_needs_tree(ShadowRay ray, out bool hidden) {
+uint segment_entry(ShadowRay ray, out bool hidden) {
     hidden = any_sphere(ray.origin, ray.direction, ray.distance, ray.leaving);
-    return needs_tree(ray, hidden);
+    return entry_unless_hidden(ray, hidden);
 }
 
-bool hidden_by_tree(ShadowRay ray, uint loops, out uint steps) {
-    Walk walk = walk_begin(ray.distance);
-    steps = walk_tree(walk, ray.origin, ray.direction, ray.leaving, true, loops);
-    return walk.id >= 0;
+bool hidden_by_tree(ShadowRay ray, uint entry, uint loops, out uint steps) {
+    return walk_tree(ray.origin, ray.direction, ray.distance, ray.leaving, entry, true, loops, steps).id >= 0;
 }
 
-// Whether what a ray aims at is hidden: what is known, or, if the lane must walk, what the tree says. For all lanes to
+// Whether what a ray aims at is hidden: what is known, or, if it enters the tree, what that says. For all lanes to
 // call, since what the slowest walks counts for the subgroup.
-bool hidden_in_scene(ShadowRay ray, bool walks, bool known, inout uint loops) {
+bool hidden_in_scene(ShadowRay ray, uint entry, bool known, inout uint loops) {
     bool hidden = known;
     if (HAS_TREE) {
         uint steps = 0u;
-        if (walks) hidden = hidden_by_tree(ray, loops, steps);
+        if (entry != 0u) hidden = hidden_by_tree(ray, entry, loops, steps);
         count_loops(steps, loops);
     }
     return hidden;

@@ -8,7 +8,8 @@
 bool arrives(ShadowRay ray, inout uint steps) {
     bool hidden;
     uint walked = 0u;
-    if (shadow_needs_tree(ray, hidden)) hidden = hidden_by_tree(ray, steps, walked);
+    uint entry = shadow_entry(ray, hidden);
+    if (entry != 0u) hidden = hidden_by_tree(ray, entry, steps, walked);
     steps += walked;
     return !hidden;
 }

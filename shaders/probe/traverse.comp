@@ -47,8 +47,9 @@ void main() {
             id = -1;
             closest_constant(o.xyz, d.xyz, leaving, t, id);
             ray = tree_ray(o.xyz, d.xyz, any_hit);
-            walk = walk_begin(t);
-            if (!meets_tree(o.xyz, d.xyz, t) || (any_hit && id >= 0)) walk.walks = false;
+            uint entry = any_hit && id >= 0 ? 0u : tree_entry(o.xyz, d.xyz, t);
+            walk = walk_begin(ray, t, entry);
+            walk.walks = entry != 0u;
             busy = true;
         }
         if (!any_lane(busy)) break;

@@ -347,24 +347,6 @@ fn partition(references: &mut [Reference], split: Split) -> (usize, [Extent; 2])
 }
 
 impl Tree {
-    /// Boxes of at most `count` subtrees that cover the tree, splitting the largest first. A ray that misses all of
-    /// them meets nothing.
-    pub fn top_boxes(&self, count: usize) -> Vec<Aabb> {
-        let root = &self.nodes[0];
-        let mut boxes = vec![(root.bounds[0], root.children[0]), (root.bounds[1], root.children[1])];
-        while boxes.len() < count {
-            let inner = boxes.iter().enumerate().filter_map(|(i, &(b, c))| match c {
-                Child::Inner(node) => Some((i, b.half_area(), node)),
-                Child::Leaf(_) => None,
-            });
-            let Some((i, _, node)) = inner.max_by(|a, b| a.1.total_cmp(&b.1)) else { break };
-            let node = &self.nodes[node as usize];
-            boxes[i] = (node.bounds[0], node.children[0]);
-            boxes.push((node.bounds[1], node.children[1]));
-        }
-        boxes.into_iter().map(|(b, _)| b).collect()
-    }
-
     /// Checks every invariant that traversal relies on: each leaf is reached exactly once (twice in a tree over one
     /// primitive), children come after parents, boxes contain what is below them, and the depth is bounded.
     ///

@@ -154,9 +154,20 @@ fn leaf_record(leaf: Leaf, primitives: &[Primitive]) -> (Record, Apart) {
     (record, [a, b, c, d])
 }
 
+/// The children of a tree's root, which are tested before anything is read.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Root {
+    /// Around each of them, at most four.
+    pub boxes: Vec<Aabb>,
+    /// In which order to visit them: three bits for each octant, as in the root's record.
+    pub order: u32,
+}
+
 /// A tree as the shaders read it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Packed {
+    /// Where walks begin.
+    pub root: Root,
     /// Three texels a record, the root's first, and then four a record.
     pub texels: Vec<Texel>,
     /// The primitives of each record; [`Leaf::NONE`] where there are none.
@@ -171,7 +182,7 @@ impl Packed {
         let mut texels = vec![[0; 4]; TEXELS];
         texels[0][3] = INNER;
         texels[TEXELS - NODE_APART.len()..].copy_from_slice(&NODE_APART);
-        Self { texels, primitives: vec![[Leaf::NONE; 2]], statistics: TreeStatistics::default() }
+        Self { root: Root::default(), texels, primitives: vec![[Leaf::NONE; 2]], statistics: TreeStatistics::default() }
     }
 }
 
@@ -183,15 +194,18 @@ pub fn pack(tree: &Tree, leaves: &[Leaf], primitives: &[Primitive]) -> Packed {
     let mut texels = vec![[0; 4]; TEXELS * records];
     let mut places = vec![[Leaf::NONE; 2]; records];
     let (hot, apart) = texels.split_at_mut(3 * records);
-    let (root, rest) = bytemuck::cast_slice_mut::<_, Record>(hot).split_at_mut(1);
+    let (root_record, rest) = bytemuck::cast_slice_mut::<_, Record>(hot).split_at_mut(1);
+    let children = in_pairs(collapse.children(0));
+    let root = Root { boxes: children.iter().map(|c| c.0).collect(), order: visiting_orders(&children) };
     let whole = tree.nodes[0].bounds[0].union(tree.nodes[0].bounds[1]);
     let packer = Packer { tree, collapse, leaves, primitives };
     let apart: &mut [Apart] = bytemuck::cast_slice_mut(apart);
     apart[0] = NODE_APART;
     let descendants = Place { first: 1, records: rest, apart: &mut apart[1..], primitives: &mut places[1..] };
-    let sums = packer.node(0, &mut root[0], descendants);
+    let sums = packer.node(0, &mut root_record[0], descendants);
     let area = f64::from(whole.half_area());
     Packed {
+        root,
         statistics: TreeStatistics {
             nodes: records - tree.order.len(),
             leaves: tree.order.len(),
@@ -348,6 +362,7 @@ mod tests {
         assert_eq!(packed.statistics.nodes + packed.statistics.leaves, records);
         let mut seen = vec![0; records];
         let mut depth = 0;
+        let mut top = Vec::new();
         let mut stack = vec![(0, Vec::<[[f64; 3]; 2]>::new())];
         while let Some((record, above)) = stack.pop() {
             seen[record] += 1;
@@ -386,9 +401,19 @@ mod tests {
             for child in 0..children as usize {
                 let mut above: Vec<_> = above.clone();
                 above.push(q.bounds(child));
+                if record == 0 {
+                    top.push(q.bounds(child));
+                }
                 stack.push(((a[3] & !INNER) as usize + child, above));
             }
         }
+        assert_eq!(packed.root.boxes.len(), top.len());
+        for (own, [lo, hi]) in packed.root.boxes.iter().zip(top) {
+            for axis in 0..3 {
+                assert!(lo[axis] <= f64::from(own.lo[axis]) && f64::from(own.hi[axis]) <= hi[axis]);
+            }
+        }
+        assert_eq!(packed.root.order, packed.texels[2][3] & 0x00ff_ffff);
         assert!(seen.iter().chain(&held).all(|&n| n == 1));
         assert_eq!(depth, packed.statistics.depth);
         depth

@@ -51,8 +51,8 @@ pub(crate) mod constant {
     pub const REUSE: u32 = 57;
     pub const SUBGROUP_LANES: u32 = 58;
     pub const FACET_COUNT: u32 = 31;
-    /// Boxes around subtrees that there is room for.
-    pub const MAX_TREE_BOXES: usize = 4;
+    /// Boxes around children of the tree's root that there is room for.
+    pub const MAX_TREE_BOXES: usize = crate::accel::WIDTH;
     /// Two ids a sphere: side, form.
     pub const SPHERES: u32 = 64;
     /// Sixteen ids a facet, of which fifteen are in use: four corners (or edges, see facet.glsl), unit normal.
@@ -119,7 +119,7 @@ pub(crate) struct Counters {
 pub(crate) struct SceneValues {
     /// Centre, radius; power; unused.
     pub spheres: [[[f32; 4]; 2]; MAX_CONSTANT_SPHERES],
-    /// Lowest and highest corner.
+    /// Of each child of the tree's root: lowest and highest corner.
     pub tree_boxes: [[[f32; 4]; 2]; constant::MAX_TREE_BOXES],
     /// Of the edges, and of the plane, what depends on where a facet is.
     pub facets: [[[f32; 4]; 2]; constant::MAX_FACETS],
@@ -127,7 +127,9 @@ pub(crate) struct SceneValues {
     pub point_intensity: [f32; 4],
     pub light_grid: [f32; 4],
     pub record_count: u32,
-    pub unused: [u32; 3],
+    /// In which to visit the root's children, as in records of the tree.
+    pub root_order: u32,
+    pub unused: [u32; 2],
 }
 
 /// Push constants.

@@ -73,15 +73,24 @@ struct Walk {
     int id;             // -1, or that of what is hit
 };
 
-// Whether a ray must be walked through the tree.
-bool meets_tree(vec3 o, vec3 d, float t_max) {
+// The children of the root with which a ray's walk begins, a bit for each; 0 if there is nothing to walk.
+uint tree_entry(vec3 o, vec3 d, float t_max) {
     // A ray that is not finite might walk the whole tree.
-    if (MUTATION != MUTATE_GUARD && !is_finite(dot(o, o) + dot(d, d))) return false;
-    return BRUTE_FORCE || meets_boxes(o, d, t_max);
+    if (MUTATION != MUTATE_GUARD && !is_finite(dot(o, o) + dot(d, d))) return 0u;
+    return BRUTE_FORCE ? 1u : boxes_met(o, d, t_max);
 }
 
 Walk walk_idle() { return Walk(false, 0, 0u, stack_empty(), 0.0, -1); }
-Walk walk_begin(float t_max) { return Walk(true, 0, 0u, stack_empty(), t_max, -1); }
+
+// `entry`: what tree_entry has told, of which something is left.
+Walk walk_begin(TreeRay r, float t_max, uint entry) {
+    Walk w = Walk(true, 0, 0u, stack_empty(), t_max, -1);
+    if (!BRUTE_FORCE) {
+        w.group = (1u << 7) | (((root_order >> r.octant) & 7u) << 4) | entry;
+        w.current = take_member(w.group);
+    }
+    return w;
+}
 
 // Of equal distances the lower id wins, whatever the order of the walk.
 bool nearer(Walk w, int id, float t) { return t < w.t || id < w.id; }

@@ -1,4 +1,5 @@
-// Boxes around a few large subtrees: a ray that misses all of them never enters the tree.
+// Boxes around the children of the tree's root. Which of them a ray meets is known before anything is fetched: a ray that misses all
+// never enters the tree, and another begins with these children.
 
 #ifndef TREE_BOXES_GLSL
 #define TREE_BOXES_GLSL
@@ -20,18 +21,18 @@ void load_tree_boxes() {
 #undef LOAD_BOX
 }
 
-// Whether the ray meets the boxes before t_max.
-bool meets_boxes(vec3 o, vec3 d, float t_max) {
-    if (TREE_BOX_COUNT == 0u) return true;
+// A bit for each of the boxes that the ray meets before t_max.
+uint boxes_met(vec3 o, vec3 d, float t_max) {
     vec3 inverse = safe_inverse(d);
     float margin = box_margin(o);
-#define MEETS(n) meets_box(o, inverse, tree_boxes_lo[n], tree_boxes_hi[n], margin, t_max)
-    bool meets = MEETS(0);
-    if (TREE_BOX_COUNT > 1u) meets = meets || MEETS(1);
-    if (TREE_BOX_COUNT > 2u) meets = meets || MEETS(2);
-    if (TREE_BOX_COUNT > 3u) meets = meets || MEETS(3);
+    uint met = 0u;
+#define MEETS(n) meets_box(o, inverse, tree_boxes_lo[n], tree_boxes_hi[n], margin, t_max) ? 1u << n : 0u
+    if (TREE_BOX_COUNT > 0u) met |= MEETS(0);
+    if (TREE_BOX_COUNT > 1u) met |= MEETS(1);
+    if (TREE_BOX_COUNT > 2u) met |= MEETS(2);
+    if (TREE_BOX_COUNT > 3u) met |= MEETS(3);
 #undef MEETS
-    return meets;
+    return met;
 }
 
 #endif

@@ -190,6 +190,7 @@ fn scene_values() {
         ("point_intensity", offset_of!(SceneValues, point_intensity)),
         ("light_grid", offset_of!(SceneValues, light_grid)),
         ("record_count", offset_of!(SceneValues, record_count)),
+        ("root_order", offset_of!(SceneValues, root_order)),
     ]
     .map(|(name, offset)| (name.to_owned(), offset));
     for (kernel, interface) in kernels() {
