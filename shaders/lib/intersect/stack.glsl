@@ -36,24 +36,30 @@ uint stack_pop(inout Stack s) {
     return deep_stack[s.top];
 }
 
-// Returns the group on top, and puts another one there, or takes it away, or neither.
-uint stack_shift(inout Stack s, uint group, bool push, bool pop) {
+// The group on top.
+uint stack_top(Stack s) { return SHORT_STACK ? s.levels[0] : deep_stack[s.top - 1]; }
+
+// Puts a group on top, or takes away what is there, or neither.
+//
+// What is written is not needed any more: a push goes from the bottom up, a pop from the top down. Were all levels written at once, a
+// driver that keeps each in a variable would copy each twice, which took meshes 1.015 to 1.04 times the instructions (lavapipe 25.0.7).
+void stack_shift(inout Stack s, uint group, bool push, bool pop) {
     if (SHORT_STACK) {
-        uint old[SHORT_LEVELS + 1] = s.levels;
-        s.levels[0] = push ? group : (pop ? old[1] : old[0]);
-#define SHIFT(n) if (n < TREE_LEVELS) s.levels[n] = push ? old[n - 1u] : (pop ? old[n + 1u] : old[n]);
-        SHIFT(1u) SHIFT(2u) SHIFT(3u) SHIFT(4u) SHIFT(5u) SHIFT(6u)
-        SHIFT(7u) SHIFT(8u) SHIFT(9u) SHIFT(10u) SHIFT(11u) SHIFT(12u)
-        SHIFT(13u) SHIFT(14u) SHIFT(15u)
-#undef SHIFT
-        return old[0];
+#define PUSH(n) if (n < TREE_LEVELS) s.levels[n] = push ? s.levels[n - 1u] : s.levels[n];
+        PUSH(15u) PUSH(14u) PUSH(13u) PUSH(12u) PUSH(11u) PUSH(10u) PUSH(9u) PUSH(8u)
+        PUSH(7u) PUSH(6u) PUSH(5u) PUSH(4u) PUSH(3u) PUSH(2u) PUSH(1u)
+#undef PUSH
+        s.levels[0] = push ? group : s.levels[0];
+#define POP(n) if (n < TREE_LEVELS) s.levels[n] = pop ? s.levels[n + 1u] : s.levels[n];
+        POP(0u) POP(1u) POP(2u) POP(3u) POP(4u) POP(5u) POP(6u) POP(7u)
+        POP(8u) POP(9u) POP(10u) POP(11u) POP(12u) POP(13u) POP(14u) POP(15u)
+#undef POP
+        return;
     }
-    uint top = deep_stack[s.top - 1];
     // Unconditional store, conditional count: a masked store costs six times as much on a CPU.
     deep_stack[s.top] = group;
     s.top += push ? 1 : 0;
     s.top -= pop ? 1 : 0;
-    return top;
 }
 
 #endif

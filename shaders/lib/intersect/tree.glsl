@@ -189,8 +189,8 @@ void walk_step(inout Walk w, TreeRay r, int leaving, bool any_hit, bool unordere
     }
     bool descend = is_left(met);
     bool others = is_left(w.group);
-    uint top = stack_shift(w.stack, w.group, descend && others, w.walks && !descend && !others);
-    uint otherwise = others ? w.group : top;
+    uint otherwise = others ? w.group : stack_top(w.stack);
+    stack_shift(w.stack, w.group, descend && others, w.walks && !descend && !others);
     bool more = is_left(otherwise);
     int child = unordered ? take_any_member(met) : take_member(met);
     int other = unordered ? take_any_member(otherwise) : take_member(otherwise);
