@@ -195,14 +195,14 @@ pub fn pack(tree: &Tree, leaves: &[Leaf], primitives: &[Primitive]) -> Packed {
     let mut places = vec![[Leaf::NONE; 2]; records];
     let (hot, apart) = texels.split_at_mut(3 * records);
     let (root_record, rest) = bytemuck::cast_slice_mut::<_, Record>(hot).split_at_mut(1);
-    let children = in_pairs(collapse.children(0));
-    let root = Root { boxes: children.iter().map(|c| c.0).collect(), order: visiting_orders(&children) };
     let whole = tree.nodes[0].bounds[0].union(tree.nodes[0].bounds[1]);
     let packer = Packer { tree, collapse, leaves, primitives };
+    let children = packer.children(0);
+    let root = Root { boxes: children.iter().map(|c| c.0).collect(), order: visiting_orders(&children) };
     let apart: &mut [Apart] = bytemuck::cast_slice_mut(apart);
     apart[0] = NODE_APART;
     let descendants = Place { first: 1, records: rest, apart: &mut apart[1..], primitives: &mut places[1..] };
-    let sums = packer.node(0, &mut root_record[0], descendants);
+    let sums = packer.node(&children, &mut root_record[0], descendants);
     let area = f64::from(whole.half_area());
     Packed {
         root,
@@ -257,14 +257,19 @@ struct Packer<'a> {
 }
 
 impl Packer<'_> {
-    /// Packs a node into `own`, and all that is below it into `place`: its children, then what is below each of them.
-    fn node(&self, node: u32, own: &mut Record, place: Place) -> Sums {
-        let children = in_pairs(self.collapse.children(node));
-        *own = inner_record(&children, place.first);
+    /// The children of a node that stays, in the order of their records.
+    fn children(&self, node: u32) -> Vec<Boxed> {
+        in_pairs(self.collapse.children(node))
+    }
+
+    /// Packs a node with these children into `own`, and all that is below it into `place`: the children, then what is below each
+    /// of them.
+    fn node(&self, children: &[Boxed], own: &mut Record, place: Place) -> Sums {
+        *own = inner_record(children, place.first);
         let parallel = place.records.len() > PARALLEL_ABOVE;
         let (own, mut rest) = place.split(children.len());
         let mut below = Vec::with_capacity(WIDTH);
-        for (i, (record, &(_, child))) in own.records.iter_mut().zip(&children).enumerate() {
+        for (i, (record, &(_, child))) in own.records.iter_mut().zip(children).enumerate() {
             match child {
                 Child::Leaf(leaf) => {
                     let leaf = self.leaves[self.tree.order[leaf as usize] as usize];
@@ -280,7 +285,7 @@ impl Packer<'_> {
             }
         }
         let area: f64 = children.iter().map(|(b, _)| f64::from(b.half_area())).sum();
-        let pack = |(node, record, place): (u32, _, Place)| self.node(node, record, place);
+        let pack = |(node, record, place): (u32, _, Place)| self.node(&self.children(node), record, place);
         let add = |a: Sums, b: Sums| Sums { depth: a.depth.max(b.depth), area: a.area + b.area };
         let below = if parallel {
             let sums: Vec<Sums> = below.into_par_iter().map(pack).collect();
