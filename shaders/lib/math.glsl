@@ -16,6 +16,10 @@ float upper(float a, float b) { return a > b ? a : b; }
 
 bool is_finite(float x) { return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u; }
 
+// The largest whole number that is not above x, for x in [−2^22, 2^22]. Of this sum the last bit stands for 1. A conversion would do
+// more: drivers that take care of numbers that are too large do it lane by lane (lavapipe 25: some seventy instructions for eight).
+int floor_int(float x) { return floatBitsToInt(floor(x) + 12582912.0) - 0x4b400000; }
+
 // a + b = sum + error exactly (Knuth, TAOCP 2, 4.2.2). `precise` keeps compilers from simplifying it.
 void two_sum(float a, float b, out float sum, out float error) {
     precise float s = a + b;
@@ -45,18 +49,17 @@ float upper_half(float x) { return uintBitsToFloat(floatBitsToUint(x) & 0xfffff0
 // (cos, sin) of 2πu for u in [−2, 2]; error < 1.5e-7 absolute. Vulkan's sin and cos may be off by 2^-11.
 // Reduced to |a| <= π/4 exactly (quadrants of u), then Taylor polynomials of degree 9 and 8.
 vec2 cos_sin_2pi(float u) {
-    float quadrant = floor(u * 4.0 + 0.5);
-    float a = (u - 0.25 * quadrant) * TWO_PI;
+    int quadrant = floor_int(u * 4.0 + 0.5);
+    float a = (u - 0.25 * float(quadrant)) * TWO_PI;
     float a2 = a * a;
     float s = a * (1.0 + a2 * (-1.6666667e-1 + a2 * (8.3333333e-3 + a2 * (-1.9841270e-4 + a2 * 2.7557319e-6))));
     float c = 1.0 + a2 * (-0.5 + a2 * (4.1666667e-2 + a2 * (-1.3888889e-3 + a2 * 2.4801587e-5)));
     // What Vulkan allows the built-in functions.
     if (MUTATION == MUTATE_SINCOS) s += 4.8828125e-4;
-    int k = int(quadrant);
-    bool odd = (k & 1) != 0;
-    float x = odd ? s : c;
-    float y = odd ? c : s;
-    return vec2(((k + 1) & 2) != 0 ? -x : x, (k & 2) != 0 ? -y : y);
+    bool odd = (quadrant & 1) != 0;
+    ivec2 at = floatBitsToInt(odd ? vec2(s, c) : vec2(c, s));
+    // Bit 1 becomes the sign.
+    return intBitsToFloat(at ^ ((ivec2(quadrant + 1, quadrant) & 2) << 30));
 }
 
 // Arc tangent; error < 2e-7 absolute. Vulkan's may be off by 4096 ulp. Of the smaller of |t| and 1/|t| by a polynomial of degree

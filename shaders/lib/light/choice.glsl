@@ -27,8 +27,8 @@ const float BELOW_ONE = 0.99999994;
 int light_cell(vec3 p) {
     vec3 x = p - light_grid.xyz;
     // From (−∞, ∞) to (0, cells).
-    ivec3 at = ivec3((x / (light_grid.w + abs(x)) + 1.0) * (0.5 * float(LIGHT_CELLS)));
-    at = clamp(at, 0, int(LIGHT_CELLS) - 1);
+    vec3 place = (x / (light_grid.w + abs(x)) + 1.0) * (0.5 * float(LIGHT_CELLS));
+    ivec3 at = clamp(ivec3(floor_int(place.x), floor_int(place.y), floor_int(place.z)), 0, int(LIGHT_CELLS) - 1);
     int cell = (at.z * int(LIGHT_CELLS) + at.y) * int(LIGHT_CELLS) + at.x;
     return light_row(int(LIGHT_COUNT)) + cell * int(LIGHT_ENTRIES);
 }
@@ -49,7 +49,7 @@ int light_choose(int cell, float u, float more, out float probability) {
     probability = 1.0;
     if (LIGHT_COUNT == 1u) return 0;
     float place = u * float(LIGHT_ENTRIES);
-    int column = int(lower(place, float(LIGHT_ENTRIES) - 0.5));
+    int column = floor_int(lower(place, float(LIGHT_ENTRIES) - 0.5));
     u = place - float(column);
     vec4 entry = light_texel(cell + column);
     bool own = light_turn(entry.x, u);
