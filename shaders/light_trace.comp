@@ -165,7 +165,7 @@ void main() [[maximally_reconverges]] {
     uint loops = 0u;
     while (subgroupAny(alive || next < last)) {
         loops += STEP_LOOPS;
-        count_doubtful(!alive && next < last, BEAM_TARGETS);
+        count_doubtful(!alive && next < last ? BEAM_TARGETS : 0u);
         if (!alive && next < last) {
             current = next;
             next += stride;
@@ -202,7 +202,7 @@ void main() [[maximally_reconverges]] {
         bool hidden = true;
         uint entry = shows ? segment_entry(ray, hidden) : 0u;
         hidden = hidden_in_scene(ray, entry, hidden, loops);
-        count_doubtful(shows && !hidden, BEAM_TARGETS);
+        count_doubtful(shows && !hidden ? BEAM_TARGETS : 0u);
         if (shows && !hidden) {
             float r = beams_per_path(beam.light, beam.y, beam.direction, beam.cos_light, x2);
             float weight = MUTATION == MUTATE_BEAMS ? 1.0 : r / (1.0 + r);

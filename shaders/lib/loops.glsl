@@ -7,9 +7,9 @@
 
 uint doubtful_loops = 0u;
 
-// For all lanes to call.
-void count_doubtful(bool needed, uint iterations) {
-    if (LOOP_BUDGET > 0u && subgroupAny(needed)) doubtful_loops += iterations;
+// Those that this lane needs. For all lanes to call.
+void count_doubtful(uint iterations) {
+    if (LOOP_BUDGET > 0u) doubtful_loops += subgroupMax(iterations);
 }
 
 #endif

@@ -152,7 +152,7 @@ bool path_arrive(Path path, int id, float t, uint key, uint light_samples, inout
     float kind = a.surface.kind;
     bool glows = HAS_EMITTER && met && kind == KIND_EMITTER && a.front;
     bool by_beams = HAS_BEAMS && glows && path.pdf == 0.0 && path.x2 > 0.0 && path.hits <= BEAM_HITS && a.surface.light >= 0;
-    if (HAS_BEAMS) count_doubtful(by_beams, BEAM_TARGETS);
+    if (HAS_BEAMS) count_doubtful(by_beams ? BEAM_TARGETS : 0u);
     if (glows) {
         float weight = glance_weight(path.glances);
         if (EMITTER_COUNT > 0u && path.pdf > 0.0 && a.surface.light >= 0) {

@@ -68,7 +68,7 @@ int closest_hit(vec3 o, vec3 d, int leaving, out float t, inout uint loops) {
 // Where a ray that a constant sphere hides or not enters the tree (tree_entry); if it does not, `hidden` is known.
 uint entry_unless_hidden(ShadowRay ray, inout bool hidden) {
     // In all lanes: it counts for the subgroup.
-    bool behind_facet = FACET_COUNT > 0u && any_facet(ray.origin, ray.direction, ray.distance, ray.leaving);
+    bool behind_facet = FACET_COUNT > 0u && any_facet(ray.origin, ray.direction, ray.distance, ray.leaving, ray.wanted);
     hidden = hidden || behind_facet;
     return HAS_TREE && !hidden ? tree_entry(ray.origin, ray.direction, ray.distance) : 0u;
 }

@@ -8,7 +8,7 @@
 // edge run the other way gives exactly the negated value: rays slip through neither at edges nor at corners.
 //
 // For nearly all rays a simpler test is enough, for half the cost: the point at which the ray meets the plane, and
-// its distance from each edge. Where such a distance is too small for the rounding, all facets are tested anew, as
+// its distance from each edge. Where such a distance is too small for the rounding, the facet is tested anew, as
 // above.
 
 #ifndef FACET_GLSL
@@ -68,10 +68,10 @@ bool between_edges(Facet f, Across r) {
 // Along a ray with the reciprocal of n·d.
 float plane_distance(vec4 plane, vec3 o, float inverse) { return (plane.w - dot(plane.xyz, o)) * inverse; }
 
-// Whether the ray meets the facet between its origin and `limit`, and where.
-bool meets_facet(Facet f, Across r, vec3 d, float limit, out float t) {
+// Whether the ray meets the facet, and where.
+bool meets_facet(Facet f, Across r, vec3 d, out float t) {
     t = plane_distance(f.plane, r.origin, 1.0 / dot(f.plane.xyz, d));
-    return t > 0.0 && t < limit && between_edges(f, r);
+    return t > 0.0 && between_edges(f, r);
 }
 
 // Whether the simpler test is left out: where a driver executes code that no lane needs, it does not pay.
@@ -197,25 +197,35 @@ Facet facet_of_table(int n) {
     return Facet(a.xyz, b.xyz, c.xyz, d.xyz, vec4(a.w, b.w, c.w, d.w));
 }
 
+// The facet's bit if a hit, `near` enough, is in doubt.
+uint doubt_of(PlaneHit hit, bool near, uint bit) { return near && abs(hit.inside) <= hit.margin ? bit : 0u; }
+
+// Takes the first of some facets that are in doubt.
+int take_facet(inout uint doubts) {
+    int n = findLSB(doubts);
+    doubts &= doubts - 1u;
+    return n;
+}
+
 // Nearest facet. Its id follows those of the constant spheres.
 void closest_facet(vec3 o, vec3 d, int leaving, inout float t, inout int id) {
     int first_id = int(SPHERE_COUNT);
     float reach = reach_from(o);
     float nearest = t;
     int nearest_id = id;
-    bool doubt = false;
+    uint doubts = 0u;
     Across ray = across(o, d);
 #define TEST_CLOSEST(n)                                                                              \
     {                                                                                                \
         float h;                                                                                     \
         bool closer;                                                                                 \
         if (EXACT_FACETS) {                                                                          \
-            closer = meets_facet(FACET_OF(n), ray, d, nearest, h) && leaving != first_id + n;        \
+            closer = meets_facet(FACET_OF(n), ray, d, h) && h < nearest && leaving != first_id + n;  \
         } else {                                                                                     \
             PlaneHit hit = plane_hit(QUICK_FACET_OF(n), 1u << n, o, d, reach);                       \
             h = hit.t;                                                                               \
             bool near = h > 0.0 && h < nearest && leaving != first_id + n;                           \
-            doubt = doubt || (near && abs(hit.inside) <= hit.margin);                                \
+            doubts |= doubt_of(hit, near, 1u << n);                                                  \
             closer = near && hit.inside > hit.margin;                                                \
         }                                                                                            \
         nearest = closer ? h : nearest;                                                              \
@@ -223,13 +233,11 @@ void closest_facet(vec3 o, vec3 d, int leaving, inout float t, inout int id) {
     }
     FOR_EACH_FACET(TEST_CLOSEST)
 #undef TEST_CLOSEST
-    doubt = !EXACT_FACETS && doubt;
-    count_doubtful(doubt, FACET_COUNT);
-    nearest = doubt ? t : nearest;
-    nearest_id = doubt ? id : nearest_id;
-    for (int n = 0; doubt && n < int(FACET_COUNT); ++n) {
+    if (!EXACT_FACETS) count_doubtful(uint(bitCount(doubts)));
+    while (!EXACT_FACETS && doubts != 0u) {
+        int n = take_facet(doubts);
         float h;
-        bool closer = meets_facet(facet_of_table(n), ray, d, nearest, h) && leaving != first_id + n;
+        bool closer = meets_facet(facet_of_table(n), ray, d, h) && (h < nearest || (h == nearest && first_id + n < nearest_id));
         nearest = closer ? h : nearest;
         nearest_id = closer ? first_id + n : nearest_id;
     }
@@ -240,33 +248,36 @@ void closest_facet(vec3 o, vec3 d, int leaving, inout float t, inout int id) {
 // Bit n: facet n may lie between two points of the scene. The others bound its convex hull.
 layout(constant_id = 206) const uint FACET_OCCLUDERS = 0xffffffffu;
 
-// Whether a facet lies between o and the point at `distance`.
-bool any_facet(vec3 o, vec3 d, float distance, int leaving) {
+// Whether a facet lies between o and the point at `distance`; of a ray that is not `wanted`, what is quickly known. (Many of those run
+// along a facet, and past its edges.)
+bool any_facet(vec3 o, vec3 d, float distance, int leaving, bool wanted) {
     int first_id = int(SPHERE_COUNT);
     float reach = reach_from(o);
-    bool occluded = false;
-    bool doubt = false;
+    int occluding = 0;
+    uint doubts = 0u;
     Across ray = across(o, d);
 #define TEST_ANY(n)                                                                                  \
     if ((FACET_OCCLUDERS & (1u << n)) != 0u) {                                                       \
         if (EXACT_FACETS) {                                                                          \
             float h;                                                                                 \
-            occluded = occluded || (meets_facet(FACET_OF(n), ray, d, distance, h) && leaving != first_id + n); \
+            bool occludes = meets_facet(FACET_OF(n), ray, d, h) && h < distance && leaving != first_id + n; \
+            occluding |= occludes ? -1 : 0;                                                          \
         } else {                                                                                     \
             PlaneHit hit = plane_hit(QUICK_FACET_OF(n), 1u << n, o, d, reach);                       \
             bool near = hit.t > 0.0 && hit.t < distance && leaving != first_id + n;                  \
-            doubt = doubt || (near && abs(hit.inside) <= hit.margin);                                \
-            occluded = occluded || (near && hit.inside > hit.margin);                                \
+            doubts |= doubt_of(hit, near, 1u << n);                                                  \
+            occluding |= near ? floatBitsToInt(hit.margin - hit.inside) : 0;                         \
         }                                                                                            \
     }
     FOR_EACH_FACET(TEST_ANY)
 #undef TEST_ANY
-    doubt = !EXACT_FACETS && doubt && !occluded;
-    count_doubtful(doubt, FACET_COUNT);
-    for (int n = 0; doubt && n < int(FACET_COUNT); ++n) {
+    bool occluded = occluding < 0;
+    doubts = occluded || !wanted ? 0u : doubts;
+    if (!EXACT_FACETS) count_doubtful(uint(bitCount(doubts)));
+    while (!EXACT_FACETS && doubts != 0u) {
         float h;
-        bool between = meets_facet(facet_of_table(n), ray, d, distance, h) && leaving != first_id + n;
-        occluded = occluded || (between && (FACET_OCCLUDERS & (1u << n)) != 0u);
+        bool between = meets_facet(facet_of_table(take_facet(doubts)), ray, d, h) && h < distance;
+        occluded = occluded || between;
     }
     return occluded;
 }

@@ -108,26 +108,32 @@ float distance_to_either_side(Approach a, bool wall, int leaving) {
 
 // Whether a solid sphere lies between the ray's origin and the point at `distance`. That point is outside, lamps being there
 // (and of points the host drops those inside): then the near root is before it exactly if the closest approach is.
-bool solid_occludes(Approach a, float distance, int leaving) {
-    return leaving == 0 && a.b > 0.0 && a.b < distance && a.disc > 0.0;
+//
+// What tells of one sphere is the sign of an integer, so that over many they are put together as integers are: what LLVM knows to be
+// conditions it makes narrower first, for each sphere anew.
+int solid_occludes(Approach a, float distance, int leaving) {
+    int occludes = ~(floatBitsToInt(a.b) | floatBitsToInt(a.disc)) & floatBitsToInt(a.b - distance);
+    return leaving == 0 ? occludes : 0;
 }
 
 // The same seen from the far end p, a point that is the same for all rays: `from_point` has f = c − p, and |f|² − r².
-bool solid_occludes_point(vec4 from_point, vec3 d, float distance, int leaving) {
+int solid_occludes_point(vec4 from_point, vec3 d, float distance, int leaving) {
     float b = dot(from_point.xyz, d);
-    return leaving == 0 && b < 0.0 && b > -distance && b * b > from_point.w;
+    int occludes = floatBitsToInt(b) & floatBitsToInt(-distance - b) & floatBitsToInt(from_point.w - b * b);
+    return leaving == 0 ? occludes : 0;
 }
 
 // Bit n: that point is inside of sphere n.
 layout(constant_id = 200) const uint POINT_INSIDE = 0u;
 
-bool either_side_occludes_point(vec4 from_point, bool inside, vec3 d, float distance, int leaving) {
+int either_side_occludes_point(vec4 from_point, bool inside, vec3 d, float distance, int leaving) {
     float k = from_point.w;
     float b = dot(from_point.xyz, d);
     // Looking from p towards the start of the ray.
     float root = sqrt(upper(b * b - k, 0.0));
-    if (inside) return leaving != 2 && root - b < distance;
-    return leaving == 2 || (leaving == 0 && b < 0.0 && b * b > k && -b - root < distance);
+    bool occludes = leaving == 2 || (leaving == 0 && b < 0.0 && b * b > k && -b - root < distance);
+    if (inside) occludes = leaving != 2 && root - b < distance;
+    return occludes ? -1 : 0;
 }
 
 #define CONSTANT_SPHERE(n, base)                                      \
@@ -208,36 +214,36 @@ void closest_sphere(vec3 o, vec3 d, int leaving, inout float t, inout int id) {
 bool any_sphere(vec3 o, vec3 d, float distance, int leaving) {
     float oo = dot(o, o);
     float od = dot(o, d);
-    bool occluded = false;
+    int occluded = 0;
 #define TEST_ANY(n)                                                                               \
     if (SPHERE_##n##_SIDE != SIDE_CAVITY) {                                                       \
         FIND_APPROACH(n, a)                                                                       \
         int from = leaving_code(leaving, n);                                                      \
-        bool occludes;                                                                            \
+        int occludes;                                                                             \
         if (SPHERE_##n##_SIDE == SIDE_SOLID) occludes = solid_occludes(a, distance, from);        \
-        else occludes = distance_to_either_side(a, IS_WALL(n), from) < distance;                  \
-        occluded = occluded || occludes;                                                          \
+        else occludes = distance_to_either_side(a, IS_WALL(n), from) < distance ? -1 : 0;         \
+        occluded |= occludes;                                                                     \
     }
     FOR_EACH_SPHERE(TEST_ANY)
 #undef TEST_ANY
-    return occluded;
+    return occluded < 0;
 }
 
 // The same for the only light, a point, at that distance.
 bool any_sphere_before_point(vec3 d, float distance, int leaving) {
-    bool occluded = false;
+    int occluded = 0;
 #define TEST_BEFORE(n)                                                                                   \
     if (SPHERE_##n##_SIDE != SIDE_CAVITY) {                                                              \
         int from = leaving_code(leaving, n);                                                             \
-        bool occludes;                                                                                   \
+        int occludes;                                                                                    \
         if (SPHERE_##n##_SIDE == SIDE_SOLID) occludes = solid_occludes_point(from_point_##n, d, distance, from); \
         else if ((POINT_INSIDE & (1u << n)) != 0u) occludes = either_side_occludes_point(from_point_##n, true, d, distance, from); \
         else occludes = either_side_occludes_point(from_point_##n, false, d, distance, from);                   \
-        occluded = occluded || occludes;                                                                 \
+        occluded |= occludes;                                                                            \
     }
     FOR_EACH_SPHERE(TEST_BEFORE)
 #undef TEST_BEFORE
-    return occluded;
+    return occluded < 0;
 }
 
 #endif
