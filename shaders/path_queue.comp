@@ -141,7 +141,7 @@ bool enough(bool can, bool waits) {
 }
 
 // Whether a lane has a ray for the tree.
-bool has_ray(Pocket pocket, PocketWalk w) { return w.entry != 0u || pocket_waiting(pocket) != 0u; }
+bool has_ray(Pocket pocket, PocketWalk w) { return w.place != 0u || pocket_waiting(pocket) != 0u; }
 
 // Goes on with paths for as long as most lanes can.
 void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h, inout Pocket pocket, inout Run run,
@@ -172,16 +172,16 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
             h.met = h.met || second;
         }
         rays += shades ? 1u : 0u;
-        uint shadow_enters = 0u;    // see tree_entry
+        uint entry_of_shadow = 0u;    // see tree_entry
         if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
             bool wanted = shades && shadow.wanted;
             shadow_rays += wanted ? 1u : 0u;
             bool hidden;
-            shadow_enters = shadow_entry(shadow, hidden);
-            shadow_enters = wanted ? shadow_enters : 0u;
-            if (wanted && !hidden && shadow_enters == 0u) h.radiance += shadow.radiance;
+            entry_of_shadow = shadow_entry(shadow, hidden);
+            entry_of_shadow = wanted ? entry_of_shadow : 0u;
+            if (wanted && !hidden && entry_of_shadow == 0u) h.radiance += shadow.radiance;
         }
-        bool later = shadow_enters != 0u;
+        bool later = entry_of_shadow != 0u;
         bool ended = held && !alive && !later;
         bool goes_on = ended && sample_goes_on(h.path.glances);
         if (ended && !goes_on) {
@@ -214,14 +214,14 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         h.t = t;
         h.id = id;
         if (REUSE) h.path.second = h.path.second && reuses(p);
-        uint enters = tree_entry(h.path.origin, h.path.direction, t);
-        enters = alive || begins || goes_on ? enters : 0u;
+        uint entry = tree_entry(h.path.origin, h.path.direction, t);
+        entry = alive || begins || goes_on ? entry : 0u;
         // The same for a living path, which leaves a diffuse surface as its shadow ray does.
         h.path.origin = later ? shadow.origin : h.path.origin;
         h.path.leaving = later ? shadow.leaving : h.path.leaving;
         if (HAS_TREE) {
-            pocket_put(pocket, h, shadow, enters, shadow_enters);
-            h.slot = enters != 0u || later ? NOTHING : h.slot;
+            pocket_put(pocket, h, shadow, entry, entry_of_shadow);
+            h.slot = entry != 0u || later ? NOTHING : h.slot;
             pocket_take(pocket, h);
         }
         if (--until_check == 0u) {
@@ -255,14 +255,14 @@ void connect_paths(inout Pocket pocket, inout Run run, PocketWalk w) {
         bool wanted = gives && ray.wanted;
         shadow_rays += wanted ? 1u : 0u;
         bool hidden;
-        uint enters = segment_entry(ray, hidden);
-        enters = wanted ? enters : 0u;
+        uint entry = segment_entry(ray, hidden);
+        entry = wanted ? entry : 0u;
         if (MUTATION == MUTATE_REUSE) {
             hidden = false;
-            enters = 0u;
+            entry = 0u;
         }
-        if (gives && enters == 0u) note_coupling(region + path, member, wanted && !hidden ? value : 0.0);
-        pocket_put_segment(pocket, ray, MEMBERS * path + member, value, enters);
+        if (gives && entry == 0u) note_coupling(region + path, member, wanted && !hidden ? value : 0.0);
+        pocket_put_segment(pocket, ray, MEMBERS * path + member, value, entry);
         run.slot += takes ? gl_SubgroupSize : 0u;
         run.left -= takes ? 1u : 0u;
         if (--until_check == 0u) {
@@ -274,7 +274,7 @@ void connect_paths(inout Pocket pocket, inout Run run, PocketWalk w) {
 
 // One step.
 void walk_further(inout PocketWalk w) {
-    if (REUSE) occlusion_steps += w.shadow && w.walk.walks ? counted(1u) : 0u;
+    if (REUSE) occlusion_steps += w.shadow && w.walk.walks ? 1u : 0u;
     walk_on(w.walk, w.ray, w.leaving, w.shadow, steps);
 }
 

@@ -87,7 +87,6 @@ void main() [[maximally_reconverges]] {
     vec3 direction = path.direction;
     int leaving = path.leaving;
     Walk walk = walk_begin(tree_ray(origin, direction, false), t, path_entry);
-    walk.walks = path_entry != 0u;
     do {
         bool busy;
         TreeRay ray = tree_ray(origin, direction, walk_of == SHADOW);

@@ -51,7 +51,7 @@ struct Pocket {
 
 // The ray in a lane's hands.
 struct PocketWalk {
-    uint entry;         // bit of its place; 0: none
+    uint place;         // a bit; 0: none
     bool shadow;
     int leaving;
     TreeRay ray;
@@ -86,9 +86,9 @@ uint pocket_traced(Pocket p) { return p.used & ~(p.rays | p.shadows); }
 bool pocket_room(Pocket p) { return p.used != ALL_PLACES; }
 
 // Puts a path away until its ray and its shadow ray have been traced, as far as they enter the tree. There must be room.
-void pocket_put(inout Pocket p, Held h, ShadowRay shadow, uint enters, uint shadow_enters) {
-    bool waits = enters != 0u;
-    bool later = shadow_enters != 0u;
+void pocket_put(inout Pocket p, Held h, ShadowRay shadow, uint entry, uint entry_of_shadow) {
+    bool waits = entry != 0u;
+    bool later = entry_of_shadow != 0u;
     uint place = waits || later ? lowest_bit(~p.used) : 0u;
     p.used |= place;
     p.rays |= waits ? place : 0u;
@@ -110,7 +110,7 @@ void pocket_put(inout Pocket p, Held h, ShadowRay shadow, uint enters, uint shad
         p.radiance[n] = radiance;                   \
         p.toward[n] = toward;                       \
         p.light[n] = light;                         \
-        p.entry[n] = enters | (shadow_enters << 4); \
+        p.entry[n] = entry | (entry_of_shadow << 4); \
         if (REUSE) p.normal[n].xyz = h.path.normal; \
         if (MULTIPLE) p.glances[n] = h.path.glances; \
         if (EMITTER_COUNT > 0u) p.normal[n].w = h.path.pdf; \
@@ -166,8 +166,8 @@ void pocket_take(inout Pocket p, inout Held h) {
 
 // Puts away a segment between a first hit and a second hit: `segment` is its number, MEMBERS·path + member, `value`
 // what it is worth if nothing is in between.
-void pocket_put_segment(inout Pocket p, ShadowRay ray, uint segment, float value, uint enters) {
-    uint place = enters != 0u ? lowest_bit(~p.used) : 0u;
+void pocket_put_segment(inout Pocket p, ShadowRay ray, uint segment, float value, uint entry) {
+    uint place = entry != 0u ? lowest_bit(~p.used) : 0u;
     p.used |= place;
     p.shadows |= place;
     vec4 toward = vec4(ray.direction, ray.distance);
@@ -176,7 +176,7 @@ void pocket_put_segment(inout Pocket p, ShadowRay ray, uint segment, float value
         p.origin[n].xyz = ray.origin;                       \
         p.throughput[n].w = intBitsToFloat(ray.leaving);    \
         p.toward[n] = toward;                               \
-        p.entry[n] = enters << 4;                           \
+        p.entry[n] = entry << 4;                           \
         p.light[n].x = value;                               \
         p.light[n].w = uintBitsToFloat(segment);            \
     }
@@ -210,7 +210,7 @@ uint pocket_first_segment(Pocket p) {
 
 // Gives a lane that walks nowhere the next ray; shadow rays first.
 void pocket_fetch(Pocket p, inout PocketWalk w) {
-    uint place = w.entry == 0u ? lowest_bit(pocket_waiting(p)) : 0u;
+    uint place = w.place == 0u ? lowest_bit(pocket_waiting(p)) : 0u;
     if (place != 0u) {
         vec4 origin = p.origin[0];
         vec4 direction = p.direction[0];
@@ -228,7 +228,7 @@ void pocket_fetch(Pocket p, inout PocketWalk w) {
     }
         FOR_EACH_PLACE(FETCH)
 #undef FETCH
-        w.entry = place;
+        w.place = place;
         w.shadow = (p.shadows & place) != 0u;
         w.leaving = floatBitsToInt(leaving);
         w.ray = tree_ray(origin.xyz, w.shadow ? toward.xyz : direction.xyz, w.shadow);
@@ -238,9 +238,9 @@ void pocket_fetch(Pocket p, inout PocketWalk w) {
 
 // Notes the result of a walk that is over.
 void pocket_finish(inout Pocket p, inout PocketWalk w) {
-    bool over = w.entry != 0u && !w.walk.walks;
+    bool over = w.place != 0u && !w.walk.walks;
     bool hit = w.walk.id >= 0;
-    uint place = over ? w.entry : 0u;
+    uint place = over ? w.place : 0u;
     p.lit |= w.shadow && !hit ? place : 0u;
     p.shadows &= ~(w.shadow ? place : 0u);
     p.rays &= ~(w.shadow ? 0u : place);
@@ -252,7 +252,7 @@ void pocket_finish(inout Pocket p, inout PocketWalk w) {
     }
     FOR_EACH_PLACE(FINISH)
 #undef FINISH
-    w.entry = over ? 0u : w.entry;
+    w.place = over ? 0u : w.place;
 }
 
 #endif

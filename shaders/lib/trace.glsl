@@ -18,9 +18,6 @@ void load_scene() {
 uint walked_steps = 0u;
 uint occlusion_steps = 0u;
 
-// An empty tree, of a program that could do with one, tells nothing of the cost of a sample.
-uint counted(uint steps) { return TREE_BOX_COUNT > 0u ? steps : 0u; }
-
 // Walks the tree to the end, or as far as the budget goes; then `loops` has reached LOOP_BUDGET.
 Walk walk_tree(vec3 o, vec3 d, float t_max, int leaving, uint entry, bool any_hit, uint loops, out uint steps) {
     TreeRay r = tree_ray(o, d, any_hit);
@@ -31,7 +28,7 @@ Walk walk_tree(vec3 o, vec3 d, float t_max, int leaving, uint entry, bool any_hi
         steps += 1u;
     }
     if (PATH_STATS) walked_steps += steps;
-    if (REUSE && any_hit) occlusion_steps += counted(steps);
+    if (REUSE && any_hit) occlusion_steps += steps;
     return walk;
 }
 

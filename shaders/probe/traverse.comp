@@ -49,7 +49,6 @@ void main() {
             ray = tree_ray(o.xyz, d.xyz, any_hit);
             uint entry = any_hit && id >= 0 ? 0u : tree_entry(o.xyz, d.xyz, t);
             walk = walk_begin(ray, t, entry);
-            walk.walks = entry != 0u;
             busy = true;
         }
         if (!any_lane(busy)) break;

@@ -77,14 +77,14 @@ struct Walk {
 uint tree_entry(vec3 o, vec3 d, float t_max) {
     // A ray that is not finite might walk the whole tree.
     if (MUTATION != MUTATE_GUARD && !is_finite(dot(o, o) + dot(d, d))) return 0u;
-    return BRUTE_FORCE ? 1u : boxes_met(o, d, t_max);
+    return BRUTE_FORCE && TREE_BOX_COUNT > 0u ? 1u : boxes_met(o, d, t_max);
 }
 
 Walk walk_idle() { return Walk(false, 0, 0u, stack_empty(), 0.0, -1); }
 
-// `entry`: what tree_entry has told, of which something is left.
+// `entry`: what tree_entry has told.
 Walk walk_begin(TreeRay r, float t_max, uint entry) {
-    Walk w = Walk(true, 0, 0u, stack_empty(), t_max, -1);
+    Walk w = Walk(entry != 0u, 0, 0u, stack_empty(), t_max, -1);
     if (!BRUTE_FORCE) {
         w.group = (1u << 7) | (((root_order >> r.octant) & 7u) << 4) | entry;
         w.current = take_member(w.group);
