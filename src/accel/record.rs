@@ -11,11 +11,11 @@
 //! and the other has no area.
 //!
 //! Of an inner node the origin is three floats, the exponents are bytes, and the other words hold a byte for each child
-//! (see [`Quantised`]). Its children are consecutive records. The last word has in bits 24..28 which of
-//! the four there are, and below, for each octant of directions, three bits: whether the second pair of children is
-//! to be visited before the first, and whether the second child of the first pair, and of the second pair, comes
-//! before the other. Octants are numbered by the signs of x, y and z. Bit 31 is 0, and so is what a walk in any order takes for the
-//! order (shaders/lib/intersect/node.glsl).
+//! (see [`Quantised`]). Its children are consecutive records. The last word has in its lowest four
+//! bits which of the four there are, and above, for each octant of directions, three bits: whether the second child of the first
+//! pair is to be visited before the other, whether the second pair comes before the first, and the second pair's second
+//! child before its other. Octants are numbered by the signs of x, y and z. Bit 31 is 0, which a walk in any order takes
+//! for the order (shaders/lib/intersect/node.glsl).
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -323,24 +323,24 @@ fn inner_record(children: &[Boxed], first: usize) -> Record {
     [
         [x, y, z, INNER | first as u32],
         [lo[0], lo[1], lo[2], exponents],
-        [hi[0], hi[1], hi[2], NOT_SUBNORMAL | present << 24 | order],
+        [hi[0], hi[1], hi[2], NOT_SUBNORMAL | order | present],
     ]
 }
 
-/// Three bits for each octant, see the top of this file: along its diagonal, what is nearer comes first.
+/// Three bits for each octant, from bit 4 on, see the top of this file: along its diagonal, what is nearer comes first.
 fn visiting_orders(children: &[Boxed]) -> u32 {
     let middle = |of: &[Boxed]| of.iter().fold(Aabb::EMPTY, |a, c| a.union(c.0)).centroid();
     let (left, right) = children.split_at(children.len().min(2));
     let middles = |a: &[Boxed], b: &[Boxed]| (!b.is_empty()).then(|| [middle(a), middle(b)]);
     let pair = |pair: &[Boxed]| pair.split_at_checked(1).and_then(|(a, b)| middles(a, b));
-    let choices = [middles(left, right), pair(left), pair(right)];
+    let choices = [pair(left), middles(left, right), pair(right)];
     (0..8).fold(0, |orders, octant| {
         let signs = Vec3::from([0, 1, 2].map(|axis| if octant >> axis & 1 == 0 { 1.0 } else { -1.0 }));
         let swapped = |choice: Option<[Vec3; 2]>| choice.is_some_and(|[a, b]| b.dot(signs) < a.dot(signs));
         choices
             .iter()
             .enumerate()
-            .fold(orders, |orders, (bit, &choice)| orders | u32::from(swapped(choice)) << (3 * octant + bit))
+            .fold(orders, |orders, (bit, &choice)| orders | u32::from(swapped(choice)) << (4 + 3 * octant + bit))
     })
 }
 
@@ -401,8 +401,8 @@ mod tests {
                 lo: [b[0], b[1], b[2]].map(|planes| planes ^ LO_FLIP),
                 hi: [c[0], c[1], c[2]],
             };
-            let children = (c[3] >> 24 & 15).trailing_ones();
-            assert_eq!(c[3] >> 24 & 15, (1 << children) - 1);
+            let children = (c[3] & 15).trailing_ones();
+            assert_eq!(c[3] & 15, (1 << children) - 1);
             for child in 0..children as usize {
                 let mut above: Vec<_> = above.clone();
                 above.push(q.bounds(child));
@@ -418,7 +418,7 @@ mod tests {
                 assert!(lo[axis] <= f64::from(own.lo[axis]) && f64::from(own.hi[axis]) <= hi[axis]);
             }
         }
-        assert_eq!(packed.root.order, packed.texels[2][3] & 0x00ff_ffff);
+        assert_eq!(packed.root.order, packed.texels[2][3] & 0x0fff_fff0);
         assert!(seen.iter().chain(&held).all(|&n| n == 1));
         assert_eq!(depth, packed.statistics.depth);
         depth
@@ -518,15 +518,15 @@ mod tests {
             (Aabb { lo, hi: lo + 1.0 }, Child::Leaf(0))
         };
         let square = [at(0.0, 0.0), at(0.0, 5.0), at(9.0, 0.0), at(9.0, 5.0)];
-        // Octants by the signs of x, y and z: which of the two pairs first, and which of each pair.
-        let expected = [0b000, 0b001, 0b110, 0b111];
+        // Octants by the signs of x, y and z: which of the first pair first, which of the two pairs, which of the second pair.
+        let expected = [0b000, 0b010, 0b101, 0b111];
         for (octant, order) in expected.into_iter().enumerate() {
-            assert_eq!(visiting_orders(&square) >> (3 * octant) & 7, order, "octant {octant}");
+            assert_eq!(visiting_orders(&square) >> (4 + 3 * octant) & 7, order, "octant {octant}");
         }
         assert_eq!(visiting_orders(&square[..1]), 0);
         // Shifted by so much, all that a word has above that is no order.
         assert!(include_str!("../../shaders/lib/intersect/node.glsl").contains("const uint NO_ORDER = 31u;"));
-        assert_eq!((NOT_SUBNORMAL | 0xf << 24 | 0xff_ffff) >> 31, 0);
+        assert_eq!((NOT_SUBNORMAL | 0x0fff_ffff) >> 31, 0);
         let close = in_pairs(vec![at(0.0, 0.0), at(8.0, 0.0), at(9.0, 0.0)]);
         assert_eq!(close[2].0, at(0.0, 0.0).0);
     }

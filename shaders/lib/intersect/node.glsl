@@ -54,6 +54,8 @@ TreeRecord tree_record(int record) {
 const uint FIRST_INNER = 0xfe000000u;
 bool is_leaf(TreeRecord q) { return q.a.w < FIRST_INNER; }
 
+uvec4 bytes_of(uint word) { return uvec4(word, word >> 8, word >> 16, word >> 24) & 0xffu; }
+
 // The group of those children of an inner node whose boxes the ray meets before t_max.
 uint children_met(TreeRay r, TreeRecord q, float t_max) {
     // Planes lie at origin + scale·byte, and are met at (plane − r.origin)·inverse, give or take the margin: at b + a·byte.
@@ -62,38 +64,34 @@ uint children_met(TreeRay r, TreeRecord q, float t_max) {
     vec3 b = uintBitsToFloat(q.a.xyz) * r.inverse;
     vec3 b0 = b + r.near_offset;
     vec3 b1 = b + r.far_offset;
-    bvec3 back = lessThan(r.inverse, vec3(0.0));
+    // The sign of an integer is tested by what needs it.
+    bvec3 back = lessThan(floatBitsToInt(r.inverse), ivec3(0));
     uvec3 lo = q.b.xyz ^ 0x40404040u;
     uvec3 near = mix(lo, q.c.xyz, back);
     uvec3 far = mix(q.c.xyz, lo, back);
     // Distances as the bits of floats: in the same order where none is negative, and below 0 where one is. The smallest of several
-    // integers takes a CPU one instruction, of floats often three.
-    int reach = floatBitsToInt(t_max);
-    uint met = 0u;
-#define CHILD(n)                                                                                \
-    {                                                                                           \
-        ivec3 t0 = floatBitsToInt(vec3((near >> (8u * n)) & 0xffu) * a + b0);                   \
-        ivec3 t1 = floatBitsToInt(vec3((far >> (8u * n)) & 0xffu) * a + b1);                    \
-        int enter = max(max(t0.x, t0.y), max(t0.z, 0));                                         \
-        int leave = min(min(t1.x, t1.y), min(t1.z, reach));                                     \
-        met |= enter <= leave ? 1u << n : 0u;                                                   \
-    }
-    CHILD(0u) CHILD(1u) CHILD(2u) CHILD(3u)
-#undef CHILD
-    return (q.a.w << 7) | (((q.c.w >> r.octant) & 7u) << 4) | (met & (q.c.w >> 24));
+    // integers takes a CPU one instruction, of floats often three. One axis after the other, so that a CPU needs few registers.
+    ivec4 enter = ivec4(0);
+    ivec4 leave = ivec4(floatBitsToInt(t_max));
+#define AXIS(x)                                                                  \
+    enter = max(enter, floatBitsToInt(vec4(bytes_of(near.x)) * a.x + b0.x));     \
+    leave = min(leave, floatBitsToInt(vec4(bytes_of(far.x)) * a.x + b1.x));
+    AXIS(x) AXIS(y) AXIS(z)
+#undef AXIS
+    uvec4 met = mix(uvec4(0u), uvec4(1u, 2u, 4u, 8u), lessThanEqual(enter, leave));
+    return (q.a.w << 7) | ((q.c.w >> r.octant) & 0x70u) | ((met.x | met.y | met.z | met.w) & q.c.w);
 }
 
 // Whether a group has members.
 bool is_left(uint group) { return (group & 15u) != 0u; }
 
-// Takes the next member out of a group that has some: its record.
+// Takes the next member out of a group that has some: its record. Bits are not made into conditions, of which drivers for CPUs make
+// longer code.
 int take_member(inout uint group) {
-    uint first_pair = group & 3u;
-    uint second_pair = (group >> 2) & 3u;
-    bool second = (group & 0x10u) != 0u ? second_pair != 0u : first_pair == 0u;
-    uint pair = second ? second_pair : first_pair;
-    uint swapped = (second ? group >> 6 : group >> 5) & 1u;
-    uint member = (pair == 3u ? swapped : pair >> 1) + (second ? 2u : 0u);
+    uint second = (group >> 4) & 2u;                            // 2: of the second pair
+    second ^= ((group >> second) & 3u) == 0u ? 2u : 0u;
+    uint pair = group >> second;                                // bits 0 and 1: who is left of it; bit 4: the second one first
+    uint member = ((pair >> 1) & ~(pair & ~(pair >> 4)) & 1u) | second;
     uint record = (group >> 7) + member;
     group &= ~(1u << member);
     return int(record);

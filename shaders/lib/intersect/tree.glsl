@@ -22,8 +22,9 @@ bool passes_near(TreeRay r, vec3 v0, vec3 v1, vec3 v2) {
     return length(cross(v0, r.direction)) <= (radius + 1e-4 * length(v0)) * length(r.direction);
 }
 
-// Tests what a leaf holds: the nearer hit, and its id. `leaving` is the full id (and side) of the primitive the ray starts on.
-bool leaf_test(TreeRay r, int record, TreeRecord q, float t_max, int leaving, out float t, out int id) {
+// Tests what a leaf holds: the nearer hit, however far away, and its id. `leaving` is the full id (and side) of the primitive the ray
+// starts on.
+bool leaf_test(TreeRay r, int record, TreeRecord q, int leaving, out float t, out int id) {
     int first = TREE_ID + 2 * record;
     id = first;
     vec3 v0 = uintBitsToFloat(q.a.xyz);
@@ -34,13 +35,13 @@ bool leaf_test(TreeRay r, int record, TreeRecord q, float t_max, int leaving, ou
     if (TREE_TRIANGLES) {
         vec3 v3 = uintBitsToFloat(uvec3(q.a.w, q.b.w, q.c.w));
         vec2 ts;
+        bvec2 hits;
         if (MOLLER_TRUMBORE) {
-            ts.x = moller_trumbore(r.origin, r.direction, v0, v1, v2, t_max);
-            ts.y = moller_trumbore(r.origin, r.direction, v3, v2, v1, t_max);
+            hits.x = moller_trumbore(r.origin, r.direction, v0, v1, v2, ts.x);
+            hits.y = moller_trumbore(r.origin, r.direction, v3, v2, v1, ts.y);
         } else {
-            ts = watertight(r.shear, r.origin, v0, v1, v2, v3, t_max);
+            hits = watertight(r.shear, r.origin, v0, v1, v2, v3, ts);
         }
-        bvec2 hits = lessThan(ts, vec2(INFINITY));
         if (BRUTE_FORCE) hits = bvec2(hits.x && passes_near(r, v0, v1, v2), hits.y && passes_near(r, v3, v2, v1));
         if (MUTATION == MUTATE_TMIN) hits = bvec2(hits.x && ts.x > 1e-3, hits.y && ts.y > 1e-3);
         else if (MUTATION != MUTATE_SKIP) hits = bvec2(hits.x && leaving != first, hits.y && leaving != first + 1);
@@ -58,7 +59,7 @@ bool leaf_test(TreeRay r, int record, TreeRecord q, float t_max, int leaving, ou
         float h = distance_to_either_side(a, false, leaving_code(leaving, first));
         bool is_sphere = !TREE_TRIANGLES || int(q.b.w) == -2;
         t = is_sphere ? h : t;
-        hit = is_sphere ? h <= t_max && h < INFINITY : hit;
+        hit = is_sphere ? h < INFINITY : hit;
         id = is_sphere ? first : id;
     }
     return hit;
@@ -86,14 +87,15 @@ Walk walk_idle() { return Walk(false, 0, 0u, stack_empty(), 0.0, -1); }
 Walk walk_begin(TreeRay r, float t_max, uint entry) {
     Walk w = Walk(entry != 0u, 0, 0u, stack_empty(), t_max, -1);
     if (!BRUTE_FORCE) {
-        w.group = (1u << 7) | (((root_order >> r.octant) & 7u) << 4) | entry;
+        w.group = (1u << 7) | ((root_order >> r.octant) & 0x70u) | entry;
         w.current = take_member(w.group);
     }
     return w;
 }
 
-// Of equal distances the lower id wins, whatever the order of the walk.
-bool nearer(Walk w, int id, float t) { return t < w.t || id < w.id; }
+// Whether a hit is nearer than what there is. Of equal distances the lower id wins, whatever the order of the walk; what is as far
+// away as the far end is not met.
+bool nearer(Walk w, int id, float t) { return t < w.t || (t == w.t && id < w.id); }
 
 // Tests the record at `w.current`, if the walk is not over and it is a leaf, and goes on to the next.
 void brute_force_record(inout Walk w, TreeRay r, int leaving, bool any_hit) {
@@ -102,7 +104,7 @@ void brute_force_record(inout Walk w, TreeRay r, int leaving, bool any_hit) {
     TreeRecord q = tree_record(record);
     float t;
     int id;
-    bool hit = is_leaf(q) && leaf_test(r, record, q, w.t, leaving, t, id) && nearer(w, id, t);
+    bool hit = is_leaf(q) && leaf_test(r, record, q, leaving, t, id) && nearer(w, id, t);
     w.t = hit ? t : w.t;
     w.id = hit ? id : w.id;
     w.current += 1;
@@ -135,7 +137,7 @@ void walk_apart(inout Walk w, TreeRay r, int leaving, bool any_hit) {
     if (is_leaf(q)) {
         float t;
         int id;
-        bool hit = leaf_test(r, record, q, w.t, leaving, t, id) && nearer(w, id, t);
+        bool hit = leaf_test(r, record, q, leaving, t, id) && nearer(w, id, t);
         if (hit) {
             w.t = t;
             w.id = id;
@@ -162,8 +164,8 @@ void walk_apart(inout Walk w, TreeRay r, int leaving, bool any_hit) {
 //
 // A CPU that executes the lanes together has little to do while it waits for a record. So where a walk goes on if the ray meets
 // no child is found beside the boxes, and boxes do not wait for the primitives that other lanes test; nor does the next record,
-// so that a walk that is over goes through the same motions to no effect. (Were they under a condition, every level of the stack
-// would be blended once more.)
+// so that a walk that is over goes on through the tree, to no effect. (Were it under a condition, every level of the stack would be
+// blended once more. One whose stack is an array stays where it is, and so within the array.)
 void walk_step(inout Walk w, TreeRay r, int leaving, bool any_hit, bool unordered) {
     if (BRUTE_FORCE) {
         brute_force_step(w, r, leaving, any_hit);
@@ -178,25 +180,24 @@ void walk_step(inout Walk w, TreeRay r, int leaving, bool any_hit, bool unordere
     bool leaf = is_leaf(q);
     bool stop = false;
     uint met = children_met(r, q, w.t);
-    met = w.walks && !leaf ? met : 0u;
+    bool moves = SHORT_STACK || w.walks;
+    met = moves && !leaf ? met : 0u;
     if (leaf && w.walks) {
         float t;
         int id;
-        bool hit = leaf_test(r, record, q, w.t, leaving, t, id) && nearer(w, id, t);
-        w.t = hit ? t : w.t;
+        bool hit = leaf_test(r, record, q, leaving, t, id) && (unordered ? t < w.t : nearer(w, id, t));
+        if (!unordered) w.t = hit ? t : w.t;
         w.id = hit ? id : w.id;
         stop = hit && any_hit;
     }
     bool descend = is_left(met);
     bool others = is_left(w.group);
     uint otherwise = others ? w.group : stack_top(w.stack);
-    stack_shift(w.stack, w.group, descend && others, w.walks && !descend && !others);
+    stack_shift(w.stack, w.group, descend && others, moves && !descend && !others);
     bool more = is_left(otherwise);
-    int child = unordered ? take_any_member(met) : take_member(met);
-    int other = unordered ? take_any_member(otherwise) : take_member(otherwise);
-    other = more ? other : 0;
     w.group = descend ? met : otherwise;
-    w.current = descend ? child : other;
+    int next = unordered ? take_any_member(w.group) : take_member(w.group);
+    w.current = descend || more ? next : 0;
     w.walks = w.walks && (descend || more) && !stop;
 }
 

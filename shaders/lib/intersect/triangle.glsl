@@ -1,4 +1,4 @@
-// Ray–triangle tests. Both report a hit only for t > 0 and not beyond the given distance.
+// Ray–triangle tests. Both report a hit only for t > 0.
 
 #ifndef TRIANGLE_GLSL
 #define TRIANGLE_GLSL
@@ -11,21 +11,25 @@
 struct Shear {
     bool along_x;
     bool along_y;   // else along z, unless along_x
-    vec3 s;         // (d_kx, d_ky, 1) / d_kz
+    vec3 s;         // (d_x', d_y', 1) / d_z'
 };
+
+// In axes x', y' and z' of which z' is the ray's: that and z change places. Where they do the functions of edges below are those of
+// the paper with the other sign, all of them, which decides nothing.
+vec3 along(bool along_x, bool along_y, vec3 v) {
+    return vec3(along_x ? v.z : v.x, along_y ? v.z : v.y, along_x ? v.x : (along_y ? v.y : v.z));
+}
 
 Shear shear_of(vec3 d) {
     vec3 a = abs(d);
     Shear r;
     r.along_x = a.x > a.y && a.x > a.z;
     r.along_y = !r.along_x && a.y > a.z;
-    vec3 p = r.along_x ? d.yzx : (r.along_y ? d.zxy : d);
+    vec3 p = along(r.along_x, r.along_y, d);
     float inverse = 1.0 / p.z;
     r.s = vec3(p.x * inverse, p.y * inverse, inverse);
     return r;
 }
-
-vec3 along(Shear r, vec3 v) { return r.along_x ? v.yzx : (r.along_y ? v.zxy : v); }
 
 // a·b − c·d as a compiler may contract it: the first product unrounded (tests only).
 float contracted(float a, float b, float c, float d) {
@@ -37,7 +41,7 @@ float contracted(float a, float b, float c, float d) {
 
 // A corner, in axes of which z is the ray's.
 vec3 sheared(Shear r, vec3 o, vec3 v) {
-    vec3 a = along(r, v - o);
+    vec3 a = along(r.along_x, r.along_y, v - o);
     precise vec2 across = a.xy - r.s.xy * a.z;
     return vec3(across, a.z);
 }
@@ -64,27 +68,27 @@ float determinant(Edges e) {
     return det;
 }
 
-// Where the ray hits a triangle, of whose corners these are the distances along the axis; infinity if nowhere up to t_max.
-float hit_of(Shear r, Edges e, vec3 z, float t_max) {
-    bool inside = lower(lower(e.u, e.v), e.w) >= 0.0 || upper(upper(e.u, e.v), e.w) <= 0.0;
-    float det = determinant(e);
-    precise float inverse = 1.0 / det;
+// Whether the ray hits a triangle, of whose corners these are the distances along its axis, and where.
+bool hits_triangle(Shear r, Edges e, vec3 z, out float t) {
+    // All on one side, or all on the other. Both hold only where all are 0, and so is the determinant.
+    bool inside = (lower(lower(e.u, e.v), e.w) >= 0.0) != (upper(upper(e.u, e.v), e.w) <= 0.0);
+    precise float inverse = 1.0 / determinant(e);
     precise float sum = (e.u * z.x + e.v * z.y) + e.w * z.z;
-    float t = sum * r.s.z * inverse;
-    return inside && det != 0.0 && t > 0.0 && t <= t_max ? t : INFINITY;
+    t = sum * r.s.z * inverse;
+    return inside && t > 0.0;
 }
 
 // The same for two triangles, v0, v1, v2 and v3, v2, v1: the function of their common edge is that of the other, negative.
 // (Only one division, for the triangle that the ray passes within, if not for both: 1.0 to 1.03 of the time, lavapipe 25.0.7.)
-vec2 watertight(Shear r, vec3 o, vec3 v0, vec3 v1, vec3 v2, vec3 v3, float t_max) {
+bvec2 watertight(Shear r, vec3 o, vec3 v0, vec3 v1, vec3 v2, vec3 v3, out vec2 ts) {
     vec3 a = sheared(r, o, v0);
     vec3 b = sheared(r, o, v1);
     vec3 c = sheared(r, o, v2);
     vec3 d = sheared(r, o, v3);
     float common_edge = edge(c, b);
     float other_way = MUTATION == MUTATE_EDGES ? edge(b, c) : -common_edge;
-    return vec2(hit_of(r, Edges(common_edge, edge(a, c), edge(b, a)), vec3(a.z, b.z, c.z), t_max),
-                hit_of(r, Edges(other_way, edge(d, b), edge(c, d)), vec3(d.z, c.z, b.z), t_max));
+    return bvec2(hits_triangle(r, Edges(common_edge, edge(a, c), edge(b, a)), vec3(a.z, b.z, c.z), ts.x),
+                 hits_triangle(r, Edges(other_way, edge(d, b), edge(c, d)), vec3(d.z, c.z, b.z), ts.y));
 }
 
 // Barycentrics of the point at which a ray meets a triangle.
@@ -96,9 +100,8 @@ vec3 barycentrics(Shear r, vec3 o, vec3 v0, vec3 v1, vec3 v2) {
     return vec3(e.u, e.v, e.w) * (1.0 / determinant(e));
 }
 
-// Möller and Trumbore, JGT 1997, for comparison. Rays aimed at a shared edge may miss both of its triangles. Returns the distance,
-// infinity if there is none up to t_max.
-float moller_trumbore(vec3 o, vec3 d, vec3 v0, vec3 v1, vec3 v2, float t_max) {
+// Möller and Trumbore, JGT 1997, for comparison. Rays aimed at a shared edge may miss both of its triangles.
+bool moller_trumbore(vec3 o, vec3 d, vec3 v0, vec3 v1, vec3 v2, out float t) {
     vec3 e1 = v1 - v0;
     vec3 e2 = v2 - v0;
     vec3 p = cross(d, e2);
@@ -108,8 +111,8 @@ float moller_trumbore(vec3 o, vec3 d, vec3 v0, vec3 v1, vec3 v2, float t_max) {
     float v = dot(s, p) * inverse;
     vec3 q = cross(s, e1);
     float w = dot(d, q) * inverse;
-    float t = dot(e2, q) * inverse;
-    return det != 0.0 && v >= 0.0 && w >= 0.0 && v + w <= 1.0 && t > 0.0 && t <= t_max ? t : INFINITY;
+    t = dot(e2, q) * inverse;
+    return det != 0.0 && v >= 0.0 && w >= 0.0 && v + w <= 1.0 && t > 0.0;
 }
 
 #endif
