@@ -253,7 +253,7 @@ layout(constant_id = 206) const uint FACET_OCCLUDERS = 0xffffffffu;
 bool any_facet(vec3 o, vec3 d, float distance, int leaving, bool wanted) {
     int first_id = int(SPHERE_COUNT);
     float reach = reach_from(o);
-    int occluding = 0;
+    int occluding = 0;      // below 0: some facet does, see solid_occludes
     uint doubts = 0u;
     Across ray = across(o, d);
 #define TEST_ANY(n)                                                                                  \

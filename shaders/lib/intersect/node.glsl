@@ -64,7 +64,7 @@ uint children_met(TreeRay r, TreeRecord q, float t_max) {
     vec3 b = uintBitsToFloat(q.a.xyz) * r.inverse;
     vec3 b0 = b + r.near_offset;
     vec3 b1 = b + r.far_offset;
-    // The sign of an integer is tested by what needs it.
+    // As integers: a CPU chooses by the sign bit itself, and needs no comparison. None is 0.
     bvec3 back = lessThan(floatBitsToInt(r.inverse), ivec3(0));
     uvec3 lo = q.b.xyz ^ 0x40404040u;
     uvec3 near = mix(lo, q.c.xyz, back);

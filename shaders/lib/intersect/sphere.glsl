@@ -109,8 +109,8 @@ float distance_to_either_side(Approach a, bool wall, int leaving) {
 // Whether a solid sphere lies between the ray's origin and the point at `distance`. That point is outside, lamps being there
 // (and of points the host drops those inside): then the near root is before it exactly if the closest approach is.
 //
-// What tells of one sphere is the sign of an integer, so that over many they are put together as integers are: what LLVM knows to be
-// conditions it makes narrower first, for each sphere anew.
+// Whether one sphere does is told by the sign of an integer, so that many are put together by `or`: what LLVM knows to be conditions
+// it makes narrower first, for each sphere anew. Where b or the discriminant is 0 either answer is right.
 int solid_occludes(Approach a, float distance, int leaving) {
     int occludes = ~(floatBitsToInt(a.b) | floatBitsToInt(a.disc)) & floatBitsToInt(a.b - distance);
     return leaving == 0 ? occludes : 0;
