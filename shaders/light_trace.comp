@@ -51,7 +51,7 @@ void emitter_point(int light, vec2 u, out vec3 point, out vec3 normal) {
 // to its density at x; `sum` is that of all.
 int nearby_center(float x, float u, out float sum) {
     const int reach = 3;        // pixels; samples are not further from their pixel
-    int first = int(floor(x)) - reach + 1;
+    int first = floor_int(x) - reach + 1;
     sum = 0.0;
     [[unroll]] for (int i = 0; i < 2 * reach; ++i) sum += normal_density(x - float(first + i));
     float left = u * sum;
@@ -79,7 +79,7 @@ uint pixel_at(Camera camera, vec3 x, vec2 u, out float importance) {
     vec2 size = vec2(float(width), float(height));
     vec2 beyond = abs(p - 0.5 * size) - 0.5 * size;
     if (!(depth > 0.0 && beyond.x < 4.0 && beyond.y < 4.0)) return NO_PIXEL;
-    ivec2 at = ivec2(floor(p));
+    ivec2 at = ivec2(floor_int(p.x), floor_int(p.y));
     if (FILTER == 1u) {
         vec2 sum;
         at = ivec2(nearby_center(p.x - 0.5, u.x, sum.x), nearby_center(p.y - 0.5, u.y, sum.y));

@@ -116,7 +116,7 @@ layout(std140, binding = 11) uniform SceneValues {
     vec4 point_intensity;
     vec4 light_grid;            // centre of the lights' grid, and its size
     uint record_count;          // of the tree
-    uint root_order;            // in which to visit the root's children, see node.glsl
+    uint root_order;            // last word of the root's record: in which order to visit its children, see node.glsl
 };
 
 // What is counted (src/render/layout.rs).

@@ -16,7 +16,7 @@ pub use collapse::WIDTH;
 pub use copies::copies;
 pub use leaf::{Leaf, leaves};
 pub use quantised::Quantised;
-pub use record::{MAX_RECORDS, Packed, Primitive, Root, Texel, pack};
+pub use record::{MAX_RECORDS, Packed, Primitive, Texel, pack};
 pub use statistics::TreeStatistics;
 
 /// Numbers in [0, 1) for tests, the same each time (Numerical Recipes, 7.1).

@@ -154,20 +154,11 @@ fn leaf_record(leaf: Leaf, primitives: &[Primitive]) -> (Record, Apart) {
     (record, [a, b, c, d])
 }
 
-/// The children of a tree's root, which are tested before anything is read.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Root {
-    /// Around each of them, at most four.
-    pub boxes: Vec<Aabb>,
-    /// In which order to visit them: three bits for each octant, as in the root's record.
-    pub order: u32,
-}
-
 /// A tree as the shaders read it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Packed {
-    /// Where walks begin.
-    pub root: Root,
+    /// Around each child of the root, at most four: they are tested before anything is read.
+    pub root_boxes: Vec<Aabb>,
     /// Three texels a record, the root's first, and then four a record.
     pub texels: Vec<Texel>,
     /// The primitives of each record; [`Leaf::NONE`] where there are none.
@@ -182,7 +173,12 @@ impl Packed {
         let mut texels = vec![[0; 4]; TEXELS];
         texels[0][3] = INNER;
         texels[TEXELS - NODE_APART.len()..].copy_from_slice(&NODE_APART);
-        Self { root: Root::default(), texels, primitives: vec![[Leaf::NONE; 2]], statistics: TreeStatistics::default() }
+        Self {
+            root_boxes: Vec::new(),
+            texels,
+            primitives: vec![[Leaf::NONE; 2]],
+            statistics: TreeStatistics::default(),
+        }
     }
 }
 
@@ -198,14 +194,13 @@ pub fn pack(tree: &Tree, leaves: &[Leaf], primitives: &[Primitive]) -> Packed {
     let whole = tree.nodes[0].bounds[0].union(tree.nodes[0].bounds[1]);
     let packer = Packer { tree, collapse, leaves, primitives };
     let children = packer.children(0);
-    let root = Root { boxes: children.iter().map(|c| c.0).collect(), order: visiting_orders(&children) };
     let apart: &mut [Apart] = bytemuck::cast_slice_mut(apart);
     apart[0] = NODE_APART;
     let descendants = Place { first: 1, records: rest, apart: &mut apart[1..], primitives: &mut places[1..] };
     let sums = packer.node(&children, &mut root_record[0], descendants);
     let area = f64::from(whole.half_area());
     Packed {
-        root,
+        root_boxes: children.iter().map(|c| c.0).collect(),
         statistics: TreeStatistics {
             nodes: records - tree.order.len(),
             leaves: tree.order.len(),
@@ -412,13 +407,12 @@ mod tests {
                 stack.push(((a[3] & !INNER) as usize + child, above));
             }
         }
-        assert_eq!(packed.root.boxes.len(), top.len());
-        for (own, [lo, hi]) in packed.root.boxes.iter().zip(top) {
+        assert_eq!(packed.root_boxes.len(), top.len());
+        for (own, [lo, hi]) in packed.root_boxes.iter().zip(top) {
             for axis in 0..3 {
                 assert!(lo[axis] <= f64::from(own.lo[axis]) && f64::from(own.hi[axis]) <= hi[axis]);
             }
         }
-        assert_eq!(packed.root.order, packed.texels[2][3] & 0x0fff_fff0);
         assert!(seen.iter().chain(&held).all(|&n| n == 1));
         assert_eq!(depth, packed.statistics.depth);
         depth

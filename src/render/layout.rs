@@ -127,7 +127,7 @@ pub(crate) struct SceneValues {
     pub point_intensity: [f32; 4],
     pub light_grid: [f32; 4],
     pub record_count: u32,
-    /// In which to visit the root's children, as in records of the tree.
+    /// The last word of the root's record, which says in which order to visit its children.
     pub root_order: u32,
     pub unused: [u32; 2],
 }

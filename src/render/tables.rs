@@ -6,7 +6,7 @@ use bytemuck::Zeroable;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::accel::{self, Aabb, Leaf, Packed, Primitive, Root, Texel, TreeStatistics};
+use crate::accel::{self, Aabb, Leaf, Packed, Primitive, Texel, TreeStatistics};
 use crate::gpu::Specialization;
 use crate::scene::Scene;
 
@@ -53,7 +53,7 @@ pub(crate) struct Tables {
     origins: Vec<Origin>,
     /// Scene indices of the constant spheres.
     constant_origins: Vec<usize>,
-    root: Root,
+    root_boxes: Vec<Aabb>,
     constant_spheres: Vec<ConstantSphere>,
     facets: Vec<Facet>,
     facet_occluders: u32,
@@ -95,7 +95,7 @@ impl Tables {
             beams,
             beam_texels,
             tree_texels: packed.texels,
-            root: packed.root,
+            root_boxes: packed.root_boxes,
             tree: tree.map(|_| TreeStatistics { build_seconds, ..packed.statistics }),
             records: packed.primitives,
             origins: gathered.origins,
@@ -114,7 +114,7 @@ impl Tables {
 
     /// Boxes around all that is in the tree; none without one.
     pub fn tree_boxes(&self) -> &[Aabb] {
-        &self.root.boxes
+        &self.root_boxes
     }
 
     /// Records of the packed tree.
@@ -150,14 +150,15 @@ impl Tables {
     pub fn values(&self) -> SceneValues {
         let mut values = SceneValues {
             record_count: self.records.len() as u32,
-            root_order: self.root.order,
+            // The last word of the root's record.
+            root_order: self.tree_texels[2][3],
             ..SceneValues::zeroed()
         };
         for (value, s) in values.spheres.iter_mut().zip(&self.constant_spheres) {
             let [x, y, z] = s.center;
             *value = [[x, y, z, s.radius], [s.power, 0.0, 0.0, 0.0]];
         }
-        for (value, b) in values.tree_boxes.iter_mut().zip(&self.root.boxes) {
+        for (value, b) in values.tree_boxes.iter_mut().zip(&self.root_boxes) {
             *value = [b.lo, b.hi].map(|corner| corner.extend(0.0).to_array());
         }
         for (value, f) in values.facets.iter_mut().zip(&self.facets) {
@@ -212,7 +213,7 @@ impl Tables {
             .uint(constant::SOBOL_LEVELS, features.sobol_levels)
             .bool(constant::THREADS, facts.threads)
             .bool(constant::SHUFFLES, facts.threads && facts.shuffles)
-            .uint(constant::TREE_BOX_COUNT, self.root.boxes.len() as u32)
+            .uint(constant::TREE_BOX_COUNT, self.root_boxes.len() as u32)
             .uint(constant::TREE_LEVELS, if features.deep_tree { accel::MAX_DEPTH } else { self.stack_levels() })
             .uint(constant::MUTATION, settings.mutation.map_or(0, |m| m as u32))
             .bool(constant::PATH_STATS, settings.count_steps);

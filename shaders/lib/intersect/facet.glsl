@@ -17,6 +17,7 @@
 #include "../loops.glsl"
 #include "../layout.glsl"
 #include "../math.glsl"
+#include "nearer.glsl"
 #include "unroll.glsl"
 
 struct Facet {
@@ -237,7 +238,7 @@ void closest_facet(vec3 o, vec3 d, int leaving, inout float t, inout int id) {
     while (!EXACT_FACETS && doubts != 0u) {
         int n = take_facet(doubts);
         float h;
-        bool closer = meets_facet(facet_of_table(n), ray, d, h) && (h < nearest || (h == nearest && first_id + n < nearest_id));
+        bool closer = meets_facet(facet_of_table(n), ray, d, h) && is_nearer(h, first_id + n, nearest, nearest_id);
         nearest = closer ? h : nearest;
         nearest_id = closer ? first_id + n : nearest_id;
     }

@@ -4,6 +4,7 @@
 #ifndef TREE_GLSL
 #define TREE_GLSL
 
+#include "nearer.glsl"
 #include "node.glsl"
 #include "stack.glsl"
 #include "tree_boxes.glsl"
@@ -93,10 +94,6 @@ Walk walk_begin(TreeRay r, float t_max, uint entry) {
     return w;
 }
 
-// Whether a hit is nearer than what there is. Of equal distances the lower id wins, whatever the order of the walk; what is as far
-// away as the far end is not met.
-bool nearer(Walk w, int id, float t) { return t < w.t || (t == w.t && id < w.id); }
-
 // Tests the record at `w.current`, if the walk is not over and it is a leaf, and goes on to the next.
 void brute_force_record(inout Walk w, TreeRay r, int leaving, bool any_hit) {
     if (!w.walks) return;
@@ -104,7 +101,7 @@ void brute_force_record(inout Walk w, TreeRay r, int leaving, bool any_hit) {
     TreeRecord q = tree_record(record);
     float t;
     int id;
-    bool hit = is_leaf(q) && leaf_test(r, record, q, leaving, t, id) && nearer(w, id, t);
+    bool hit = is_leaf(q) && leaf_test(r, record, q, leaving, t, id) && is_nearer(t, id, w.t, w.id);
     w.t = hit ? t : w.t;
     w.id = hit ? id : w.id;
     w.current += 1;
@@ -137,7 +134,7 @@ void walk_apart(inout Walk w, TreeRay r, int leaving, bool any_hit) {
     if (is_leaf(q)) {
         float t;
         int id;
-        bool hit = leaf_test(r, record, q, leaving, t, id) && nearer(w, id, t);
+        bool hit = leaf_test(r, record, q, leaving, t, id) && is_nearer(t, id, w.t, w.id);
         if (hit) {
             w.t = t;
             w.id = id;
@@ -185,7 +182,7 @@ void walk_step(inout Walk w, TreeRay r, int leaving, bool any_hit, bool unordere
     if (leaf && w.walks) {
         float t;
         int id;
-        bool hit = leaf_test(r, record, q, leaving, t, id) && (unordered ? t < w.t : nearer(w, id, t));
+        bool hit = leaf_test(r, record, q, leaving, t, id) && (unordered ? t < w.t : is_nearer(t, id, w.t, w.id));
         if (!unordered) w.t = hit ? t : w.t;
         w.id = hit ? id : w.id;
         stop = hit && any_hit;
