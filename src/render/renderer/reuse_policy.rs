@@ -8,27 +8,26 @@ use super::super::settings::{RenderSettings, Reuse};
 /// scheduler nor on what else is compiled, so that the image does not.
 ///
 /// With a tree and lamps together with glass or mirrors it hardly pays: the noise of caustics is left, and a trial that is lost
-/// makes the rest slower (by 1.3). Nor where glass fills the picture (by 1.1 to 1.2, on GPUs by 4). (Where beams take most of
-/// that noise paths cannot be shared, see `beams::targets`.) Without a tree rays are cheap, and lanes wait for each other instead, which
+/// makes the rest slower (by 1.3). (Where beams take most of that noise paths cannot be shared, see `beams::targets`.) Without a tree rays are cheap, and lanes wait for each other instead, which
 /// does not pay where a driver executes the branches that no lane takes (twice the time of one that skips them). Brute force is for
 /// comparison, not for speed.
 ///
 /// On GPUs the host's part of it takes time: for each pixel what 100 to 600 samples take without a tree, and 30 to 100 with one.
-/// Threads that choose among lights and walk a tree hold too much: with lamps a sample takes 7 to 20 times the time (H100).
+/// Threads that choose among lights and walk a tree hold too much: with lamps a sample takes 7 to 20 times the time (H100). Where glass
+/// fills the picture it takes 4 times the time, for less than half of the variance at best.
 pub(super) fn may_reuse(needed: &Features, settings: &RenderSettings, facts: &DriverFacts) -> bool {
     needed.can_reuse()
         && !needed.brute_force
         && match (settings.reuse, facts.reuse) {
             (Reuse::Off, _) | (Reuse::Auto, Sharers::None) => false,
             (Reuse::Always, _) => true,
-            (Reuse::Auto, Sharers::Lanes) if needed.tree => !needed.reuse_is_unlikely_to_pay(),
+            (Reuse::Auto, Sharers::Lanes) if needed.tree => !needed.has_caustics(),
             (Reuse::Auto, Sharers::Lanes) => facts.skips_branches,
             // Who waits for a time or a noise gets samples at once.
             (Reuse::Auto, Sharers::Threads) => {
                 settings.samples >= fewest_samples(needed, settings.reuse, facts)
-                    && !needed.reuse_is_unlikely_to_pay()
                     && (settings.adaptive.is_none() && settings.time_limit.is_none())
-                    && !(needed.tree && needed.emitter)
+                    && !(needed.tree && (needed.emitter || needed.glass_fills_view))
             }
         }
 }
