@@ -61,7 +61,7 @@ fn cache_of_width(width: &str) -> Option<PathBuf> {
 /// .96 of the time with lavapipe 25.0.7, on a Xeon (Cascade Lake) .84 to .94, but 1.0 to 1.5 times as long with 22.3.6, which
 /// executes both sides of each branch. (On another Xeon, Sapphire Rapids, 25.0.7 takes as long with either.) Zen 4, which works
 /// on halves, takes .94 to 1.11 of the time with meshes, but less where most rays are within glass (`through_glass`): with
-/// dragons, bunnies and armadillos in rooms .78, .92, .97.
+/// dragons, bunnies and armadillos in rooms .78, .92, .97. For [`prefer_wide_vectors`], which asks whether the CPU has such vectors.
 pub(crate) fn wide_walks_pay(through_glass: bool) -> bool {
     (through_glass || cpu_suits_wide_walks()) && lavapipe_api_version().is_some_and(|version| version >= LAVAPIPE_25)
 }
@@ -77,13 +77,13 @@ const ZEN_5: u32 = 0x1a;
 #[cfg(target_arch = "x86_64")]
 const CASCADE_LAKE: (u32, u32) = (6, 0x55);
 
-/// Whether this CPU follows a tree sooner with vectors of 512 bits.
+/// Whether this CPU, if it has vectors of 512 bits, follows a tree sooner with them.
 #[cfg(target_arch = "x86_64")]
 fn cpu_suits_wide_walks() -> bool {
     use std::arch::x86_64::__cpuid;
     let vendor = __cpuid(0);
     let vendor = [vendor.ebx, vendor.edx, vendor.ecx].map(u32::to_le_bytes).concat();
-    suits_wide_walks(&vendor, __cpuid(1).eax) && has_wide_vectors()
+    suits_wide_walks(&vendor, __cpuid(1).eax)
 }
 
 /// The same for a vendor and a signature: what CPUID says for 0 and 1 (AMD64 Architecture Programmer's Manual, volume
