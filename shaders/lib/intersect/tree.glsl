@@ -160,9 +160,10 @@ void walk_apart(inout Walk w, TreeRay r, int leaving, bool any_hit) {
 // next record sooner.
 //
 // A CPU that executes the lanes together has little to do while it waits for a record. So where a walk goes on if the ray meets
-// no child is found beside the boxes, and boxes do not wait for the primitives that other lanes test; nor does the next record,
-// so that a walk that is over goes on through the tree, to no effect. (Were it under a condition, every level of the stack would be
-// blended once more. One whose stack is an array stays where it is, and so within the array.)
+// no child is found beside the boxes, and boxes do not wait for the primitives that other lanes test. The next record does not wait for
+// these either, so that a walk that is over goes on through the tree, to no effect; and it is found before the stack is written, which
+// takes about as long. (Were it under a condition, every level of the stack would be blended once more. One whose stack is an array
+// stays where it is, and so within the array.)
 void walk_step(inout Walk w, TreeRay r, int leaving, bool any_hit, bool unordered) {
     if (BRUTE_FORCE) {
         brute_force_step(w, r, leaving, any_hit);
@@ -190,11 +191,12 @@ void walk_step(inout Walk w, TreeRay r, int leaving, bool any_hit, bool unordere
     bool descend = is_left(met);
     bool others = is_left(w.group);
     uint otherwise = others ? w.group : stack_top(w.stack);
-    stack_shift(w.stack, w.group, descend && others, moves && !descend && !others);
     bool more = is_left(otherwise);
-    w.group = descend ? met : otherwise;
-    int next = unordered ? take_any_member(w.group) : take_member(w.group);
+    uint group = descend ? met : otherwise;
+    int next = unordered ? take_any_member(group) : take_member(group);
     w.current = descend || more ? next : 0;
+    stack_shift(w.stack, w.group, descend && others, moves && !descend && !others);
+    w.group = group;
     w.walks = w.walks && (descend || more) && !stop;
 }
 
