@@ -13,8 +13,8 @@ use super::space::RenderSpace;
 use super::spheres;
 use super::view::View;
 
-/// Part of the picture that meshes of glass cover from which on most noise is theirs: where dragons and armadillos cover more, paths that
-/// serve several pixels lower the variance by 1.3 to 1.7, at most; where they cover .35 of it by 2 and more (lavapipe 25.0.7, in a room).
+/// Part of the picture that meshes of glass cover from which on reuse of paths lowers the variance by too little for GPUs: where dragons
+/// and armadillos cover more, by 1.3 to 1.9; where they cover .35 of it, by 2 and more (in a room).
 const MOST_GLASS: f64 = 0.6;
 
 /// Triangles and spheres from which on a hierarchy is a large one.
@@ -113,7 +113,7 @@ pub struct Features {
     pub smooth_normals: bool,
     /// Point lights.
     pub lights: u32,
-    /// Meshes of glass cover most of the picture.
+    /// Meshes of glass cover most of the picture, which decides whether GPUs try reuse of paths.
     pub glass_fills_view: bool,
     /// Levels of the sampler's table.
     pub sobol_levels: u32,

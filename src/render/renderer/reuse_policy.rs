@@ -8,9 +8,9 @@ use super::super::settings::{RenderSettings, Reuse};
 /// scheduler nor on what else is compiled, so that the image does not.
 ///
 /// With a tree and lamps together with glass or mirrors it hardly pays: the noise of caustics is left, and a trial that is lost
-/// makes the rest slower (by 1.3). (Where beams take most of that noise paths cannot be shared, see `beams::targets`.) Without a tree rays are cheap, and lanes wait for each other instead, which
-/// does not pay where a driver executes the branches that no lane takes (twice the time of one that skips them). Brute force is for
-/// comparison, not for speed.
+/// makes the rest slower (by 1.3). (Where beams take most of that noise paths cannot be shared, see `beams::targets`.) Without a tree
+/// rays are cheap, and lanes wait for each other instead, which does not pay where a driver executes the branches that no lane takes
+/// (twice the time of one that skips them). Brute force is for comparison, not for speed.
 ///
 /// On GPUs the host's part of it takes time: for each pixel what 100 to 600 samples take without a tree, and 30 to 100 with one.
 /// Threads that choose among lights and walk a tree hold too much: with lamps a sample takes 7 to 20 times the time (H100). Where glass
