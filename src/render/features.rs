@@ -113,8 +113,6 @@ pub struct Features {
     pub smooth_normals: bool,
     /// Point lights.
     pub lights: u32,
-    /// Meshes of glass cover most of the picture, which decides whether GPUs try reuse of paths.
-    pub glass_fills_view: bool,
     /// Levels of the sampler's table.
     pub sobol_levels: u32,
 }
@@ -165,7 +163,6 @@ impl Features {
             smooth_normals: unneeded(Feature::SmoothNormals)
                 || scene.meshes.iter().any(|m| !m.vertex_normals.is_empty()),
             lights: spheres::visible_lights(scene).filter(|light| light.shines()).count() as u32,
-            glass_fills_view: dielectric && glass_fills_view(scene),
             sobol_levels: if unneeded(Feature::SamplerLevels) {
                 sobol::MAX_LEVELS
             } else {
@@ -289,11 +286,7 @@ impl Features {
             plain(
                 "path reuse",
                 self.can_reuse() && !self.has_caustics(),
-                if self.glass_fills_view {
-                    "unless switched off, if a trial shows that it pays (not on GPUs): diffuse surfaces light each other"
-                } else {
-                    "unless switched off, on GPUs in long renderings only, if a trial shows that it pays: diffuse surfaces light each other"
-                },
+                "unless switched off, on GPUs in long renderings only and not where glass fills the view, if a trial shows that it pays: diffuse surfaces light each other",
                 if !self.can_reuse() {
                     "no diffuse surface lights another"
                 } else {
@@ -344,7 +337,8 @@ fn glass_triangles(scene: &Scene) -> impl Iterator<Item = DVec3> {
     })
 }
 
-fn glass_fills_view(scene: &Scene) -> bool {
+/// Whether meshes of glass cover most of the picture. It looks at all of their triangles.
+pub(super) fn glass_fills_view(scene: &Scene) -> bool {
     let camera = scene.camera.position;
     View::of(scene).part_with(glass_triangles(scene).map(|corner| corner - camera)) >= MOST_GLASS
 }
@@ -357,16 +351,15 @@ mod tests {
     #[test]
     fn glass_fills_the_view_where_its_triangles_are_seen() {
         let mut scene = generate::terrain(10_000);
-        let features = |scene: &Scene| Features::of(scene, &RenderSettings::of(scene));
-        assert!(!features(&scene).glass_fills_view);
+        assert!(!glass_fills_view(&scene));
         let material = scene.meshes[0].triangle_materials[0] as usize;
         scene.materials[material].surface = Surface::Dielectric { ior: 1.5 };
-        assert!(features(&scene).glass_fills_view);
+        assert!(glass_fills_view(&scene));
         // From farther away, and with the back turned.
         let camera = &mut scene.camera;
         camera.position -= 3.0 * (camera.target - camera.position);
-        assert!(!features(&scene).glass_fills_view);
+        assert!(!glass_fills_view(&scene));
         scene.camera.target = 2.0 * scene.camera.position - scene.camera.target;
-        assert!(!features(&scene).glass_fills_view);
+        assert!(!glass_fills_view(&scene));
     }
 }

@@ -66,7 +66,7 @@ impl Launch {
             features.clone()
         };
         let beam_targets = beams::targets(&needed, tables, settings);
-        let reuse = reuse_policy::may_reuse(&needed, settings, &facts) && beam_targets == 0;
+        let reuse = reuse_policy::may_reuse(scene, &needed, settings, &facts) && beam_targets == 0;
         let job = Job {
             features,
             facts: &facts,

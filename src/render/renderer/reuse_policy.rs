@@ -1,7 +1,9 @@
 //! Where paths are tried to serve several pixels at all, and what a trial must show.
 
+use crate::scene::Scene;
+
 use super::super::driver::{DriverFacts, Sharers};
-use super::super::features::Features;
+use super::super::features::{Features, glass_fills_view};
 use super::super::settings::{RenderSettings, Reuse};
 
 /// Whether paths may serve several pixels, in a scene that needs these features, on such a device. It depends on neither
@@ -15,7 +17,7 @@ use super::super::settings::{RenderSettings, Reuse};
 /// On GPUs the host's part of it takes time: for each pixel what 100 to 600 samples take without a tree, and 30 to 100 with one.
 /// Threads that choose among lights and walk a tree hold too much: with lamps a sample takes 7 to 20 times the time (H100). Where glass
 /// fills the picture it takes 4 times the time, for less than half of the variance at best.
-pub(super) fn may_reuse(needed: &Features, settings: &RenderSettings, facts: &DriverFacts) -> bool {
+pub(super) fn may_reuse(scene: &Scene, needed: &Features, settings: &RenderSettings, facts: &DriverFacts) -> bool {
     needed.can_reuse()
         && !needed.brute_force
         && match (settings.reuse, facts.reuse) {
@@ -27,7 +29,7 @@ pub(super) fn may_reuse(needed: &Features, settings: &RenderSettings, facts: &Dr
             (Reuse::Auto, Sharers::Threads) => {
                 settings.samples >= fewest_samples(needed, settings.reuse, facts)
                     && (settings.adaptive.is_none() && settings.time_limit.is_none())
-                    && !(needed.tree && (needed.emitter || needed.glass_fills_view))
+                    && !(needed.tree && (needed.emitter || (needed.dielectric && glass_fills_view(scene))))
             }
         }
 }
