@@ -5,6 +5,7 @@
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_vote : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
+#extension GL_KHR_shader_subgroup_shuffle : require
 // Light traced from lamps through glass and mirrors: see lib/light/beam.glsl. An invocation traces beams, and notes for each the
 // pixels that it lights and by how much. The host adds these up in the order of the beams, so that the image has the same bits
 // however they are scheduled (src/render/renderer/beams.rs).

@@ -27,9 +27,9 @@ layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
 
 // Whether to go on before paths are shared: some lane that shares them has none that has ended, or no lane shares any, as is known
 // from the beginning.
-bool group_lacks_path(bool reusing, bool has_ended, bool none_reuses) {
-    if (SUBGROUP_LANES == MEMBERS) return any_lane(!has_ended);
-    return none_reuses || any_lane(reusing && !has_ended);
+bool group_lacks_path(bool going, bool reusing, bool has_ended, bool none_reuses) {
+    if (SUBGROUP_LANES == MEMBERS) return any_lane(going && !has_ended);
+    return none_reuses || any_lane(going && reusing && !has_ended);
 }
 
 void main() [[maximally_reconverges]] {
@@ -129,7 +129,7 @@ void main() [[maximally_reconverges]] {
                         path.index + (alive || goes_on ? 0u : 1u), state);
             if (REUSE) path.second = path.second && reusing;
             going = within_budget && left > 0u && !waits;
-        } while (going && (!REUSE || group_lacks_path(reusing, ended.there, none_reuses)));
+        } while (going && (!REUSE || group_lacks_path(going, reusing, ended.there, none_reuses)));
         if (REUSE && any_lane(ended.there)) {
             within_budget = share_sample(ended, film_pixel, gradients, shared_key, counts.shadow_rays, loops, counts.bad);
             ended = ended_none();

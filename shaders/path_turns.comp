@@ -6,6 +6,7 @@
 #extension GL_KHR_shader_subgroup_vote : require
 #extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
+#extension GL_KHR_shader_subgroup_shuffle : require
 // Path tracing for scenes with a tree, on devices whose lanes are threads. Rays walk the tree for very different numbers of
 // steps, and most never enter it. If all lanes of a subgroup wait for the slowest, twice for each hit, most of them are idle. Here
 // shading and walking take turns: lanes whose rays are done wait until some more are, shade what they have met, and

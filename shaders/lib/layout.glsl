@@ -44,7 +44,7 @@ layout(constant_id = 31) const uint FACET_COUNT = 0u;      // constant flat poly
 layout(constant_id = 30) const uint LIGHT_LOOPS = 0u;      // loop iterations that choosing lights takes at a hit
 layout(constant_id = 26) const bool PATH_STATS = false;    // count rays and traversal steps
 layout(constant_id = 35) const bool THREADS = false;       // lanes are threads of a GPU, see intersect/tree.glsl
-layout(constant_id = 36) const bool SHUFFLES = false;      // lanes may read each other's registers
+layout(constant_id = 36) const bool SHUFFLES = false;      // lanes read each other's registers in one instruction; without THREADS there are eight
 layout(constant_id = 33) const bool DRAWS_WORK = false;    // pieces of work are drawn, see work.glsl
 layout(constant_id = 58) const uint SUBGROUP_LANES = 8u;   // of each subgroup; where paths are reused, whole groups
 

@@ -9,6 +9,7 @@
 #ifndef SURFACE_GLSL
 #define SURFACE_GLSL
 
+#include "lane_table.glsl"
 #include "layout.glsl"
 #include "math.glsl"
 #include "intersect/tree.glsl"
@@ -31,11 +32,57 @@ struct Surface {
 // A unit vector but for rounding: one Newton step of 1/sqrt restores its length to 1 ulp.
 vec3 renormalize(vec3 n) { return n * (1.5 - 0.5 * dot(n, n)); }
 
+// The three texels of a constant shape.
+struct Constant {
+    vec4 shape;
+    vec4 material;
+    float light;
+};
+
+Constant fetch_constant(int id) {
+    float light = intBitsToFloat(-1);
+    if (EMITTER_COUNT > 0u) light = shape_texel(3 * id + 2).x;
+    return Constant(shape_texel(3 * id), shape_texel(3 * id + 1), light);
+}
+
+// Tables of eight, see lane_table.glsl.
+const uint CONSTANTS = SPHERE_COUNT + FACET_COUNT;
+const bool CONSTANTS_IN_LANES = LANE_TABLES && CONSTANTS <= 4u * TABLE_ROWS;
+Constant constants_0, constants_8, constants_16, constants_24;
+
+// To be called when a kernel begins.
+void load_constants() {
+    if (!CONSTANTS_IN_LANES) return;
+    if (CONSTANTS > 0u) constants_0 = fetch_constant(row_of_lane(0u, CONSTANTS));
+    if (CONSTANTS > 8u) constants_8 = fetch_constant(row_of_lane(8u, CONSTANTS));
+    if (CONSTANTS > 16u) constants_16 = fetch_constant(row_of_lane(16u, CONSTANTS));
+    if (CONSTANTS > 24u) constants_24 = fetch_constant(row_of_lane(24u, CONSTANTS));
+}
+
+Constant constant_of_table(Constant table, int id) {
+    float light = EMITTER_COUNT > 0u ? table_value(table.light, id) : table.light;
+    return Constant(table_value(table.shape, id), table_value(table.material, id), light);
+}
+
+Constant either_constant(bool second, Constant b, Constant a) {
+    return Constant(second ? b.shape : a.shape, second ? b.material : a.material, second ? b.light : a.light);
+}
+
+Constant constant_of(int id) {
+    if (!CONSTANTS_IN_LANES) return fetch_constant(id);
+    int row = CONSTANTS > 8u ? id & 7 : id;
+    Constant c = constant_of_table(constants_0, row);
+    if (CONSTANTS > 8u) c = either_constant(id >= 8, constant_of_table(constants_8, row), c);
+    if (CONSTANTS > 16u) c = either_constant(id >= 16, constant_of_table(constants_16, row), c);
+    if (CONSTANTS > 24u) c = either_constant(id >= 24, constant_of_table(constants_24, row), c);
+    return c;
+}
+
 Surface surface_of_constant(int id, vec3 p) {
-    vec4 shape = shape_texel(3 * id);
-    vec4 material = shape_texel(3 * id + 1);
-    int light = -1;
-    if (EMITTER_COUNT > 0u) light = floatBitsToInt(shape_texel(3 * id + 2).x);
+    Constant constant = constant_of(id);
+    vec4 shape = constant.shape;
+    vec4 material = constant.material;
+    int light = floatBitsToInt(constant.light);
     vec3 n = renormalize((p - shape.xyz) * shape.w);
     float curvature = shape.w;
     float offset = 0.0;

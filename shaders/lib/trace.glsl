@@ -12,6 +12,8 @@ void load_scene() {
     load_facets();
     load_tree_boxes();
     load_point();
+    load_lights();
+    load_constants();
 }
 
 // With PATH_STATS: records visited by this lane; and with REUSE, those of them by rays that only ask for any hit.

@@ -9,7 +9,12 @@
 // In how many lanes this holds, and whether in any.
 uint lanes(bool wanted) {
     if (THREADS) return subgroupBallotBitCount(subgroupBallot(wanted));
-    return subgroupAdd(wanted ? 1u : 0u);
+    uint count = wanted ? 1u : 0u;
+    if (!SHUFFLES) return subgroupAdd(count);
+    count += subgroupShuffleXor(count, 1u);
+    count += subgroupShuffleXor(count, 2u);
+    count += subgroupShuffleXor(count, 4u);
+    return count;
 }
 bool any_lane(bool wanted) { return THREADS ? subgroupAny(wanted) : lanes(wanted) > 0u; }
 

@@ -1,5 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_shuffle : require
 // Sampling of lights and its density, over arrays of arguments. Three words in, two words out; check/probe/lights.rs
 // names them.
 
@@ -11,6 +14,7 @@ const uint PROBE_LIGHT_PDF = 1u;
 const uint PROBE_LIGHT_RESAMPLED = 2u;
 
 void main() {
+    load_lights();
     uint i = gl_GlobalInvocationID.x;
     if (i >= end_slot) return;
     vec4 from = input_floats(3u * i);

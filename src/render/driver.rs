@@ -1,6 +1,7 @@
 //! What is known of drivers that changes how work is cut up, and whether to reuse paths.
 
 use crate::gpu::{DeviceInfo, DeviceKind};
+use crate::host::permutes_lanes;
 
 use super::film::MEMBERS;
 use super::settings::RenderSettings;
@@ -32,7 +33,7 @@ pub(crate) struct DriverFacts {
     /// Lanes are threads of a GPU: each takes its own way at a branch, and has memory of its own for a stack, which a CPU driver
     /// accesses lane by lane.
     pub threads: bool,
-    /// Lanes can read each other's registers, which a GPU's do in one instruction.
+    /// Lanes can read each other's registers in one instruction.
     pub shuffles: bool,
     /// The lanes of a group of pixels fit into a subgroup.
     pub groups_fit: bool,
@@ -65,7 +66,7 @@ impl DriverFacts {
                 _ => Sharers::None,
             },
             threads: device.kind != DeviceKind::Cpu,
-            shuffles: device.shuffles,
+            shuffles: device.shuffles && (device.kind != DeviceKind::Cpu || lanes_permute(device)),
             groups_fit,
             invocations: if device.kind == DeviceKind::Cpu { 0 } else { 1 << 18 },
             skips_branches: !old_lavapipe,
@@ -83,6 +84,12 @@ impl DriverFacts {
     pub fn with(self, settings: &RenderSettings) -> Self {
         Self { threads: settings.threads.unwrap_or(self.threads), ..self }
     }
+}
+
+/// Whether a driver's lanes are those of vectors that the CPU permutes. llvmpipe makes an instruction of a shuffle of eight lanes, a
+/// loop of any other.
+fn lanes_permute(device: &DeviceInfo) -> bool {
+    device.driver.starts_with("llvmpipe") && device.subgroup_size == 8 && permutes_lanes()
 }
 
 /// Major and minor version in a driver text such as "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)".

@@ -212,7 +212,7 @@ impl Tables {
             .uint(constant::LIGHT_LOOPS, self.lights.grid.loops())
             .uint(constant::SOBOL_LEVELS, features.sobol_levels)
             .bool(constant::THREADS, facts.threads)
-            .bool(constant::SHUFFLES, facts.threads && facts.shuffles)
+            .bool(constant::SHUFFLES, facts.shuffles)
             .uint(constant::TREE_BOX_COUNT, self.root_boxes.len() as u32)
             .uint(constant::TREE_LEVELS, if features.deep_tree { accel::MAX_DEPTH } else { self.stack_levels() })
             .uint(constant::MUTATION, settings.mutation.map_or(0, |m| m as u32))

@@ -7,6 +7,7 @@
 #ifndef LIGHT_GLSL
 #define LIGHT_GLSL
 
+#include "../lane_table.glsl"
 #include "../layout.glsl"
 #include "../math.glsl"
 
@@ -45,8 +46,7 @@ bool is_flat(Light l) { return HAS_FLATS && (!HAS_BALLS || (FLATS & 1u << uint(l
 // First texel of a light.
 int light_row(int light) { return int(LIGHT_NODES) + 4 * light; }
 
-// The light of that number.
-Light light_of(int light) {
+Light fetch_light(int light) {
     int row = light_row(light);
     vec4 a = light_texel(row);
     vec4 b = light_texel(row + 1);
@@ -57,6 +57,26 @@ Light light_of(int light) {
     l.c = light_texel(row + 2).xyz;
     l.normal = normalize(cross(l.b - l.a, l.c - l.a));
     return l;
+}
+
+// Lanes of a CPU hold the only light if that is an emitter, and few lights in a table (lane_table.glsl).
+const bool HOLDS_LAMP = !THREADS && LIGHT_COUNT == 1u && EMITTER_COUNT == 1u;
+const bool LIGHTS_IN_LANES = LANE_TABLES && LIGHT_COUNT > 1u && LIGHT_COUNT <= TABLE_ROWS;
+Light held_light;
+
+// To be called when a kernel begins.
+void load_lights() {
+    if (HOLDS_LAMP) held_light = fetch_light(0);
+    if (LIGHTS_IN_LANES) held_light = fetch_light(row_of_lane(0u, LIGHT_COUNT));
+}
+
+// The light of that number.
+Light light_of(int light) {
+    if (HOLDS_LAMP) return held_light;
+    if (!LIGHTS_IN_LANES) return fetch_light(light);
+    Light l = held_light;
+    return Light(table_value(l.kind, light), table_value(l.a, light), table_value(l.b, light), table_value(l.c, light),
+                 table_value(l.size, light), table_value(l.radiance, light), table_value(l.normal, light));
 }
 
 // Where a light was sampled, as seen from a surface point.
