@@ -54,4 +54,9 @@ impl Aabb {
     pub fn contains(self, other: Self) -> bool {
         self.lo.cmple(other.lo).all() && self.hi.cmpge(other.hi).all()
     }
+
+    /// Whether the two have a point in common.
+    pub fn meets(self, other: Self) -> bool {
+        self.lo.cmple(other.hi).all() && other.lo.cmple(self.hi).all()
+    }
 }

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use bytemuck::Zeroable;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::accel::{self, Aabb, Leaf, Packed, Primitive, Texel, TreeStatistics};
@@ -54,6 +54,8 @@ pub(crate) struct Tables {
     /// Scene indices of the constant spheres.
     constant_origins: Vec<usize>,
     root_boxes: Vec<Aabb>,
+    /// Whether all that does not emit is in the tree, and the camera and the lights are outside of the box around that.
+    pub seen_from_outside: bool,
     constant_spheres: Vec<ConstantSphere>,
     facets: Vec<Facet>,
     facet_occluders: u32,
@@ -82,6 +84,15 @@ impl Tables {
         let beam_texels = light_table.texels.len() as u32;
         light_table.texels.extend(&beams.texels);
         let view = View::of(scene);
+        let around = packed.root_boxes.iter().copied().fold(Aabb::EMPTY, Aabb::union);
+        let emits = |&sphere: &usize| scene.surface(scene.spheres[sphere].material).is_emitter();
+        let in_tree = gathered.facets.iter().all(|facet| facet.emits) && gathered.constant_origins.iter().all(emits);
+        let is_outside = |light: &Light| {
+            let (lo, hi) = light.bounds();
+            !around.meets(Aabb::around([lo.as_vec3(), hi.as_vec3()]))
+        };
+        // The camera is the origin.
+        let camera_is_outside = !around.meets(Aabb::around([Vec3::ZERO]));
         Self {
             shapes: gathered.shapes,
             single_point: (points == 1 && lights.len() == 1).then(|| lights[0]),
@@ -96,6 +107,7 @@ impl Tables {
             beam_texels,
             tree_texels: packed.texels,
             root_boxes: packed.root_boxes,
+            seen_from_outside: in_tree && camera_is_outside && lights.iter().all(is_outside),
             tree: tree.map(|_| TreeStatistics { build_seconds, ..packed.statistics }),
             records: packed.primitives,
             origins: gathered.origins,
@@ -259,6 +271,7 @@ mod tests {
     use super::super::driver::Sharers;
     use super::*;
     use crate::bench::generate;
+    use crate::check::scenes::divided_room;
     use crate::scene::{self, PixelFilter, Surface};
 
     fn specialization(scene: &Scene) -> Specialization {
@@ -335,5 +348,22 @@ mod tests {
         moved.film.filter = PixelFilter::Gaussian;
         moved.materials[1].surface = Surface::Mirror { reflectance: [1.0; 3] };
         assert_ne!(specialization(&moved), specialization(&room));
+    }
+
+    #[test]
+    fn terrain_is_seen_from_outside() {
+        let from_outside =
+            |scene: &Scene| Tables::of(scene, &RenderSpace::of(scene), &RenderSettings::of(scene)).seen_from_outside;
+        let terrain = generate::terrain(2000);
+        assert!(from_outside(&terrain));
+        let position = terrain.meshes[0].positions[terrain.meshes[0].positions.len() / 2];
+        let mut from_within = terrain.clone();
+        from_within.camera.position = position;
+        assert!(!from_outside(&from_within));
+        let mut lit_from_within = terrain.clone();
+        lit_from_within.lights.push(scene::Light::Point { position, power: [1.0; 3] });
+        assert!(!from_outside(&lit_from_within));
+        // What is in no tree is not seen to be outside.
+        assert!(!from_outside(&divided_room()));
     }
 }

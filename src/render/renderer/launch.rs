@@ -73,6 +73,7 @@ impl Launch {
             keeps_kernels: device.shader_objects.is_some(),
             sah_cost: tables.tree.as_ref().map(|tree| tree.sah_cost),
             seen: View::of(scene).part_of(tables.tree_boxes()),
+            seen_from_outside: tables.seen_from_outside,
             samples: f64::from(scene.film.width) * f64::from(scene.film.height) * f64::from(settings.samples),
             reuse,
         };

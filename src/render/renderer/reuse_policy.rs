@@ -24,7 +24,7 @@ pub(super) fn may_reuse(scene: &Scene, needed: &Features, settings: &RenderSetti
             (Reuse::Off, _) | (Reuse::Auto, Sharers::None) => false,
             (Reuse::Always, _) => true,
             (Reuse::Auto, Sharers::Lanes) if needed.tree => !needed.has_caustics(),
-            (Reuse::Auto, Sharers::Lanes) => facts.skips_branches,
+            (Reuse::Auto, Sharers::Lanes) => facts.skips_branches || facts.shuffles,
             // Who waits for a time or a noise gets samples at once.
             (Reuse::Auto, Sharers::Threads) => {
                 settings.samples >= fewest_samples(needed, settings.reuse, facts)
