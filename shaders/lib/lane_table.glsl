@@ -1,9 +1,9 @@
-// Small tables in registers: lane i of eight holds row i, and a lane reads the row that it needs from another's register. Where
-// lanes are those of a CPU's vectors that is one instruction for a number of all of them, or it is not done (SHUFFLES); a texel
-// fetch is a hundred and more.
+// Small tables in registers: lane i of eight holds row i, and a lane reads the row that it needs from another's register. With
+// SHUFFLES that is one instruction for a number of all eight lanes of a CPU's vector, where a texel fetch takes a hundred and more.
 //
-// Rows are fetched by all lanes when a kernel begins. They may be read while lanes that hold them have left a loop, what Vulkan
-// leaves undefined: the drivers in question (src/render/driver.rs) keep what such a lane holds, an element of a vector, behind a mask.
+// Rows are fetched by all lanes when a kernel begins. They may be read when lanes that hold them have left a loop, which Vulkan
+// leaves undefined. So SHUFFLES is set for one CPU driver alone, llvmpipe (src/render/driver.rs): such a lane is an element of a vector,
+// and keeps what it holds behind a mask.
 
 #ifndef LANE_TABLE_GLSL
 #define LANE_TABLE_GLSL

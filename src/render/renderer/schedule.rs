@@ -26,7 +26,8 @@ const FAR_WALK_OF_GROUPS_IN_ALL_BRANCHES: f64 = 18.0;
 /// Where a driver skips branches that no lane takes, it pays too if most rays come near the tree: from so many records on that a ray
 /// from the camera reads, whether it meets the tree or not. Lavapipe 25.0.7, paths reused: at 1.0 (small meshes in rooms) the queue
 /// takes .97 to 1.0 of the time, at 3 .82, at 3.4 .73, at 5 (among 64 lamps) .86, at 8 (300 spheres) .80. Where there is glass, paths
-/// differ so much in length that it pays on other drivers too: with 16 samples 22.3.6 takes .71 to 1.09, .89 in the mean (seven scenes).
+/// differ so much in length that it pays on other drivers too: with 16 samples 22.3.6 takes .71 to 1.09, .89 in the mean (seven scenes);
+/// unless lanes read each other's registers in one instruction, when it takes 1.0 to 1.3 times the time (six scenes).
 const SEEN_WALK: f64 = 2.0;
 /// What a record of these counts: other rays read more.
 const OF_SEEN: f64 = 2.0;
