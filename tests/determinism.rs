@@ -10,7 +10,7 @@ use common::variants::{small_budget, variants};
 use common::{assert_same_bits, cat_under_a_low_light, context, glass_cat, render, render_counted, shipped};
 use glam::DVec3;
 use photolith::render::{Adaptive, Feature, Glances, Gradients, Reuse, Scheduler, Shares};
-use photolith::scene::{Material, Mesh, Normals, Sphere, Surface};
+use photolith::scene::{Light, Material, Mesh, Normals, Sphere, Surface};
 use photolith::{Context, Film, RenderSettings, Renderer, Scene};
 
 const SAMPLES: u32 = 32;
@@ -172,6 +172,24 @@ fn same_bits_with_shares(context: &Context, scene: &Scene) {
     }
     let even = render(context, scene, &RenderSettings { shares: Shares::Off, ..base });
     assert!(even.counts().iter().all(|&n| n == samples));
+}
+
+/// Of a workgroup that does not fill its subgroups some lanes hold nothing, where others would look for it.
+#[test]
+fn lanes_that_never_work() {
+    let context = context();
+    let mut scene = shipped("indirect", (24, 20), 3);
+    let power = [9000.0, 7000.0, 5000.0];
+    scene.lights.push(Light::Point { position: DVec3::new(20.0, 30.0, 10.0), power });
+    scene.materials.push(Material { name: "lamp".to_owned(), surface: Surface::Emitter { radiance: [5.0, 7.0, 9.0] } });
+    let material = scene.materials.len() as u32 - 1;
+    scene.spheres.push(Sphere { center: DVec3::new(-30.0, 30.0, 0.0), radius: 4.0, material, inward: false });
+    let base = RenderSettings { reuse: Reuse::Off, ..RenderSettings::of(&scene) };
+    let expected = render(&context, &scene, &base);
+    for size in [1, 3, 13] {
+        let settings = RenderSettings { workgroup_size: Some(size), ..base.clone() };
+        assert_same_bits(&render(&context, &scene, &settings), &expected, &format!("workgroups of {size}"));
+    }
 }
 
 /// A dispatch has so many workgroups at most: with small ones the film is cut into bands.

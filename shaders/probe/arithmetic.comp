@@ -1,8 +1,5 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#extension GL_EXT_control_flow_attributes : require
-#extension GL_KHR_shader_subgroup_basic : require
-#extension GL_KHR_shader_subgroup_shuffle : require
 // What a driver's arithmetic does where Vulkan leaves it free. Four words out for (x, y, z) in.
 
 #include "io.glsl"

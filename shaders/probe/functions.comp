@@ -1,8 +1,5 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#extension GL_EXT_control_flow_attributes : require
-#extension GL_KHR_shader_subgroup_basic : require
-#extension GL_KHR_shader_subgroup_shuffle : require
 // The functions that sample and weigh, one at a time over arrays of arguments. Two words in, two words out;
 // check/probe/functions.rs names them.
 

@@ -4,7 +4,6 @@
 #extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_vote : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
-#extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_shuffle : require
 // Rays and nothing else, to measure how many a second can be traced: the walk of the path tracer. A workgroup is one
 // subgroup, which owns a run of rays; when enough lanes are done they fetch the next ones. path_queue.comp does without

@@ -116,6 +116,9 @@ impl Launch {
                 "a workgroup of {workgroup} invocations is not possible, expected 1 to {most_invocations}"
             )));
         }
+        // Tables in registers need the lanes that hold their rows. (Those of threads are for groups, which subgroups have room for.)
+        let shuffles = facts.shuffles && (facts.threads || workgroup.is_multiple_of(subgroup));
+        let facts = DriverFacts { shuffles, ..facts };
         let cpu_threads = (device.info.kind == DeviceKind::Cpu).then(threads);
         let most_workgroups = limits.max_compute_work_group_count[0];
         let loop_budget = settings.loop_budget.unwrap_or(facts.loop_budget);
