@@ -93,7 +93,8 @@ fn callee(instruction: &Instruction) -> Option<Word> {
 
 /// Drops the capability to shuffle values between lanes if nothing does: a device may lack it.
 fn keep_needed(module: &mut Module) {
-    let shuffles = module.all_inst_iter().any(|i| i.class.opcode == Op::GroupNonUniformShuffle);
+    let needs = [Op::GroupNonUniformShuffle, Op::GroupNonUniformShuffleXor];
+    let shuffles = module.all_inst_iter().any(|i| needs.contains(&i.class.opcode));
     let is_shuffle = |i: &Instruction| i.operands.contains(&Operand::Capability(Capability::GroupNonUniformShuffle));
     module.capabilities.retain(|capability| shuffles || !is_shuffle(capability));
 }
