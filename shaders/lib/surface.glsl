@@ -36,12 +36,12 @@ vec3 renormalize(vec3 n) { return n * (1.5 - 0.5 * dot(n, n)); }
 struct Constant {
     vec4 shape;
     vec4 material;
-    float light;
+    int light;
 };
 
 Constant fetch_constant(int id) {
-    float light = intBitsToFloat(-1);
-    if (EMITTER_COUNT > 0u) light = shape_texel(3 * id + 2).x;
+    int light = -1;
+    if (EMITTER_COUNT > 0u) light = floatBitsToInt(shape_texel(3 * id + 2).x);
     return Constant(shape_texel(3 * id), shape_texel(3 * id + 1), light);
 }
 
@@ -59,9 +59,9 @@ void load_constants() {
     if (CONSTANTS > 24u) constants_24 = fetch_constant(row_of_lane(24u, CONSTANTS));
 }
 
-Constant constant_of_table(Constant table, int id) {
-    float light = EMITTER_COUNT > 0u ? table_value(table.light, id) : table.light;
-    return Constant(table_value(table.shape, id), table_value(table.material, id), light);
+Constant constant_of_table(Constant table, int row) {
+    int light = EMITTER_COUNT > 0u ? table_value(table.light, row) : table.light;
+    return Constant(table_value(table.shape, row), table_value(table.material, row), light);
 }
 
 Constant either_constant(bool second, Constant b, Constant a) {
@@ -82,7 +82,6 @@ Surface surface_of_constant(int id, vec3 p) {
     Constant constant = constant_of(id);
     vec4 shape = constant.shape;
     vec4 material = constant.material;
-    int light = floatBitsToInt(constant.light);
     vec3 n = renormalize((p - shape.xyz) * shape.w);
     float curvature = shape.w;
     float offset = 0.0;
@@ -94,7 +93,7 @@ Surface surface_of_constant(int id, vec3 p) {
         p = flat_ && MUTATION != MUTATE_PROJECTION ? p - n * (dot(n, p) - shape.w) : p;
         offset = flat_ ? GAMMA_7 * (dot(abs(n), abs(p)) + abs(shape.w)) : 0.0;
     }
-    return Surface(p, n, n, material.rgb, material.w, offset, curvature, light);
+    return Surface(p, n, n, material.rgb, material.w, offset, curvature, constant.light);
 }
 
 // Of the primitive TREE_ID + slot. Besides its record it has two texels apart: normal | surface, and attributes, light, kind (2 of a

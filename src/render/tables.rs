@@ -84,15 +84,9 @@ impl Tables {
         let beam_texels = light_table.texels.len() as u32;
         light_table.texels.extend(&beams.texels);
         let view = View::of(scene);
-        let around = packed.root_boxes.iter().copied().fold(Aabb::EMPTY, Aabb::union);
         let emits = |&sphere: &usize| scene.surface(scene.spheres[sphere].material).is_emitter();
         let in_tree = gathered.facets.iter().all(|facet| facet.emits) && gathered.constant_origins.iter().all(emits);
-        let is_outside = |light: &Light| {
-            let (lo, hi) = light.bounds();
-            !around.meets(Aabb::around([lo.as_vec3(), hi.as_vec3()]))
-        };
-        // The camera is the origin.
-        let camera_is_outside = !around.meets(Aabb::around([Vec3::ZERO]));
+        let seen_from_outside = in_tree && are_seen_from_outside(&packed.root_boxes, &lights);
         Self {
             shapes: gathered.shapes,
             single_point: (points == 1 && lights.len() == 1).then(|| lights[0]),
@@ -107,7 +101,7 @@ impl Tables {
             beam_texels,
             tree_texels: packed.texels,
             root_boxes: packed.root_boxes,
-            seen_from_outside: in_tree && camera_is_outside && lights.iter().all(is_outside),
+            seen_from_outside,
             tree: tree.map(|_| TreeStatistics { build_seconds, ..packed.statistics }),
             records: packed.primitives,
             origins: gathered.origins,
@@ -264,6 +258,16 @@ fn build_tree(primitives: &[Primitive], leaves: &[Leaf], settings: &RenderSettin
     let of_leaf =
         |leaf: &Leaf| leaf.members().fold(Aabb::EMPTY, |all, i| all.union(bounds_of(&primitives[i as usize])));
     accel::build(&leaves.par_iter().map(of_leaf).collect::<Vec<_>>())
+}
+
+/// Whether the camera, which is the origin, and some lights are outside of the box around these.
+fn are_seen_from_outside(boxes: &[Aabb], lights: &[Light]) -> bool {
+    let around = boxes.iter().copied().fold(Aabb::EMPTY, Aabb::union);
+    let is_outside = |light: &Light| {
+        let (lo, hi) = light.bounds();
+        !around.meets(Aabb::around([lo.as_vec3(), hi.as_vec3()]))
+    };
+    !around.meets(Aabb::around([Vec3::ZERO])) && lights.iter().all(is_outside)
 }
 
 #[cfg(test)]

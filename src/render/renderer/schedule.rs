@@ -120,6 +120,7 @@ mod tests {
     use super::super::super::driver::Sharers;
     use super::super::super::settings::RenderSettings;
     use super::*;
+    use crate::bench::generate::terrain;
     use crate::check::scenes::{Build, divided_room, glass, lamps, room, v};
     use crate::scene::Scene;
 
@@ -210,6 +211,29 @@ mod tests {
         assert!(waits(0.1, &LANES_IN_ALL_BRANCHES, false));
         let shuffling = DriverFacts { shuffles: true, ..LANES_IN_ALL_BRANCHES };
         assert!(!waits(0.3, &shuffling, true));
+    }
+
+    #[test]
+    fn rays_do_not_wait_where_a_scene_is_seen_from_outside() {
+        let mut scene = terrain(2000);
+        let waits = |scene: &Scene, facts: &DriverFacts, reuse| {
+            let features = &Features::of(scene, &RenderSettings::of(scene));
+            let (sah_cost, keeps_kernels) = (Some(20.0), true);
+            let job = Job {
+                features,
+                facts,
+                sah_cost,
+                seen: 1.0,
+                seen_from_outside: true,
+                keeps_kernels,
+                samples: 1e9,
+                reuse,
+            };
+            job.schedule(Scheduler::Auto) == Schedule::Queue
+        };
+        assert_eq!([false, true].map(|reuse| waits(&scene, &LANES, reuse)), [true, false]);
+        scene.sphere(v(0.0, 0.5, -4.0), 0.3, glass(1.5));
+        assert!(waits(&scene, &LANES, true));
     }
 
     #[test]
