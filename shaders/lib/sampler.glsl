@@ -3,7 +3,7 @@
 //
 // Owen-scrambled Sobol (Burley, JCGT 2020), with the Laine–Karras hash as improved by Vegdahl (2021) for the
 // scramble. The table holds Sobol points bit-reversed, as the hash wants them: row k of level l is the point of
-// index k·2^(10l), 32 pairs in 16 texels; a point of any index is the XOR of one row of each level, because the
+// index k·2^(10l), 32 pairs in 16 columns; a point of any index is the XOR of one row of each level, because the
 // sequence is linear over GF(2). Hits beyond SOBOL_HITS draw independent numbers.
 //
 // Pixels that share their paths (reuse.glsl) share a scramble too. Each of them then uses points of its own (but for lights at
@@ -54,18 +54,25 @@ uint index_of_member(uint index, uint member) { return index | member << MEMBER_
 // The index of the sample alone, the same for all members.
 uint index_of_sample(uint index) { return bitfieldExtract(index, 0, int(MEMBER_SHIFT)); }
 
-// The table: levels from the highest down, the lowest once for each member.
+const uint LEVEL_BITS = 10u;
+const uint LEVEL_ROWS = 1u << LEVEL_BITS;
+
+// Rows of the lowest level: one for each member of a group.
+uint lowest_rows() { return REUSE ? LEVEL_ROWS << (32u - MEMBER_SHIFT) : LEVEL_ROWS; }
+
+// The table: columns of texels, of two pairs each; in a column the lowest level, in which the rows of members follow each other, and
+// then the higher ones. What a few samples want lies together, and stays in the cache.
 uvec2 sobol_reversed(uint index, uint pair) {
-    int column = int(pair >> 1);
-    uint block = SOBOL_LEVELS - 1u + (index >> MEMBER_SHIFT);
-    uvec4 row = texelFetch(sobol_texels, int((block << 10) + (index & 1023u)) * 16 + column);
+    uint column = (pair >> 1) * (lowest_rows() + (SOBOL_LEVELS - 1u) * LEVEL_ROWS);
+    uint lowest = REUSE ? index << (32u - MEMBER_SHIFT) | index >> MEMBER_SHIFT : index;
+    uvec4 row = texelFetch(sobol_texels, int(column + (lowest & (lowest_rows() - 1u))));
+    uint higher = column + lowest_rows();
     if (SOBOL_LEVELS > 1u) {
-        block = SOBOL_LEVELS - 2u;
-        row ^= texelFetch(sobol_texels, int((block << 10) + ((index >> 10) & 1023u)) * 16 + column);
+        row ^= texelFetch(sobol_texels, int(higher + ((index >> LEVEL_BITS) & (LEVEL_ROWS - 1u))));
     }
     if (SOBOL_LEVELS > 2u) {
-        const uint member_bits = MEMBER_SHIFT - 20u;
-        row ^= texelFetch(sobol_texels, int(bitfieldExtract(index, 20, int(member_bits))) * 16 + column);
+        uint third = index_of_sample(index) >> 2u * LEVEL_BITS;
+        row ^= texelFetch(sobol_texels, int(higher + LEVEL_ROWS + third));
     }
     return (pair & 1u) == 0u ? row.xy : row.zw;
 }

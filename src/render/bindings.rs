@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
+use crate::accel::Texel;
 use crate::gpu::{BindingKind, BindingLayout, Buffer, Device, GpuError, Timeline, Usage};
 
 use super::error::RenderError;
 use super::layout::{Push, binding};
-use super::sobol::DIMENSIONS;
 use super::tables::Tables;
 use super::upload::upload;
 
@@ -38,7 +38,7 @@ impl TableBuffers {
         device: &Arc<Device>,
         timeline: &mut Timeline,
         tables: &Tables,
-        sobol: &[[u32; DIMENSIONS]],
+        sobol: &[Texel],
     ) -> Result<Self, RenderError> {
         let values = tables.values();
         let sources: [(u32, &str, &[u8], Usage); 5] = [

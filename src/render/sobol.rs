@@ -5,12 +5,17 @@
 
 pub use crate::scene::MAX_SAMPLES;
 
+use crate::accel::Texel;
+
 use super::film::MEMBERS;
 
-/// Dimensions of a table row.
-pub const DIMENSIONS: usize = 64;
+/// Dimensions of the table.
+const DIMENSIONS: usize = 64;
+/// Dimensions that share a texel: two pairs.
+const DIMENSIONS_OF_TEXEL: usize = 4;
+const COLUMNS: usize = DIMENSIONS / DIMENSIONS_OF_TEXEL;
 /// Rows of a level: a level covers ten bits of the sample index.
-pub const LEVEL_ROWS: usize = 1 << LEVEL_BITS;
+const LEVEL_ROWS: usize = 1 << LEVEL_BITS;
 const LEVEL_BITS: u32 = 10;
 /// Levels that [`MAX_SAMPLES`] need.
 pub const MAX_LEVELS: u32 = 3;
@@ -96,32 +101,37 @@ pub fn levels(samples: u32) -> u32 {
 /// hits of paths use, alone and together, up to m = 8.
 const MEMBER_OFFSETS: [u32; MEMBERS.ilog2() as usize] = [0xa5bf_923d, 0x5110_0de5, 0x0a71_8fb8];
 
-/// The table of `levels` levels: row k of level l holds the point of index k·2^(10 l), each coordinate bit-reversed
-/// (bit 0 is worth ½). A point of any index is the XOR of its rows, since the sequence is linear over GF(2). The
-/// highest level comes first, the lowest once for each of `members`.
-pub fn table(levels: u32, members: usize) -> Vec<[u32; DIMENSIONS]> {
-    let directions: Vec<[u32; 32]> = (0..DIMENSIONS).map(direction_numbers).collect();
-    let mut rows = Vec::with_capacity((levels as usize - 1 + members) * LEVEL_ROWS);
-    for level in (1..levels).rev() {
-        push_level(&mut rows, &directions, level, 0);
+/// The table of `levels` levels, for groups of so many members: columns of texels, which hold two pairs of dimensions
+/// each. In a column, row k of level l is the point of index k·2^(10 l), each coordinate bit-reversed (bit 0 is worth
+/// ½). A point of any index is the XOR of its rows, since the sequence is linear over GF(2). The lowest level comes
+/// first; of that each row is there for each member, one after the other.
+pub fn table(levels: u32, members: usize) -> Vec<Texel> {
+    let mut texels = Vec::with_capacity((levels as usize - 1 + members) * LEVEL_ROWS * COLUMNS);
+    for column in 0..COLUMNS {
+        let directions: [[u32; 32]; DIMENSIONS_OF_TEXEL] =
+            std::array::from_fn(|d| direction_numbers(DIMENSIONS_OF_TEXEL * column + d));
+        for level in 0..levels {
+            push_level(&mut texels, &directions, level, if level == 0 { members } else { 1 });
+        }
     }
+    texels
+}
+
+/// The rows of a level.
+fn push_level(texels: &mut Vec<Texel>, directions: &[[u32; 32]; DIMENSIONS_OF_TEXEL], level: u32, members: usize) {
+    let first = texels.len();
     for member in 0..members {
         let of_bit = |(bit, offset): (usize, &u32)| if (member >> bit) & 1 == 1 { *offset } else { 0 };
         let offset = MEMBER_OFFSETS.iter().enumerate().map(of_bit).fold(0, |x, o| x ^ o);
-        push_level(&mut rows, &directions, 0, offset);
+        texels.push(directions.each_ref().map(|d| bit_reversed_point(d, offset)));
     }
-    rows
-}
-
-/// The rows of a level, all moved by the point of index `offset`.
-fn push_level(rows: &mut Vec<[u32; DIMENSIONS]>, directions: &[[u32; 32]], level: u32, offset: u32) {
-    let first = rows.len();
-    rows.push(std::array::from_fn(|d| bit_reversed_point(&directions[d], offset)));
     for k in 1..LEVEL_ROWS {
         // One row more than that without k's lowest bit.
-        let bit = level * LEVEL_BITS + k.trailing_zeros();
-        let previous = rows[first + (k & (k - 1))];
-        rows.push(std::array::from_fn(|d| previous[d] ^ directions[d][bit as usize].reverse_bits()));
+        let bit = (level * LEVEL_BITS + k.trailing_zeros()) as usize;
+        for member in 0..members {
+            let previous = texels[first + (k & (k - 1)) * members + member];
+            texels.push(std::array::from_fn(|d| previous[d] ^ directions[d][bit].reverse_bits()));
+        }
     }
 }
 
@@ -158,11 +168,15 @@ fn direction_numbers(dimension: usize) -> [u32; 32] {
 mod tests {
     use super::*;
 
-    /// Coordinate in [0, 1) of the point of an index, for a member of a group.
-    fn point(table: &[[u32; DIMENSIONS]], levels: usize, index: usize, member: usize, dimension: usize) -> f64 {
-        let block = |level: usize| levels - 1 - level + if level == 0 { member } else { 0 };
-        let row = |level: usize| table[block(level) * LEVEL_ROWS + ((index >> (10 * level)) & 1023)][dimension];
-        let bits = (0..levels).fold(0, |x, level| x ^ row(level));
+    /// Coordinate in [0, 1) of the point of an index, for a member of a group of so many.
+    fn point(table: &[Texel], levels: usize, index: usize, (member, members): (usize, usize), dimension: usize) -> f64 {
+        let (column, part) = (dimension / DIMENSIONS_OF_TEXEL, dimension % DIMENSIONS_OF_TEXEL);
+        let rows = (members + levels - 1) * LEVEL_ROWS;
+        let of_level = |level: usize| {
+            let k = (index >> (10 * level)) & 1023;
+            if level == 0 { k * members + member } else { (members + level - 1) * LEVEL_ROWS + k }
+        };
+        let bits = (0..levels).fold(0, |x, level| x ^ table[column * rows + of_level(level)][part]);
         f64::from(bits.reverse_bits()) / 4_294_967_296.0
     }
 
@@ -179,7 +193,7 @@ mod tests {
         // Of the first four hits of paths, at which most noise arises.
         for pair in 1..=4 {
             let of_member = |m: usize, member| -> Vec<[f64; 2]> {
-                (0..1 << m).map(|i| [2 * pair, 2 * pair + 1].map(|d| point(&t, 1, i, member, d))).collect()
+                (0..1 << m).map(|i| [2 * pair, 2 * pair + 1].map(|d| point(&t, 1, i, (member, MEMBERS), d))).collect()
             };
             let ratio = |m: usize| {
                 let together: Vec<_> = (0..MEMBERS).flat_map(|member| of_member(m, member)).collect();
@@ -198,7 +212,7 @@ mod tests {
         let expected = [[0.0, 0.0, 0.0], [0.5, 0.5, 0.5], [0.25, 0.75, 0.75], [0.75, 0.25, 0.25]];
         for (i, row) in expected.iter().enumerate() {
             for (d, x) in row.iter().enumerate() {
-                assert_eq!(point(&t, 1, i, 0, d), *x, "point {i}, dimension {d}");
+                assert_eq!(point(&t, 1, i, (0, 1), d), *x, "point {i}, dimension {d}");
             }
         }
     }
@@ -210,7 +224,7 @@ mod tests {
             for first in [0, 1 << 12, 3 << 16] {
                 let mut seen = vec![false; 4096];
                 for i in 0..4096 {
-                    seen[(point(&t, 2, first + i, 0, d) * 4096.0) as usize] = true;
+                    seen[(point(&t, 2, first + i, (0, 1), d) * 4096.0) as usize] = true;
                 }
                 assert!(seen.iter().all(|&s| s), "dimension {d}, block at {first}");
             }

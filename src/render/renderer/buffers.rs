@@ -5,10 +5,10 @@ use std::sync::Arc;
 use super::super::bindings::TableBuffers;
 use super::super::error::RenderError;
 use super::super::layout::{Counters, FilmSlot, GradientSlot, binding, queue};
-use super::super::sobol::DIMENSIONS;
 use super::super::tables::Tables;
 use super::IN_FLIGHT;
 use super::trial::SET_SLOTS;
+use crate::accel::Texel;
 use crate::gpu::{Access, BindingKind, BindingLayout, BindingSet, Buffer, Device, Timeline, Usage};
 
 /// What the path tracer's kernels see, besides what all do.
@@ -116,7 +116,7 @@ impl Buffers {
         layout: &Arc<BindingLayout>,
         timeline: &mut Timeline,
         tables: &Tables,
-        sobol: &[[u32; DIMENSIONS]],
+        sobol: &[Texel],
         shape: &Shape,
     ) -> Result<Self, RenderError> {
         let tables = TableBuffers::new(device, timeline, tables, sobol)?;
