@@ -14,6 +14,9 @@ const DIMENSIONS: usize = 64;
 /// Dimensions that share a texel: two pairs.
 const DIMENSIONS_OF_TEXEL: usize = 4;
 const COLUMNS: usize = DIMENSIONS / DIMENSIONS_OF_TEXEL;
+/// Texels between two columns: 2 KiB. A cache of 32 KiB has eight places for what is a multiple of 4 KiB apart, as columns
+/// would be; so they are in turns in the two halves of it.
+pub const COLUMN_GAP: usize = 128;
 /// Rows of a level: a level covers ten bits of the sample index.
 const LEVEL_ROWS: usize = 1 << LEVEL_BITS;
 const LEVEL_BITS: u32 = 10;
@@ -106,13 +109,15 @@ const MEMBER_OFFSETS: [u32; MEMBERS.ilog2() as usize] = [0xa5bf_923d, 0x5110_0de
 /// ½). A point of any index is the XOR of its rows, since the sequence is linear over GF(2). The lowest level comes
 /// first; of that each row is there for each member, one after the other.
 pub fn table(levels: u32, members: usize) -> Vec<Texel> {
-    let mut texels = Vec::with_capacity((levels as usize - 1 + members) * LEVEL_ROWS * COLUMNS);
+    let rows = (levels as usize - 1 + members) * LEVEL_ROWS;
+    let mut texels = Vec::with_capacity((rows + COLUMN_GAP) * COLUMNS);
     for column in 0..COLUMNS {
         let directions: [[u32; 32]; DIMENSIONS_OF_TEXEL] =
             std::array::from_fn(|d| direction_numbers(DIMENSIONS_OF_TEXEL * column + d));
         for level in 0..levels {
             push_level(&mut texels, &directions, level, if level == 0 { members } else { 1 });
         }
+        texels.resize(texels.len() + COLUMN_GAP, [0; 4]);
     }
     texels
 }
@@ -171,12 +176,12 @@ mod tests {
     /// Coordinate in [0, 1) of the point of an index, for a member of a group of so many.
     fn point(table: &[Texel], levels: usize, index: usize, (member, members): (usize, usize), dimension: usize) -> f64 {
         let (column, part) = (dimension / DIMENSIONS_OF_TEXEL, dimension % DIMENSIONS_OF_TEXEL);
-        let rows = (members + levels - 1) * LEVEL_ROWS;
+        let column_size = (members + levels - 1) * LEVEL_ROWS + COLUMN_GAP;
         let of_level = |level: usize| {
             let k = (index >> (10 * level)) & 1023;
             if level == 0 { k * members + member } else { (members + level - 1) * LEVEL_ROWS + k }
         };
-        let bits = (0..levels).fold(0, |x, level| x ^ table[column * rows + of_level(level)][part]);
+        let bits = (0..levels).fold(0, |x, level| x ^ table[column * column_size + of_level(level)][part]);
         f64::from(bits.reverse_bits()) / 4_294_967_296.0
     }
 
