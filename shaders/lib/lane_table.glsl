@@ -1,9 +1,9 @@
 // Small tables in registers: lane i of eight holds row i, and a lane reads the row that it needs from another's register. With
 // SHUFFLES that is one instruction for a number of all eight lanes of a CPU's vector, where a texel fetch takes a hundred and more.
 //
-// Rows are fetched by all lanes when a kernel begins, so that workgroups must fill their subgroups. They may be read when lanes that hold them have left a loop, which Vulkan
-// leaves undefined. So SHUFFLES is set for one CPU driver alone, llvmpipe (src/render/driver.rs): such a lane is an element of a vector,
-// and keeps what it holds behind a mask.
+// Rows are fetched by all lanes when a kernel begins, so that workgroups must fill their subgroups. They may be read when lanes that
+// hold them have left a loop, which Vulkan leaves undefined. So SHUFFLES is set for one CPU driver alone, llvmpipe
+// (src/render/driver.rs): such a lane is an element of a vector, and keeps what it holds behind a mask.
 
 #ifndef LANE_TABLE_GLSL
 #define LANE_TABLE_GLSL

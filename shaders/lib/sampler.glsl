@@ -17,6 +17,7 @@
 
 const uint SOBOL_HITS = 10u;
 const uint MEMBER_SHIFT = 29u;
+const uint MEMBER_BITS = 32u - MEMBER_SHIFT;
 const uint PAIR_PIXEL = 0u;
 uint pair_direction(uint hit) { return hit; }                      // also the choice between reflection and refraction
 uint pair_light(uint hit) { return SOBOL_HITS - 1u + 2u * hit; }   // a point on an emitter
@@ -56,16 +57,16 @@ uint index_of_sample(uint index) { return bitfieldExtract(index, 0, int(MEMBER_S
 
 const uint LEVEL_BITS = 10u;
 const uint LEVEL_ROWS = 1u << LEVEL_BITS;
-const uint COLUMN_GAP = 128u;
+const uint COLUMN_GAP = 128u;     // see src/render/sobol.rs
 
 // Rows of the lowest level: one for each member of a group.
-uint lowest_rows() { return REUSE ? LEVEL_ROWS << (32u - MEMBER_SHIFT) : LEVEL_ROWS; }
+uint lowest_rows() { return REUSE ? LEVEL_ROWS << MEMBER_BITS : LEVEL_ROWS; }
 
 // The table: columns of texels, of two pairs each; in a column the lowest level, in which the rows of members follow each other, and
 // then the higher ones. What a few samples want lies together, and stays in the cache, in which every other column lies elsewhere.
 uvec2 sobol_reversed(uint index, uint pair) {
     uint column = (pair >> 1) * (lowest_rows() + (SOBOL_LEVELS - 1u) * LEVEL_ROWS + COLUMN_GAP);
-    uint lowest = REUSE ? index << (32u - MEMBER_SHIFT) | index >> MEMBER_SHIFT : index;
+    uint lowest = REUSE ? index << MEMBER_BITS | index >> MEMBER_SHIFT : index;
     uvec4 row = texelFetch(sobol_texels, int(column + (lowest & (lowest_rows() - 1u))));
     uint higher = column + lowest_rows();
     if (SOBOL_LEVELS > 1u) {

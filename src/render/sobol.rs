@@ -17,9 +17,10 @@ const COLUMNS: usize = DIMENSIONS / DIMENSIONS_OF_TEXEL;
 /// Texels between two columns: 2 KiB. A cache of 32 KiB has eight places for what is a multiple of 4 KiB apart, as columns
 /// would be; so they are in turns in the two halves of it.
 pub const COLUMN_GAP: usize = 128;
-/// Rows of a level: a level covers ten bits of the sample index.
+/// Rows of a level.
 const LEVEL_ROWS: usize = 1 << LEVEL_BITS;
-const LEVEL_BITS: u32 = 10;
+/// Bits of the sample index that a level covers.
+pub const LEVEL_BITS: u32 = 10;
 /// Levels that [`MAX_SAMPLES`] need.
 pub const MAX_LEVELS: u32 = 3;
 

@@ -209,6 +209,7 @@ fn records() {
     assert!(order.contains(&format!("const uint TILE_BITS = {}u;", queue::TILE.ilog2())));
     assert!(order.contains(&format!("const uint MEMBERS = {}u;", film::MEMBERS)));
     let sampler = include_str!("../../../shaders/lib/sampler.glsl");
+    assert!(sampler.contains(&format!("const uint LEVEL_BITS = {}u;", sobol::LEVEL_BITS)));
     assert!(sampler.contains(&format!("const uint COLUMN_GAP = {}u;", sobol::COLUMN_GAP)));
     assert!(sampler.contains(&format!("const uint MEMBER_SHIFT = {}u;", sobol::MAX_SAMPLES.ilog2())));
     let reuse = include_str!("../../../shaders/lib/reuse.glsl");
