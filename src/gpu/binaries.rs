@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use crate::hash::fnv;
+use crate::hash::digest;
 
 /// Files that together take more are too many: those that nobody has asked for the longest go, until half of it is left.
 const MOST_BYTES: u64 = 64 << 20;
@@ -48,14 +48,14 @@ impl BinaryStore {
         let mut file = tempfile::Builder::new().suffix(&format!(".{UNFINISHED}")).tempfile_in(&self.folder)?;
         file.write_all(&(identity.len() as u64).to_le_bytes())?;
         file.write_all(identity)?;
-        file.write_all(&fnv(binary).to_le_bytes())?;
+        file.write_all(&digest(binary).to_le_bytes())?;
         file.write_all(binary)?;
         file.persist(self.path(identity))?;
         Ok(())
     }
 
     fn path(&self, identity: &[u8]) -> PathBuf {
-        self.folder.join(format!("{:016x}.{SUFFIX}", fnv(identity)))
+        self.folder.join(format!("{:016x}.{SUFFIX}", digest(identity)))
     }
 
     /// Removes old binaries if there would be too many with so many bytes more.
@@ -91,7 +91,7 @@ fn binary_of<'a>(bytes: &'a [u8], identity: &[u8]) -> Option<&'a [u8]> {
     let (length, rest) = bytes.split_first_chunk()?;
     let (found, rest) = rest.split_at_checked(usize::try_from(u64::from_le_bytes(*length)).ok()?)?;
     let (sum, binary) = rest.split_first_chunk()?;
-    (found == identity && u64::from_le_bytes(*sum) == fnv(binary)).then_some(binary)
+    (found == identity && u64::from_le_bytes(*sum) == digest(binary)).then_some(binary)
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ use rspirv::dr::{Function, Instruction, Module, Operand, load_words};
 use rspirv::spirv::{Capability, Op, Word};
 
 use super::pipeline::Specialization;
-use crate::hash::fnv;
+use crate::hash::digest;
 use crate::spirv::{HEADER_WORDS, instructions, opcode};
 
 /// This file, its modules and what they read with: what they make of a shader may be kept.
@@ -29,8 +29,8 @@ const SOURCES: [&str; 4] = [
 /// What is made of a shader depends on this, and on the constants: its length and its hash, and those of this code.
 pub(super) fn identity(spirv: &[u8]) -> Vec<u8> {
     let mut identity = (spirv.len() as u64).to_le_bytes().to_vec();
-    identity.extend(fnv(spirv).to_le_bytes());
-    SOURCES.iter().for_each(|source| identity.extend(fnv(source.as_bytes()).to_le_bytes()));
+    identity.extend(digest(spirv).to_le_bytes());
+    SOURCES.iter().for_each(|source| identity.extend(digest(source.as_bytes()).to_le_bytes()));
     identity
 }
 

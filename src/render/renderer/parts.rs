@@ -44,7 +44,6 @@ impl Parts {
         let beam_layout = (launch.beam_targets > 0).then(|| BeamTracer::layout(device)).transpose()?;
         let beam_workgroup = launch.beam_workgroup();
         let mut timeline = Timeline::new(device, IN_FLIGHT + 1)?;
-        let sobol = sobol::table(launch.sobol_levels, if launch.reuse { MEMBERS } else { 1 });
         let shape = launch.shape([scene.film.width, scene.film.height], settings);
         // Each time that lavapipe begins to make machine code, as it does for the buffers' formats, it sets the width of its vectors to 256
         // bits, and then to what was asked for: a shader that another thread works on meanwhile may take a subgroup's lanes for eight
@@ -52,7 +51,10 @@ impl Parts {
         let one_by_one = device.info.kind == DeviceKind::Cpu && launch.subgroup != 8;
         // (On the main thread pipelines, which allocate much more: the heaps of other threads grow in small steps.)
         let (pipeline, beam_pipeline, pipeline_seconds, buffers) = scope(|scope| {
-            let mut fill = || Buffers::new(device, &layout, &mut timeline, tables, &sobol, &shape);
+            let mut fill = || {
+                let sobol = sobol::table(launch.sobol_levels, if launch.reuse { MEMBERS } else { 1 });
+                Buffers::new(device, &layout, &mut timeline, tables, &sobol, &shape)
+            };
             let filled = if one_by_one { Some(fill()?) } else { None };
             let touched = move || {
                 let mut buffers = filled.map_or_else(fill, Ok)?;
