@@ -2,9 +2,10 @@
 //! screened Poisson equation; Bhat et al., "Fourier analysis of the 2D screened Poisson equation for gradient domain
 //! problems", ECCV 2008).
 
+use std::mem::swap;
 use std::ops::Range;
 
-use bytemuck::{Zeroable, zeroed_vec};
+use bytemuck::{Pod, Zeroable, zeroed_vec};
 use glam::Vec4;
 use rayon::prelude::*;
 
@@ -25,9 +26,7 @@ pub(super) struct Known {
     pub lacking_down: Vec4,
 }
 
-/// Steps that a block of the image takes while it is in a core's cache, with as many pixels around it.
-const STEPS_AT_ONCE: usize = 5;
-/// Columns and rows of a block: less than half a megabyte with what is around it.
+/// Columns and rows of a block of the image, which takes half of the steps while it is in a core's cache, with as many pixels around it.
 const BLOCK: [usize; 2] = [128, 32];
 
 /// What does not change from step to step, of a pixel: the shares of its neighbours, left, right, up and down, and where it would
@@ -39,7 +38,7 @@ struct Fixed {
 }
 
 /// What changes: the value, and the direction in which it went.
-#[derive(Clone, Copy, Zeroable)]
+#[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct State {
     value: Vec4,
@@ -68,102 +67,144 @@ fn chebyshev(least: f32, greatest: f32) -> [Step; STEPS] {
     })
 }
 
-/// What is to be added to the values of an image `width` pixels wide: c with the least Σ a c² + Σ w (c − c′ − d)², over pixels
-/// of certainty a, and pairs of certainty w whose values lack d. In the mean over noise without bias c is 0.
-///
-/// By Chebyshev's iteration (Golub and Varga 1961) after Jacobi's scaling, which bounds the eigenvalues from above by 2, and
-/// from below by the least share of a pixel's certainty in all that bears on it.
-pub(super) fn solve(known: &[Known], width: usize) -> Vec<Vec4> {
-    let of_pixel = |x: usize, y: usize| {
-        let p = y * width + x;
-        let Known { certainty, right, down, lacking_right, lacking_down } = known[p];
-        let left = if x > 0 { known[p - 1] } else { Known::default() };
-        let up = if y > 0 { known[p - width] } else { Known::default() };
-        // Of all pairs that the pixel is in.
-        let inverse = 1.0 / (certainty + right + down + left.right + up.down);
-        let target = lacking_right + lacking_down - left.lacking_right - up.lacking_down;
-        let shares = inverse * Vec4::new(left.right, right, up.down, down);
-        (Fixed { shares, target: inverse * target }, certainty * inverse)
-    };
-    // Memory that the system hands out when it is written, by many threads; if it were read first, twice.
-    let mut fixed = zeroed_vec::<Fixed>(known.len());
-    let row = |(y, row): (usize, &mut [Fixed])| {
-        row.iter_mut().enumerate().fold(1.0, |least: f32, (x, fixed)| {
-            let own;
-            (*fixed, own) = of_pixel(x, y);
-            least.min(own)
-        })
-    };
-    let least = fixed.par_chunks_mut(width).enumerate().map(row).reduce(|| 1.0, f32::min);
+/// What is known of all pixels of an image, ready to be solved.
+pub(super) struct System {
+    width: usize,
+    fixed: Vec<Fixed>,
+    steps: [Step; STEPS],
+}
 
-    let zeros = || zeroed_vec::<State>(known.len());
-    let (mut states, mut next) = (zeros(), zeros());
-    for (nth, steps) in chebyshev(least, 2.0).chunks(STEPS_AT_ONCE).enumerate() {
-        let from = (nth > 0).then_some(&states[..]);
-        let rows = BLOCK[1];
-        next.par_chunks_mut(rows * width).enumerate().for_each(|(band, next)| {
+impl System {
+    /// `known` tells what is known of the pixel in a column and row, of some twice.
+    pub fn of([width, height]: [usize; 2], known: impl Fn([usize; 2]) -> Known + Sync) -> Self {
+        // Memory that the system hands out when it is written, by many threads; if it were read first, twice.
+        let mut fixed = zeroed_vec::<Fixed>(width * height);
+        let bands = fixed.par_chunks_mut(BLOCK[1] * width).enumerate();
+        let least = bands.map(|(band, fixed)| fix(&known, BLOCK[1] * band, width, fixed)).reduce(|| 1.0, f32::min);
+        Self { width, fixed, steps: chebyshev(least, 2.0) }
+    }
+
+    /// What is to be added to the values: c with the least Σ a c² + Σ w (c − c′ − d)², over pixels of certainty a, and pairs of certainty
+    /// w whose values lack d. In the mean over noise without bias c is 0. It is a part of the memory that is given to work in: there,
+    /// the system need not hand out more, which takes as long as the work.
+    ///
+    /// By Chebyshev's iteration (Golub and Varga 1961) after Jacobi's scaling, which bounds the eigenvalues from above by 2, and
+    /// from below by the least share of a pixel's certainty in all that bears on it.
+    pub fn solve<'a>(&self, memory: &'a mut [[Vec4; 3]]) -> &'a [Vec4] {
+        let (states, values) = memory.as_flattened_mut().split_at_mut(2 * self.fixed.len());
+        let states: &mut [State] = bytemuck::cast_slice_mut(states);
+        let (first, second) = self.steps.split_at(STEPS / 2);
+        self.advance(None, first, states, |value, direction| State { value, direction });
+        self.advance(Some(states), second, values, |value, _| value);
+        values
+    }
+
+    /// Puts what becomes of all pixels in some steps into `results`, from these states or, if there are none, from 0.
+    fn advance<T: Send>(
+        &self,
+        states: Option<&[State]>,
+        steps: &[Step],
+        results: &mut [T],
+        result: impl Fn(Vec4, Vec4) -> T + Sync,
+    ) {
+        let (width, rows) = (self.width, BLOCK[1]);
+        results.par_chunks_mut(rows * width).enumerate().for_each(|(band, results)| {
             let mut scratch = Scratch::default();
             for first in (0..width).step_by(BLOCK[0]) {
-                let block = [first..(first + BLOCK[0]).min(width), rows * band..rows * band + next.len() / width];
-                scratch.advance(&fixed, from, width, block, steps, next);
+                let block = [first..(first + BLOCK[0]).min(width), rows * band..rows * band + results.len() / width];
+                scratch.advance(&self.fixed, states, width, &block, steps);
+                let [columns, rows] = block;
+                for (y, row) in rows.zip(results.chunks_mut(width)) {
+                    let place = scratch.place(columns.start, y);
+                    for (of_pixel, place) in row[columns.clone()].iter_mut().zip(place..) {
+                        *of_pixel = result(scratch.values[place], scratch.directions[place]);
+                    }
+                }
             }
         });
-        std::mem::swap(&mut states, &mut next);
     }
-    states.into_par_iter().map(|state| state.value).collect()
+}
+
+/// Fills in what does not change, of rows from `first_row` on. Returns the least share of a pixel's certainty in all that bears on it.
+fn fix(known: &impl Fn([usize; 2]) -> Known, first_row: usize, width: usize, fixed: &mut [Fixed]) -> f32 {
+    let mut above: Vec<Known> = match first_row.checked_sub(1) {
+        Some(y) => (0..width).map(|x| known([x, y])).collect(),
+        None => vec![Known::default(); width],
+    };
+    let mut least: f32 = 1.0;
+    for (y, row) in (first_row..).zip(fixed.chunks_mut(width)) {
+        let mut left = Known::default();
+        for (x, (fixed, up)) in row.iter_mut().zip(&mut above).enumerate() {
+            let here = known([x, y]);
+            let Known { certainty, right, down, lacking_right, lacking_down } = here;
+            // Of all pairs that the pixel is in.
+            let inverse = 1.0 / (certainty + right + down + left.right + up.down);
+            let target = lacking_right + lacking_down - left.lacking_right - up.lacking_down;
+            let shares = inverse * Vec4::new(left.right, right, up.down, down);
+            *fixed = Fixed { shares, target: inverse * target };
+            least = least.min(certainty * inverse);
+            (left, *up) = (here, here);
+        }
+    }
+    least
 }
 
 /// A block of the image and what is around it, during some steps.
 #[derive(Default)]
 struct Scratch {
+    /// The column and row of the first pixel that is there, and pixels from one row to the next: with a border around them.
+    first: [usize; 2],
+    stride: usize,
     values: Vec<Vec4>,
     next: Vec<Vec4>,
     directions: Vec<Vec4>,
 }
 
 impl Scratch {
-    /// Puts the states of a block's pixels after some steps into `next`, the rows that the block is in. All begin at 0 if `states` are
-    /// not given.
+    /// Where the pixel in a column and row is.
+    fn place(&self, x: usize, y: usize) -> usize {
+        (y + 1 - self.first[1]) * self.stride + x + 1 - self.first[0]
+    }
+
+    /// Takes the pixels of a block on by some steps, from these states or, if there are none, from 0.
     fn advance(
         &mut self,
         fixed: &[Fixed],
         states: Option<&[State]>,
         width: usize,
-        [columns, rows]: [Range<usize>; 2],
+        [columns, rows]: &[Range<usize>; 2],
         steps: &[Step],
-        next: &mut [State],
     ) {
         let height = fixed.len() / width;
         // Pixels that are `more` away from the block, in the image.
         let around = |more: usize| {
-            let [x, y] = [(&columns, width), (&rows, height)]
-                .map(|(range, end)| range.start.saturating_sub(more)..(range.end + more).min(end));
-            (x, y)
+            [(columns, width), (rows, height)]
+                .map(|(range, end)| range.start.saturating_sub(more)..(range.end + more).min(end))
         };
-        // With a border, which stays 0 where it lies outside.
-        let (all_x, all_y) = around(steps.len());
-        let stride = all_x.len() + 2;
-        let place = |x: usize, y: usize| (y + 1 - all_y.start) * stride + x + 1 - all_x.start;
+        let [x, y] = around(steps.len());
+        (self.first, self.stride) = ([x.start, y.start], x.len() + 2);
+        // The border stays 0 where it lies outside.
+        let places = self.stride * (y.len() + 2);
         for part in [&mut self.values, &mut self.next, &mut self.directions] {
             part.clear();
-            part.resize(stride * (all_y.len() + 2), Vec4::ZERO);
+            part.resize(places, Vec4::ZERO);
         }
         if let Some(states) = states {
-            for y in all_y.clone() {
-                let first = place(all_x.start, y);
-                for (i, state) in states[y * width..][all_x.clone()].iter().enumerate() {
+            for y in y {
+                let first = self.place(x.start, y);
+                for (i, state) in states[y * width..][x.clone()].iter().enumerate() {
                     self.values[first + i] = state.value;
                     self.directions[first + i] = state.direction;
                 }
             }
         }
         for (done, step) in steps.iter().enumerate() {
-            let (x, y) = around(steps.len() - 1 - done);
+            let [x, y] = around(steps.len() - 1 - done);
             for y in y {
-                let (first, count) = (place(x.start, y), x.len());
+                let (first, count) = (self.place(x.start, y), x.len());
                 let row = |first: usize| &self.values[first..first + count];
                 let [here, left, right] = [row(first), row(first - 1), row(first + 1)];
-                let [up, down] = [row(first - stride), row(first + stride)];
+                let [up, down] = [row(first - self.stride), row(first + self.stride)];
                 let fixed = &fixed[y * width + x.start..][..count];
                 let directions = &mut self.directions[first..first + count];
                 let next = &mut self.next[first..first + count];
@@ -174,13 +215,7 @@ impl Scratch {
                     next[i] = here[i] + step.size * directions[i];
                 }
             }
-            std::mem::swap(&mut self.values, &mut self.next);
-        }
-        for y in rows.clone() {
-            let first = place(columns.start, y);
-            for (i, state) in next[(y - rows.start) * width..][columns.clone()].iter_mut().enumerate() {
-                *state = State { value: self.values[first + i], direction: self.directions[first + i] };
-            }
+            swap(&mut self.values, &mut self.next);
         }
     }
 }
@@ -188,6 +223,11 @@ impl Scratch {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn solve([width, height]: [usize; 2], known: &[Known]) -> Vec<Vec4> {
+        let system = System::of([width, height], |[x, y]| known[y * width + x]);
+        system.solve(&mut vec![[Vec4::NAN; 3]; known.len()]).to_vec()
+    }
 
     /// A plane with 5×3 pixels whose values are wrong by 1 in one of them, and all differences known.
     fn known(certainty: f32) -> Vec<Known> {
@@ -210,7 +250,7 @@ mod tests {
 
     #[test]
     fn an_error_is_spread_over_all_that_are_known_to_be_alike() {
-        let found = solve(&known(1.0), 5);
+        let found = solve([5, 3], &known(1.0));
         // The sum stays, and the best compromise is one to which nothing can be added.
         let sum: f32 = found.iter().map(|c| c.x).sum();
         assert!(sum.abs() < 1e-5, "{sum}");
@@ -242,7 +282,7 @@ mod tests {
             Known { certainty: 1.0, right, down, lacking_right: lacking(right, 3), lacking_down: lacking(down, 4) }
         };
         let known: Vec<_> = (0..width * height).map(pixel).collect();
-        let found = solve(&known, width);
+        let found = solve([width, height], &known);
         // The same iteration, written down as it is.
         let at = |values: &[f32], p: Option<usize>| p.map_or(0.0, |p| values[p]);
         let none = Known::default();
@@ -281,8 +321,8 @@ mod tests {
     fn what_agrees_with_the_differences_stays() {
         let mut flat = known(1.0);
         flat.iter_mut().for_each(|k| (k.lacking_right, k.lacking_down) = (Vec4::ZERO, Vec4::ZERO));
-        assert!(solve(&flat, 5).iter().all(|c| *c == Vec4::ZERO));
+        assert!(solve([5, 3], &flat).iter().all(|c| *c == Vec4::ZERO));
         // No differences are known.
-        assert!(solve(&known(0.0), 5).iter().all(|c| *c == Vec4::ZERO));
+        assert!(solve([5, 3], &known(0.0)).iter().all(|c| *c == Vec4::ZERO));
     }
 }

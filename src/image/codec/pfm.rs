@@ -9,11 +9,11 @@ use crate::image::Image;
 /// Writes colour, little-endian, at scale 1.
 pub(super) fn encode(image: &Image, writer: &mut impl Write) -> io::Result<()> {
     write!(writer, "PF\n{} {}\n-1.0\n", image.width(), image.height())?;
-    let mut bytes = Vec::new();
+    let mut values = Vec::new();
     for row in image.pixels().chunks_exact(image.width() as usize).rev() {
-        bytes.clear();
-        bytes.extend(row.as_flattened().iter().flat_map(|value| value.to_le_bytes()));
-        writer.write_all(&bytes)?;
+        values.clear();
+        values.extend(row.as_flattened().iter().map(|value| value.to_le_bytes()));
+        writer.write_all(values.as_flattened())?;
     }
     Ok(())
 }

@@ -1,14 +1,14 @@
 //! Images from their gradients, where paths serve several pixels (shaders/lib/gradient.glsl).
 
 use bytemuck::zeroed_vec;
-use glam::{Vec3, Vec4};
+use glam::Vec4;
 use rayon::prelude::*;
 
 use super::super::error::RenderError;
 use super::super::film::{Film, MEMBERS, pixel_of_slot, rows_of_blocks, to_pixels};
-use super::super::layout::{GradientSlot, queue};
+use super::super::layout::queue;
 use super::super::plan::Span;
-use super::super::screened_poisson::{Known, solve};
+use super::super::screened_poisson::{Known, System};
 use super::super::shares::Share;
 use super::super::stopping::Stopping;
 use super::Renderer;
@@ -213,21 +213,26 @@ impl Renderer {
         let (width, height) = (self.width, self.height);
         let pixels = width as usize * height as usize;
         // Memory that the system hands out when it is written, by many threads.
-        let mut noted = zeroed_vec::<GradientSlot>(pixels);
-        self.read_gradients(&self.whole_film(), |first, slots| {
-            to_pixels(first, slots, &mut noted, width, |pixel, slot| *pixel = *slot);
+        let mut slots = zeroed_vec::<[Vec4; 3]>(pixels);
+        self.read_gradients(&self.whole_film(), |first, of_device| {
+            to_pixels(first, of_device, &mut slots, width, |pixel, slot| *pixel = bytemuck::cast(*slot));
         })?;
         let phases = self.phases();
-        let noted_of = |(pixel, &n): (usize, &u32)| phases.noted(n, self.shares.of_pixel(pixel));
-        let phases = film.counts().par_iter().enumerate().map(noted_of).collect();
+        let pixels = slots.par_iter_mut().zip(film.counts()).enumerate();
+        let phases = pixels.map(|(pixel, ([light, ..], &count))| {
+            let noted = phases.noted(count, self.shares.of_pixel(pixel));
+            *light /= noted_count(noted);
+            noted
+        });
+        let phases = phases.collect();
         let band_rows = rows_of_blocks(self.buffers.bands[0].slots, width) as usize;
-        let (places, certainties) = (&self.places, self.certainties);
-        let known = Noted { noted: &noted, places, certainties, band_rows, phases };
-        let share = |p: usize, count: u32| known.phases[p].iter().sum::<u32>() as f32 / count.max(1) as f32;
-        let gradients = known.phases.iter().any(|[_, shifted]| *shifted > 0);
-        let corrections = known.corrections();
+        let noted = Noted { pixels: slots, phases, places: &self.places, certainties: self.certainties, band_rows };
+        let system = noted.system();
+        let Noted { mut pixels, phases, .. } = noted;
+        let corrections = system.solve(&mut pixels);
+        let share = |p: usize, count: u32| phases[p].iter().sum::<u32>() as f32 / count.max(1) as f32;
         film.add(|p, count| finite(share(p, count) * corrections[p]));
-        self.statistics.gradients = gradients;
+        self.statistics.gradients = phases.iter().any(|[_, shifted]| *shifted > 0);
         Ok(())
     }
 }
@@ -269,13 +274,20 @@ fn certainties(sums: &PairSums) -> Certainties {
 
 /// What is known of the pixels of an image, row by row.
 struct Noted<'a> {
-    noted: &'a [GradientSlot],
+    /// The mean of the light of the samples that were noted, and the sums of its differences from that on the right and below. (What
+    /// else is there means nothing.)
+    pixels: Vec<[Vec4; 3]>,
+    /// Samples that were noted, with groups as they are and shifted.
+    phases: Vec<[u32; 2]>,
     places: &'a Places,
     certainties: Certainties,
     /// Rows of pixels in a band of the film, within which groups are shifted.
     band_rows: usize,
-    /// Samples that were noted, with groups as they are and shifted.
-    phases: Vec<[u32; 2]>,
+}
+
+/// Samples that were noted of a pixel, or 1 if there are none.
+fn noted_count(phases: [u32; 2]) -> f32 {
+    phases.iter().sum::<u32>().max(1) as f32
 }
 
 impl Noted<'_> {
@@ -286,7 +298,7 @@ impl Noted<'_> {
             Side::Right => (x + 1 < width).then_some(y * width + x + 1),
             Side::Down => {
                 let below = (y + 1) * width + x;
-                (below < self.noted.len() && !(y + 1).is_multiple_of(self.band_rows)).then_some(below)
+                (below < self.pixels.len() && !(y + 1).is_multiple_of(self.band_rows)).then_some(below)
             }
         }
     }
@@ -301,35 +313,32 @@ impl Noted<'_> {
         u32::from(plain) * a + u32::from(shifted) * b
     }
 
-    /// What is to be added to the mean of each pixel, over those samples that were noted.
-    fn corrections(&self) -> Vec<Vec4> {
-        let count = |p: usize| self.phases[p].iter().sum::<u32>().max(1) as f32;
-        let mean = |p: usize| Vec3::from(self.noted[p].light) / count(p);
-        let pair = |at: [usize; 2], p: usize, side: Side, difference: [f32; 3]| {
+    /// Whose solution is to be added to the mean of each pixel, over those samples that were noted.
+    fn system(&self) -> System {
+        let pair = |at: [usize; 2], p: usize, side: Side| {
             let samples = self.shared(at, side);
             let q = self.neighbour(at, side).filter(|_| samples > 0)?;
             let certainty = self.certainties[self.places.class_of_pair(p, q, side)?];
-            let lacking = Vec3::from(difference) - samples as f32 * (mean(p) - mean(q));
+            let [light, right, down] = self.pixels[p];
+            let difference = if side == Side::Right { right } else { down };
+            let lacking = (difference - samples as f32 * (light - self.pixels[q][0])).truncate();
             let pair = (certainty * samples as f32, (certainty * lacking).extend(0.0));
             Some(pair).filter(|(_, lacking)| lacking.is_finite())
         };
-        let known = |at: [usize; 2], p: usize| {
-            let (right, lacking_right) = pair(at, p, Side::Right, self.noted[p].right).unwrap_or_default();
-            let (down, lacking_down) = pair(at, p, Side::Down, self.noted[p].down).unwrap_or_default();
-            Known { certainty: count(p), right, down, lacking_right, lacking_down }
-        };
-        // Row by row: columns and rows of single pixels would be divisions.
         let width = self.places.width;
-        let mut all = zeroed_vec::<Known>(self.noted.len());
-        all.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
-            row.iter_mut().enumerate().for_each(|(x, of_pixel)| *of_pixel = known([x, y], y * width + x));
-        });
-        solve(&all, width)
+        System::of([width, self.pixels.len() / width], |[x, y]| {
+            let p = y * width + x;
+            let [(right, lacking_right), (down, lacking_down)] =
+                [Side::Right, Side::Down].map(|side| pair([x, y], p, side).unwrap_or_default());
+            Known { certainty: noted_count(self.phases[p]), right, down, lacking_right, lacking_down }
+        })
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
 
     #[test]
@@ -383,18 +392,19 @@ mod tests {
     #[test]
     fn noise_of_a_group_is_spread_over_alike_neighbours() {
         let (width, samples) = (8, 4);
-        let mut noted = vec![GradientSlot::default(); 64];
-        for (p, slot) in noted.iter_mut().enumerate() {
+        let mut slots = vec![[Vec4::ZERO; 3]; 64];
+        for (p, [light, ..]) in slots.iter_mut().enumerate() {
             // Half of the samples are of one group with what is right of it, half of another.
             let too_much = if p % 8 < 4 && p / 8 < 2 { 1.0 } else { 0.0 };
-            slot.light = [samples as f32 * 2.0 + too_much; 3];
+            *light = Vec4::splat(2.0 + too_much / samples as f32);
         }
         let all: Vec<_> = (0..64).map(|p| Vec3::new((p % 8) as f32, (p / 8) as f32, 1.0)).collect();
         let places = Places::new(width, all.clone());
         let phases = vec![Phases::of(samples, false).samples(samples); 64];
         let corrections = |places: &Places, band_rows: usize| {
-            let (noted, certainties, phases) = (&noted[..], [30.0; CLASSES], phases.clone());
-            Noted { noted, places, certainties, band_rows, phases }.corrections()
+            let (phases, certainties) = (phases.clone(), [30.0; CLASSES]);
+            let mut noted = Noted { pixels: slots.clone(), phases, places, certainties, band_rows };
+            noted.system().solve(&mut noted.pixels).to_vec()
         };
         let found = corrections(&places, 64);
         let total: f32 = found.iter().map(|c| c.x).sum();
