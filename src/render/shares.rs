@@ -3,7 +3,7 @@
 //! Of a variance v for one sample, n samples leave v/n. For as many samples in all the image has least noise if n ∝ √v (Neyman
 //! allocation, J. R. Stat. Soc. 97, 1934). Powers of two come near to that, and keep random numbers stratified.
 
-use bytemuck::zeroed_vec;
+use bytemuck::{Zeroable, zeroed_vec};
 use rayon::prelude::*;
 
 use super::film::{GROUP, tile_of_pixel, tiles_within, to_pixels};
@@ -11,7 +11,7 @@ use super::layout::FilmSlot;
 use super::tiles::half_of_group;
 
 /// How many times as many samples as are asked for a pixel is to have: the logarithm to the base of 2, from -1 to 2.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Zeroable)]
 pub(crate) struct Share(i8);
 
 impl Share {
@@ -57,20 +57,15 @@ pub(crate) struct Grid {
 }
 
 impl Grid {
-    /// The half of the image that pixel number `pixel` belongs to.
-    fn half(&self, pixel: usize) -> usize {
-        let (x, y) = (pixel as u32 % self.width, pixel as u32 / self.width);
-        half_of_group(x / GROUP[0], y / GROUP[1])
-    }
-
-    /// The tiles of pixel number `pixel`, row by row, in groups as they are and in shifted ones.
-    fn tiles(&self, pixel: usize) -> [u32; 2] {
-        let (x, y) = (pixel as u32 % self.width, pixel as u32 / self.width);
+    /// The tiles of the pixel in a column and row, in groups as they are and in shifted ones.
+    fn tiles(&self, [x, y]: [u32; 2]) -> [u32; 2] {
         let columns = self.width.next_multiple_of(32);
         let band_top = y / self.band_rows * self.band_rows;
         let rows = self.band_rows.min(self.height.next_multiple_of(64) - band_top);
-        let before = [(x + columns - 2) % columns, band_top + (y - band_top + rows - 1) % rows];
-        [tile_of_pixel(x, y, self.width), tile_of_pixel(before[0], before[1], self.width)]
+        // Before the first ones of a row, or of a band's rows, come the last ones.
+        let column = x.checked_sub(2).unwrap_or(x + columns - 2);
+        let row = (y - band_top).checked_sub(1).unwrap_or(rows - 1);
+        [tile_of_pixel(x, y, self.width), tile_of_pixel(column, band_top + row, self.width)]
     }
 }
 
@@ -86,7 +81,7 @@ impl Shares {
     /// For such tiles, of pixels that are to have so many samples in the mean; none if not much is to be gained.
     pub fn of(tiles: &[Tile], grid: Grid, samples: u32) -> Self {
         of_tiles(tiles, grid, samples).map_or_else(Self::default, |shares| {
-            Self::of_pixels(grid, |pixel| grid.tiles(pixel).map(|tile| shares[tile as usize]))
+            Self::of_pixels(grid, |at| grid.tiles(at).map(|tile| shares[tile as usize]))
         })
     }
 
@@ -96,9 +91,9 @@ impl Shares {
         if halves.iter().all(Option::is_none) {
             return Self::default();
         }
-        Self::of_pixels(grid, |pixel| {
-            let shares = &halves[grid.half(pixel)];
-            [shares.as_ref().map_or(Share(0), |shares| shares[grid.tiles(pixel)[0] as usize]), Share(0)]
+        Self::of_pixels(grid, |[x, y]| {
+            let shares = &halves[half_of_group(x / GROUP[0], y / GROUP[1])];
+            [shares.as_ref().map_or(Share(0), |shares| shares[grid.tiles([x, y])[0] as usize]), Share(0)]
         })
     }
 
@@ -109,19 +104,26 @@ impl Shares {
         if states.iter().all(|state| state & STATE_SHARES == 0) {
             return Self::default();
         }
-        Self::of_pixels(grid, |pixel| [PLAIN_SHARE, SHIFTED_SHARE].map(|at| Share::of_bits(states[pixel] >> at)))
+        Self::of_pixels(grid, |[x, y]| {
+            let state = states[y as usize * grid.width as usize + x as usize];
+            [PLAIN_SHARE, SHIFTED_SHARE].map(|bits| Share::of_bits(state >> bits))
+        })
     }
 
-    /// With the shares that `of` gives for each pixel.
-    fn of_pixels(grid: Grid, of: impl Fn(usize) -> [Share; 2] + Sync + Send) -> Self {
-        let pixels = grid.width as usize * grid.height as usize;
-        let of_pixels: Vec<_> = (0..pixels).into_par_iter().map(of).collect();
-        let count = |mut counts: [[u64; 4]; 2], pixel: &[Share; 2]| {
-            counts.iter_mut().zip(pixel).for_each(|(counts, share)| counts[share.bits() as usize] += 1);
+    /// With the shares that `of` gives for the pixel in each column and row.
+    fn of_pixels(grid: Grid, of: impl Fn([u32; 2]) -> [Share; 2] + Sync) -> Self {
+        let mut of_pixels: Vec<[Share; 2]> = zeroed_vec(grid.width as usize * grid.height as usize);
+        let of_row = |(y, row): (usize, &mut [[Share; 2]])| {
+            let mut counts = [[0; 4]; 2];
+            for (x, pixel) in row.iter_mut().enumerate() {
+                *pixel = of([x as u32, y as u32]);
+                counts.iter_mut().zip(pixel).for_each(|(counts, share)| counts[share.bits() as usize] += 1);
+            }
             counts
         };
         let add = |a: [[u64; 4]; 2], b: [[u64; 4]; 2]| [0, 1].map(|kind| [0, 1, 2, 3].map(|i| a[kind][i] + b[kind][i]));
-        let pixels = of_pixels.par_iter().fold(Default::default, count).reduce(Default::default, add);
+        let rows = of_pixels.par_chunks_mut(grid.width as usize).enumerate();
+        let pixels = rows.map(of_row).reduce(Default::default, add);
         Self { of_pixels, pixels }
     }
 

@@ -43,16 +43,20 @@ pub(super) struct Places {
 impl Places {
     /// Of pixels in rows of such a width.
     pub fn new(width: usize, all: Vec<Vec3>) -> Self {
-        let bend_at = |p: usize, side: Side| {
-            let step = side.step(width);
-            let after = neighbour(p, side, width, all.len())?;
-            let before = p.checked_sub(step).filter(|q| neighbour(*q, side, width, all.len()) == Some(p))?;
-            let [before, here, after] = [before, p, after].map(|p| all[p]);
-            let there = [before, here, after].iter().all(|place| *place != Vec3::ZERO);
-            there.then(|| bend(after - here, here - before))
-        };
-        let of_pixel = |p: usize| [Side::Right, Side::Down].map(|side| bend_at(p, side).unwrap_or(f32::NAN));
-        let bends = (0..all.len()).into_par_iter().map(of_pixel).collect();
+        let rows: Vec<_> = all.chunks_exact(width).collect();
+        let mut bends = zeroed_vec::<[f32; 2]>(all.len());
+        bends.par_chunks_mut(width).enumerate().for_each(|(y, bends)| {
+            let above = y.checked_sub(1).map(|y| rows[y]);
+            let (row, below) = (rows[y], rows.get(y + 1));
+            for x in 0..width {
+                let across = if x > 0 && x + 1 < width { bend([row[x - 1], row[x], row[x + 1]]) } else { f32::NAN };
+                let down = match (above, below) {
+                    (Some(above), Some(below)) => bend([above[x], row[x], below[x]]),
+                    _ => f32::NAN,
+                };
+                bends[x] = [across, down];
+            }
+        });
         Self { width, all, bends }
     }
 
@@ -95,8 +99,14 @@ fn neighbour(pixel: usize, side: Side, width: usize, pixels: usize) -> Option<us
     }
 }
 
-/// The square of the distance between two directions, given by vectors of any length.
-fn bend(a: Vec3, b: Vec3) -> f32 {
+/// The square of the distance between the directions from one place to the next, and from there to the one after; NaN if one of the
+/// three is not there.
+fn bend(places: [Vec3; 3]) -> f32 {
+    if places.contains(&Vec3::ZERO) {
+        return f32::NAN;
+    }
+    let [before, here, after] = places;
+    let (a, b) = (after - here, here - before);
     let cos = a.dot(b) / (a.length() * b.length());
     if cos.is_finite() { 2.0 - 2.0 * cos } else { 4.0 }
 }
