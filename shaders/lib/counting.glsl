@@ -25,6 +25,8 @@ void count_up(uint counter, uint n) {
 
 // Adds an invocation's counts, once for a subgroup: atomics on one address wait for each other.
 void add_counts(Counts c) {
+    // Once for all counters: lavapipe looks for the first lane through memory.
+    bool elected = subgroupElect();
     [[dont_unroll]] for (uint counter = 0u; counter < COUNTERS; ++counter) {
         uint n = c.samples;
         if (counter == COUNT_REUSED) n = c.reused;
@@ -34,7 +36,7 @@ void add_counts(Counts c) {
         if (counter == COUNT_STEPS) n = c.steps;
         if (counter == COUNT_TRUNCATED) n = c.truncated;
         n = subgroupAdd(n);
-        if (subgroupElect() && n > 0u) count_up(counter, n);
+        if (elected && n > 0u) count_up(counter, n);
     }
 }
 

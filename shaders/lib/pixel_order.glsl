@@ -31,7 +31,8 @@ uvec2 tile_corner(uint tile) {
     uint blocks_x = (width + 31u) / 32u;
     uint block = tile / 32u;
     uvec2 tile_of_block = uvec2(tile & 3u, (tile >> 2) & 7u);
-    return uvec2(32u, 64u) * uvec2(block % blocks_x, block / blocks_x) + 8u * tile_of_block;
+    uint row = block / blocks_x;
+    return uvec2(32u, 64u) * uvec2(block - row * blocks_x, row) + 8u * tile_of_block;
 }
 
 // A pixel of a tile, or of several, relative to the first one's corner: bits 0 to 2 of its number tell the group, 3 to 5 the
