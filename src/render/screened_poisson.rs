@@ -77,7 +77,7 @@ pub(super) struct System {
 impl System {
     /// `known` tells what is known of the pixel in a column and row, of some twice.
     pub fn of([width, height]: [usize; 2], known: impl Fn([usize; 2]) -> Known + Sync) -> Self {
-        // Memory that the system hands out when it is written, by many threads; if it were read first, twice.
+        // Memory is handed out when it is written, by many threads; if it were read first, twice.
         let mut fixed = zeroed_vec::<Fixed>(width * height);
         let bands = fixed.par_chunks_mut(BLOCK[1] * width).enumerate();
         let least = bands.map(|(band, fixed)| fix(&known, BLOCK[1] * band, width, fixed)).reduce(|| 1.0, f32::min);
@@ -85,8 +85,8 @@ impl System {
     }
 
     /// What is to be added to the values: c with the least Σ a c² + Σ w (c − c′ − d)², over pixels of certainty a, and pairs of certainty
-    /// w whose values lack d. In the mean over noise without bias c is 0. It is a part of the memory that is given to work in: there,
-    /// the system need not hand out more, which takes as long as the work.
+    /// w whose values lack d. In the mean over noise without bias c is 0. It lies in the memory that is given to work in, three
+    /// vectors for each pixel, whatever these are: to be handed more takes as long as the work.
     ///
     /// By Chebyshev's iteration (Golub and Varga 1961) after Jacobi's scaling, which bounds the eigenvalues from above by 2, and
     /// from below by the least share of a pixel's certainty in all that bears on it.
