@@ -20,16 +20,6 @@ pub(super) enum Side {
     Down,
 }
 
-impl Side {
-    /// Pixels from one to its neighbour, in rows of such a width.
-    fn step(self, width: usize) -> usize {
-        match self {
-            Self::Right => 1,
-            Self::Down => width,
-        }
-    }
-}
-
 /// The places of diffuse surfaces that pixels show, in render space, row by row; 0 where there is none.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Places {
@@ -49,20 +39,20 @@ impl Places {
             let above = y.checked_sub(1).map(|y| rows[y]);
             let (row, below) = (rows[y], rows.get(y + 1));
             for x in 0..width {
-                let across = if x > 0 && x + 1 < width { bend([row[x - 1], row[x], row[x + 1]]) } else { f32::NAN };
-                let down = match (above, below) {
-                    (Some(above), Some(below)) => bend([above[x], row[x], below[x]]),
-                    _ => f32::NAN,
-                };
-                bends[x] = [across, down];
+                let across = (x > 0 && x + 1 < width).then(|| [row[x - 1], row[x], row[x + 1]]);
+                let down = above.zip(below).map(|(above, below)| [above[x], row[x], below[x]]);
+                bends[x] = [across, down].map(|places| places.map_or(f32::NAN, bend));
             }
         });
         Self { width, all, bends }
     }
 
     /// A pixel's neighbour on a side.
-    pub fn neighbour(&self, pixel: usize, side: Side) -> Option<usize> {
-        neighbour(pixel, side, self.width, self.all.len())
+    fn neighbour(&self, pixel: usize, side: Side) -> Option<usize> {
+        match side {
+            Side::Right => Some(pixel + 1).filter(|q| !q.is_multiple_of(self.width)),
+            Side::Down => Some(pixel + self.width).filter(|q| *q < self.all.len()),
+        }
     }
 
     /// How differently a pixel and its neighbour on a side see the light of other surfaces, by what may be told from places:
@@ -87,15 +77,6 @@ impl Places {
         // A class is a factor of 8: three steps of the exponent of a number from 1 on.
         let exponent = ((bend.max(1e-6) * 1e6).max(1.0).to_bits() >> 23) - 127;
         Some((exponent as usize / 3).min(CLASSES - 1))
-    }
-}
-
-/// The neighbour of a pixel on a side, in an image of so many pixels in rows of such a width.
-fn neighbour(pixel: usize, side: Side, width: usize, pixels: usize) -> Option<usize> {
-    let next = pixel + side.step(width);
-    match side {
-        Side::Right => Some(next).filter(|q| !q.is_multiple_of(width)),
-        Side::Down => Some(next).filter(|q| *q < pixels),
     }
 }
 
