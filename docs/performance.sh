@@ -23,6 +23,7 @@ plot scheduler $scenes/cat.toml --size 64x64 --samples 8..32 --vary scheduler=qu
     --vary intersection=watertight,moller-trumbore
 plot reuse $scenes/cat.toml --size 96x96 --samples 4..64 --vary reuse=auto,off
 plot gradients $scenes/cat.toml --size 96x96 --samples 4..64 --vary gradients=auto,off
+plot aims $scenes/spheres.toml --size 96x96 --samples 4..64 --vary aims=auto,off
 plot glances $scenes/cornell.toml --size 96x96 --samples 8..128 --vary glances=auto,off
 plot beams $scenes/cornell.toml --size 96x96 --samples 4..64 --vary beams=auto,off
 plot adaptive $scenes/cat.toml $scenes/cornell.toml --size 96x96 --samples 16..256 --vary sampling=uniform,adaptive

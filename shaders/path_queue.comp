@@ -170,6 +170,7 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
             if (second) note_second_hit(region + h.slot, h.path, arrival, h.t, direct);
             h.gives = h.gives || (second && arrival.gives);
             h.met = h.met || second;
+            if (AIMS && shades && arrival.aims) h.path.glances |= AIM_FOLLOWS;
         }
         rays += shades ? 1u : 0u;
         uint entry_of_shadow = 0u;    // see tree_entry
@@ -184,9 +185,12 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         bool later = entry_of_shadow != 0u;
         bool ended = held && !alive && !later;
         bool goes_on = ended && sample_goes_on(h.path.glances);
-        if (ended && !goes_on) {
-            float state = h.gives && is_worth_giving(h.radiance) ? PATH_GIVES : (h.met ? PATH_MET : PATH_ENDED);
-            path_store(region + h.slot, ROW_LIGHT, vec4(h.radiance, state));
+        bool parts = REUSE && goes_on && parts_light(h.path.glances);
+        if (ended && (!goes_on || parts)) {
+            bool aimed = is_aimed(h.path.glances);
+            if (!aimed) h.gives = h.gives && is_worth_giving(h.radiance);
+            float state = h.gives ? PATH_GIVES : (h.met ? PATH_MET : PATH_ENDED);
+            path_store(region + h.slot, parts ? ROW_APART : ROW_LIGHT, vec4(h.radiance, aimed ? state + PATH_AIMED : state));
         }
 
         // Next rays of living paths and first rays of new ones.
@@ -196,15 +200,14 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         h.gives = h.gives && !begins;
         h.met = h.met && !begins;
         h.dying = !alive && later;
-        if (REUSE && goes_on && ends_glances(h.path.glances)) {
-            path_store(region + h.slot, ROW_GLANCED, vec4(h.radiance, 0.0));
-            h.radiance = vec3(0.0);
-        }
-        uint state = begins ? run.glances : (goes_on ? next_state(h.path.glances) : h.path.glances);
+        AimFrom from = aim_nowhere();
+        if (AIMS && goes_on) from = noted_aim(region + h.slot);
+        if (parts) h.radiance = vec3(0.0);
+        uint state = begins ? run.glances : (goes_on ? next_state(h.path.glances) : h.path.glances & ~AIMING);
         uvec2 at = pixel_of_work(corner, goes_on ? p : pixel_of_path(run.slot));
         // From the camera to the first hit the random numbers are the pixel's own.
         if (GLANCES > 0u && REUSE) key = goes_on ? pixel_key(pixel_number(at)) : key;
-        path_depart(h.path, arrival, alive, camera, at, begins ? run.key : key, begins ? run.index : h.path.index, state);
+        path_depart(h.path, arrival, alive, camera, at, begins ? run.key : key, begins ? run.index : h.path.index, state, from);
         run.left -= begins ? 1u : 0u;
         run.slot += begins ? work_pixels : 0u;
         run.index += begins ? 1u : 0u;
@@ -251,7 +254,7 @@ void connect_paths(inout Pocket pocket, inout Run run, PocketWalk w) {
         vec3 y = path_load(region + path, ROW_SECOND).xyz;
         vec3 normal = path_load(region + path, ROW_SECOND_NORMAL).xyz;
         ShadowRay ray = connect(region + path, y, normal, region + for_member(path, member), value);
-        bool gives = takes && path_load(region + path, ROW_LIGHT).w == PATH_GIVES;
+        bool gives = takes && path_state(path_load(region + path, ROW_LIGHT).w) == PATH_GIVES;
         bool wanted = gives && ray.wanted;
         shadow_rays += wanted ? 1u : 0u;
         bool hidden;
@@ -345,8 +348,9 @@ void add_noted(uint tile, uint complete, bool reusing, inout Added added) {
                 if (!SHARED_BY_LANES && reusing) {
                     light = shared_light(path, gathered, unshared);
                 } else {
-                    light = path_load(path, ROW_LIGHT);
-                    if (GLANCES > 0u && REUSE) light.xyz += path_load(path, ROW_GLANCED).xyz;
+                    vec3 apart;
+                    light = noted_light(path, apart);
+                    if (REUSE) light.xyz += apart;
                 }
                 if (light.w == PATH_OPEN || film_pixel.count >= target) break;
                 float apart = !SHARED_BY_LANES && reusing ? trial_sign(film_pixel.count) * brightness(light.xyz - gathered) : 0.0;

@@ -74,7 +74,7 @@ void main() [[maximally_reconverges]] {
     bool within_budget = true;
     Meeting meeting = meeting_none();       // of the path
     vec3 first_up = vec3(0.0);
-    vec3 glanced = vec3(0.0);               // of the sample, by what came before its path
+    vec3 apart = vec3(0.0);                 // of the sample, by what came before its path, or before an aimed one
     EndedPath ended = ended_none();
     bool waits = false;                     // with a path that has ended too
     if (REUSE || SPLIT == 1u || going) do {
@@ -92,6 +92,7 @@ void main() [[maximally_reconverges]] {
                 shadow.wanted = shadow.wanted && going;
                 if (SMOOTH_NORMALS && arrival.first) first_up = arrival.up;
                 if (second) meeting = meeting_at(path, arrival, t, direct, first_up);
+                if (AIMS && arrival.aims) path.glances |= AIM_FOLLOWS;
             }
             counts.rays += going ? 1u : 0u;
             if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
@@ -108,25 +109,30 @@ void main() [[maximally_reconverges]] {
             bool over = going && !alive && within_budget && !goes_on;
             left -= over ? 1u : 0u;
             waits = over && ended.there;
+            if (over && is_aimed(path.glances)) {
+                vec3 aimed = radiance;
+                radiance = apart;
+                apart = aimed;
+            }
             if (over && !waits) {
                 if (reusing) {
-                    ended = path_ends(meeting, radiance, glanced);
+                    ended = path_ends(meeting, radiance, apart);
                 } else if (!REUSE && SPLIT > 1u) {
                     split_note(share.x, radiance);
                     share.x += 1u;
                 } else {
-                    counts.bad += film_add(film_pixel, REUSE ? radiance + glanced : radiance) ? 0u : 1u;
+                    counts.bad += film_add(film_pixel, REUSE ? radiance + apart : radiance) ? 0u : 1u;
                 }
                 radiance = vec3(0.0);
-                glanced = vec3(0.0);
+                apart = vec3(0.0);
             }
-            if (REUSE && !alive && goes_on && ends_glances(path.glances)) {
-                glanced = radiance;
+            if (REUSE && !alive && goes_on && parts_light(path.glances)) {
+                apart = radiance;
                 radiance = vec3(0.0);
             }
-            uint state = alive ? path.glances : (goes_on ? next_state(path.glances) : film_glances(film_pixel.state));
-            path_depart(path, arrival, alive, camera, at, alive ? shared_key : key,
-                        path.index + (alive || goes_on ? 0u : 1u), state);
+            uint state = alive ? path.glances & ~AIMING : (goes_on ? next_state(path.glances) : film_glances(film_pixel.state));
+            path_depart(path, arrival, alive, camera, at, alive || is_aiming(state) ? shared_key : key,
+                        path.index + (alive || goes_on ? 0u : 1u), state, aim_from(meeting));
             if (REUSE) path.second = path.second && reusing;
             going = within_budget && left > 0u && !waits;
         } while (going && (!REUSE || group_lacks_path(going, reusing, ended.there, none_reuses)));
@@ -134,9 +140,9 @@ void main() [[maximally_reconverges]] {
             within_budget = share_sample(ended, film_pixel, gradients, shared_key, counts.shadow_rays, loops, counts.bad);
             ended = ended_none();
             if (waits) {
-                ended = path_ends(meeting, radiance, glanced);
+                ended = path_ends(meeting, radiance, apart);
                 radiance = vec3(0.0);
-                glanced = vec3(0.0);
+                apart = vec3(0.0);
                 waits = false;
             }
             going = within_budget && left > 0u;

@@ -146,7 +146,7 @@ void main() [[maximally_reconverges]] {
                 there = !over || left > 0u;
                 left -= over && there ? 1u : 0u;
                 uint state = alive ? path.glances : (goes_on ? next_state(path.glances) : glances);
-                path_depart(path, arrival, alive, camera, at, key, path.index + (over ? 1u : 0u), state);
+                path_depart(path, arrival, alive, camera, at, key, path.index + (over ? 1u : 0u), state, aim_nowhere());
                 t = INFINITY;
                 id = -1;
                 closest_constant(path.origin, path.direction, path.leaving, t, id);

@@ -20,7 +20,9 @@
 #ifndef GLANCE_GLSL
 #define GLANCE_GLSL
 
+#include "aim.glsl"
 #include "layout.glsl"
+#include "sampler.glsl"
 
 const uint GLANCING = 0x80000000u;      // a glance
 const uint SCATTERED = 0x40000000u;     // it has left what no glance leaves: all light counts
@@ -30,6 +32,9 @@ const uint REPEATED = 0x08000000u;      // one of several paths of a sample,
 const uint REPEATS_SHIFT = 16u;         // of so many
 const uint REPEATS_MASK = 0xffu;
 const uint GLANCES_LEFT = 0xfffu;
+const uint AIM_FOLLOWS = 0x04000000u;   // an aimed path follows, see aim.glsl
+const uint AIMED = 0x02000000u;         // an aimed path,
+const uint AIMING = 0x01000000u;        // and its first ray
 // Mirrors that a glance follows light through; lamps behind more of them are seen by the paths.
 const uint GLANCE_MIRRORS = 4u;
 
@@ -38,7 +43,7 @@ bool is_repeated(uint state) { return REPEATS && (state & REPEATED) != 0u; }
 uint repeats(uint state) { return (state >> REPEATS_SHIFT) & REPEATS_MASK; }
 
 // Whether a path that has ended is followed by another of the same sample.
-bool sample_goes_on(uint state) { return MULTIPLE && (state & (GLANCES_LEFT | PATH_FOLLOWS)) != 0u; }
+bool sample_goes_on(uint state) { return MULTIPLE && (state & (GLANCES_LEFT | PATH_FOLLOWS | AIM_FOLLOWS)) != 0u; }
 
 // What all light of a path counts.
 float path_weight(uint state) {
@@ -46,10 +51,16 @@ float path_weight(uint state) {
 }
 
 // The state of that one.
-uint next_state(uint state) { return (state & GLANCES_LEFT) != 0u ? state - 1u : GLANCED; }
+uint next_state(uint state) {
+    if (AIMS) return AIMED | AIMING;
+    return (state & GLANCES_LEFT) != 0u ? state - 1u : GLANCED;
+}
 
-// Whether what comes next is no glance: what they have gathered is complete.
-bool ends_glances(uint state) { return GLANCES > 0u && next_state(state) == GLANCED; }
+// Whether what comes next is kept apart from what has been gathered: the path from its glances, the aimed path from the path.
+bool parts_light(uint state) { return AIMS || (GLANCES > 0u && next_state(state) == GLANCED); }
+
+bool is_aimed(uint state) { return AIMS && (state & AIMED) != 0u; }
+bool is_aiming(uint state) { return AIMS && (state & AIMING) != 0u; }
 
 // What light of a lamp counts.
 float glance_weight(uint state) {
@@ -60,6 +71,7 @@ float glance_weight(uint state) {
 // Key and index of a path's random numbers: glances are a sequence of their own, and so are several paths of a sample. Its
 // blocks of 1024 points are scrambled apart, which the lowest level of the sampler's table suffices for.
 uvec2 glance_sequence(uint state, uint key, uint index) {
+    if (is_aimed(state)) return uvec2(key ^ 0x3c6ef372u, index_of_sample(index));
     if (!is_glance(state) && !is_repeated(state)) return uvec2(key, index);
     uint of_sample = is_repeated(state) ? repeats(state) : max(GLANCES, 1u);
     uint samples = 1024u / of_sample;

@@ -37,7 +37,9 @@ layout(constant_id = 27) const uint REGIONS = 64u;         // for notes of paths
 layout(constant_id = 28) const uint ENOUGH_LANES = 5u;     // with fewer at work, a subgroup turns to what else there is
 layout(constant_id = 63) const bool REPEATS = false;       // a sample may be several whole paths, see glance.glsl
 layout(constant_id = 62) const uint GLANCES = 0u;          // of a sample, where a lamp's edge is seen, see glance.glsl
-const bool MULTIPLE = GLANCES > 0u || REPEATS;             // of several paths of any kind
+layout(constant_id = 216) const uint AIM_TARGETS = 0u;     // spheres at which a sample's second path is aimed, see aim.glsl; 0: none
+const bool AIMS = AIM_TARGETS > 0u;
+const bool MULTIPLE = GLANCES > 0u || REPEATS || AIMS;     // of several paths of any kind
 layout(constant_id = 57) const bool REUSE = false;         // paths serve several pixels, see reuse.glsl
 layout(constant_id = 202) const uint LIGHT_SAMPLES = 1u;   // where such paths first meet a diffuse surface: up to 4
 layout(constant_id = 31) const uint FACET_COUNT = 0u;      // constant flat polygons, see intersect/facet.glsl
@@ -76,6 +78,7 @@ const uint MUTATE_GLANCES = 25u;
 const uint MUTATE_GRADIENTS = 26u;
 const uint MUTATE_BEAMS = 27u;
 const uint MUTATE_REPEATS = 28u;
+const uint MUTATE_AIMS = 29u;
 
 // ---- bindings
 // All texels are bits, of numbers too: lavapipe compiles five functions for each format that it meets, and small integers
@@ -115,6 +118,7 @@ layout(std140, binding = 11) uniform SceneValues {
     vec4 point_position;        // of the only light, if that is a point
     vec4 point_intensity;
     vec4 light_grid;            // centre of the lights' grid, and its size
+    vec4 aim_targets[8];        // centre, radius, see aim.glsl
     uint record_count;          // of the tree
     uint root_order;            // last word of the root's record: in which order to visit its children, see node.glsl
 };

@@ -81,6 +81,7 @@ struct Arrival {
     bool front;
     bool last;          // the next ray can only meet light
     bool first;         // with REUSE: nothing diffuse was met before
+    bool aims;          // with AIMS: from the first hit, behind this one, a ray is aimed as well
     bool gives;         // a second hit that other pixels can use as well: the path goes on with throughput 1
     uint hits;
 };
@@ -144,11 +145,12 @@ bool path_arrive(Path path, int id, float t, uint key, uint light_samples, inout
     vec3 throughput = path.throughput;
     // A direction that its pixel gets no light from, although it does from what is shared.
     if (REUSE && SMOOTH_NORMALS && any(lessThan(throughput, vec3(0.0)))) throughput = vec3(0.0);
-    if (HAS_BACKGROUND && !met && !is_glance(path.glances)) radiance += throughput * background.rgb;
+    if (HAS_BACKGROUND && !met && !is_glance(path.glances) && !is_aiming(path.glances)) radiance += throughput * background.rgb;
     a.id = met ? id : SOME_ID;
     a.surface = surface_at(a.id, path.origin, path.direction, met ? t : 0.0);
     a.front = dot(path.direction, a.surface.normal) <= 0.0;
     a.hits = path.hits + 1u;
+    a.aims = false;
     float kind = a.surface.kind;
     bool glows = HAS_EMITTER && met && kind == KIND_EMITTER && a.front;
     bool by_beams = HAS_BEAMS && glows && path.pdf == 0.0 && path.x2 > 0.0 && path.hits <= BEAM_HITS && a.surface.light >= 0;
@@ -175,6 +177,16 @@ bool path_arrive(Path path, int id, float t, uint key, uint light_samples, inout
     a.first = REUSE && path.normal == vec3(0.0);
     bool alive = met && a.hits <= MAX_DEPTH && kind != KIND_EMITTER;
     if (is_glance(path.glances)) alive = alive && glances_leave(kind, a.hits);
+    if (AIMS) {
+        // What is met by an aimed ray, and where one is aimed, is for that alone.
+        bool specular = kind != KIND_DIFFUSE;
+        if (is_aiming(path.glances)) alive = alive && specular;
+        if (path.second && in_mode(MODE_ALIKE)) {
+            AimSums sums = aim_sums(path.origin, path.normal, path.direction);
+            alive = alive && !(specular && sums.within > 0.0 && MUTATION != MUTATE_AIMS);
+            a.aims = sums.all > 0.0;
+        }
+    }
     if (REUSE && in_mode(MODE_SURVEY)) {
         radiance = alive && diffuse ? a.surface.position : vec3(0.0);
         alive = alive && HAS_MIRROR && kind == KIND_MIRROR;
@@ -215,12 +227,14 @@ bool path_arrive(Path path, int id, float t, uint key, uint light_samples, inout
 }
 
 // Turns the path into its next ray; or, if it is not alive, into the first ray of sample `index` of the pixel at `at`, in
-// the state `glances`.
-// One evaluation of the sampler serves both, so that lanes of either kind share the work.
+// the state `glances`, which may be one that is aimed from a first hit.
+// One evaluation of the sampler serves all, so that lanes of either kind share the work.
 void path_depart(inout Path path, Arrival a, bool alive, Camera camera, uvec2 at, uint key, uint index,
-                 uint glances) {
+                 uint glances, AimFrom from) {
+    bool aims = is_aiming(glances);
     uint hit = alive ? a.hits : 0u;
-    uvec2 sequence = glance_sequence(glances, key, alive ? index : index_of_sample(index));
+    if (AIMS) hit = aims ? from.hits : hit;
+    uvec2 sequence = glance_sequence(glances, key, alive || aims ? index : index_of_sample(index));
     vec2 u = sample_pair(sequence.x, sequence.y, hit, hit);
     vec3 first = camera_direction(camera, at, u);
     vec3 next = vec3(0.0);
@@ -246,6 +260,15 @@ void path_depart(inout Path path, Arrival a, bool alive, Camera camera, uvec2 at
     path.second = REUSE && alive && a.first && kind == KIND_DIFFUSE;
     if (REUSE) path.normal = alive && (kind == KIND_DIFFUSE || !a.first) ? a.normal : vec3(0.0);
     if (EMITTER_COUNT > 0u) path.pdf = alive && kind == KIND_DIFFUSE ? diffuse_pdf(dot(a.normal, next)) : 0.0;
+    if (AIMS && aims) {
+        float weight;
+        path.direction = aim_sample(from, u, weight);
+        path.origin = from.x;
+        path.leaving = from.leaving;
+        path.throughput = from.beta * weight;
+        path.hits = from.hits;
+        path.normal = from.normal;
+    }
     if (HAS_BEAMS) {
         if (hit == 1u && kind == KIND_DIFFUSE) path.x2 = dot(a.outside, a.outside);
         if (hit == 0u) path.x2 = 0.0;

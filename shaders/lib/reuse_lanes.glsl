@@ -34,19 +34,21 @@ Meeting meeting_at(Path p, Arrival a, float t, vec3 direct, vec3 first_up) {
                    a.gives ? a.up : vec3(0.0), direct, a.gives);
 }
 
+AimFrom aim_from(Meeting m) { return AimFrom(m.x, m.leaving, m.nx, m.up, m.beta, uint(m.hit)); }
+
 // A path that waits for the others of its group.
 struct EndedPath {
     Meeting meeting;
     vec3 light;     // of the path from its second hit on, or all if there is none: what leaves y if that is given away
-    vec3 glanced;   // that glances have gathered
+    vec3 apart;     // of the same sample, by glances or by an aimed path
     bool there;
 };
 
 EndedPath ended_none() { return EndedPath(meeting_none(), vec3(0.0), vec3(0.0), false); }
 
 // A path ends with the light that it has gathered, and the lane may begin another.
-EndedPath path_ends(inout Meeting meeting, vec3 light, vec3 glanced) {
-    EndedPath ended = EndedPath(meeting, light, glanced, true);
+EndedPath path_ends(inout Meeting meeting, vec3 light, vec3 apart) {
+    EndedPath ended = EndedPath(meeting, light, apart, true);
     meeting = meeting_none();
     return ended;
 }
@@ -178,9 +180,14 @@ vec3 shared_light(EndedPath ended, uint key, uint index, inout uint shadow_rays,
     if (IN_ONE_LOOP) direct = mean_at_first(m, further);
     else if (LIGHT_SAMPLES > 1u) direct = light_at_first(m, key, index, shadow_rays, loops);
     vec3 own = gives ? vec3(0.0) : ended.light;
-    if (GLANCES > 0u) own += ended.glanced;
     unshared = m.beta * given;
     gathered = m.beta * sum;
+    if (AIMS) {
+        unshared += ended.apart;
+        gathered += ended.apart;
+    } else if (GLANCES > 0u) {
+        own += ended.apart;
+    }
     if (lights_alike()) {
         unshared += m.direct;
         gathered += direct;

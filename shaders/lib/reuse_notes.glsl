@@ -22,7 +22,7 @@ const uint ROW_SECOND_NORMAL = 4u;  // geometric normal; β.b
 const uint ROW_DIRECT = 5u;     // light from x itself, β.r; in memory in the end what its pixel has gathered, see gradient.glsl
 const uint ROW_COUPLINGS = 6u;  // two rows: a(x, y) of its y and each member's x
 const uint ROW_FIRST_UP = 8u;   // with SMOOTH_NORMALS: geometric normal of x
-const uint ROW_GLANCED = 9u;    // light that glances have gathered
+const uint ROW_APART = 9u;      // light of the sample before its last path, that of glances or of the path before an aimed one
 const uint ROW_LIGHT_AT_FIRST = 10u;    // in memory, with LIGHT_SAMPLES: the mean of the light from x itself
 
 const float PATH_UNWANTED = -1.0;   // its pixel is to get no such sample
@@ -30,6 +30,7 @@ const float PATH_OPEN = 0.0;    // it has not ended
 const float PATH_ENDED = 1.0;   // all its light is its own
 const float PATH_GIVES = 2.0;   // its light leaves y
 const float PATH_MET = 3.0;     // it has x and y, but all its light is its own
+const float PATH_AIMED = 4.0;   // on top of one of these: an aimed path has followed
 
 // Whether lanes share what has been noted, or memory is where it is shared.
 layout(constant_id = 201) const bool SHARED_BY_LANES = false;
@@ -39,6 +40,34 @@ int path_texel(uint path, uint row) { return int(row * (REGIONS << SLOT_BITS) + 
 vec4 path_load(uint path, uint row) { return uintBitsToFloat(imageLoad(path_texels, path_texel(path, row))); }
 void path_store(uint path, uint row, vec4 value) { path_rows[path_texel(path, row)] = value; }
 
+float path_state(float noted) { return AIMS && noted >= PATH_AIMED ? noted - PATH_AIMED : noted; }
+
+// Light of a path, and its state; `apart` is that of its glances, or of the aimed path after it.
+vec4 noted_light(uint path, out vec3 apart) {
+    vec4 light = path_load(path, ROW_LIGHT);
+    apart = vec3(0.0);
+    if (GLANCES > 0u && REUSE) apart = path_load(path, ROW_APART).xyz;
+    if (AIMS && light.w >= PATH_AIMED) {
+        apart = light.xyz;
+        light = vec4(path_load(path, ROW_APART).xyz, path_state(light.w));
+    }
+    return light;
+}
+
+// From where a ray is aimed after a path that has noted its first hit.
+AimFrom noted_aim(uint path) {
+    if (THREADS) {
+        memoryBarrierBuffer();
+        memoryBarrierImage();
+    }
+    vec4 x = path_load(path, ROW_FIRST);
+    vec4 nx = path_load(path, ROW_FIRST_NORMAL);
+    vec3 beta = vec3(path_load(path, ROW_DIRECT).w, path_load(path, ROW_SECOND).w, path_load(path, ROW_SECOND_NORMAL).w);
+    vec3 up = vec3(0.0);
+    if (SMOOTH_NORMALS) up = path_load(path, ROW_FIRST_UP).xyz;
+    return AimFrom(x.xyz, floatBitsToInt(x.w), nx.xyz, up, beta, uint(nx.w));
+}
+
 // Where loops have no budget all paths end, and lanes know which of them are wanted.
 const bool STATES_ARE_CLEARED = LOOP_BUDGET > 0u || !SHARED_BY_LANES;
 const bool NOTES_ARE_CLEARED = STATES_ARE_CLEARED || (GLANCES > 0u && REUSE);
@@ -47,7 +76,7 @@ const bool NOTES_ARE_CLEARED = STATES_ARE_CLEARED || (GLANCES > 0u && REUSE);
 void path_clear(uint path, bool wanted, bool reusing) {
     // A loop: less code to compile.
     [[dont_unroll]] for (uint i = 0u; i < 4u; ++i) {
-        uint row = i == 0u ? ROW_LIGHT : (i == 1u ? ROW_FIRST_NORMAL : (i == 2u ? ROW_SECOND_NORMAL : ROW_GLANCED));
+        uint row = i == 0u ? ROW_LIGHT : (i == 1u ? ROW_FIRST_NORMAL : (i == 2u ? ROW_SECOND_NORMAL : ROW_APART));
         bool cleared = reusing && !SHARED_BY_LANES;
         if (i == 0u) cleared = STATES_ARE_CLEARED;
         if (i == 3u) cleared = GLANCES > 0u && REUSE;
@@ -99,12 +128,14 @@ ShadowRay connect(uint from, vec3 y, vec3 normal, uint to, out float value) {
 vec4 shared_light(uint path, out vec3 gathered, out vec3 unshared) {
     bool complete = true;
     vec3 own = vec3(0.0);
+    vec3 own_apart = vec3(0.0);
     vec3 sum = vec3(0.0);
     vec3 given = vec3(0.0);
     uint me = member_of(path);
     [[dont_unroll]] for (uint member = 0u; member < MEMBERS; ++member) {
         uint from = for_member(path, member);
-        vec4 light = path_load(from, ROW_LIGHT);
+        vec3 apart;
+        vec4 light = noted_light(from, apart);
         vec4 a = path_load(from, ROW_COUPLINGS);
         vec4 b = path_load(from, ROW_COUPLINGS + 1u);
         vec4 four = me < 4u ? a : b;
@@ -114,9 +145,10 @@ vec4 shared_light(uint path, out vec3 gathered, out vec3 unshared) {
         complete = complete && light.w != PATH_OPEN;
         if (member == me && light.w != PATH_GIVES) own = light.xyz;
         if (member == me && light.w == PATH_GIVES) given = light.xyz;
+        if (member == me) own_apart = apart;
         if (light.w == PATH_GIVES && mine > 0.0) sum += light.xyz * (mine / all);
     }
-    if (GLANCES > 0u) own += path_load(path, ROW_GLANCED).xyz;
+    if (!AIMS) own += own_apart;
     gathered = vec3(0.0);
     unshared = vec3(0.0);
     vec4 normal = path_load(path, ROW_FIRST_NORMAL);
@@ -127,6 +159,10 @@ vec4 shared_light(uint path, out vec3 gathered, out vec3 unshared) {
         vec3 beta = vec3(direct_row.w, path_load(path, ROW_SECOND).w, path_load(path, ROW_SECOND_NORMAL).w);
         unshared = beta * given;
         gathered = beta * sum;
+        if (AIMS) {
+            unshared += own_apart;
+            gathered += own_apart;
+        }
         if (lights_alike()) {
             unshared += direct_row.xyz;
             gathered += direct;
@@ -162,11 +198,11 @@ void note_gradients(uint first_path, uint slot) {
 }
 
 // What has been noted of a path that has ended.
-EndedPath noted_path(uint path, vec4 light) {
+EndedPath noted_path(uint path) {
     EndedPath ended = ended_none();
+    vec4 light = noted_light(path, ended.apart);
     ended.light = light.xyz;
     ended.there = true;
-    if (GLANCES > 0u) ended.glanced = path_load(path, ROW_GLANCED).xyz;
     if (light.w == PATH_GIVES || light.w == PATH_MET) {
         vec4 x = path_load(path, ROW_FIRST);
         vec4 nx = path_load(path, ROW_FIRST_NORMAL);
@@ -192,7 +228,7 @@ uint note_light_at_first(uint tile, uint region, uint samples, inout uint shadow
             uint path = region + s * work_pixels + p;
             uint slot = film_slot(slot_of_tile(tile, p));
             uint index = index_of_member(index_after(film_state(slot), film_count(slot)) + s, member_of_group(p));
-            Meeting meeting = noted_path(path, path_load(path, ROW_LIGHT)).meeting;
+            Meeting meeting = noted_path(path).meeting;
             uint traced = 0u;
             vec3 light = light_at_first(meeting, key_of_group(corner, p), index, traced, loops);
             if (first + gl_SubgroupInvocationID < work_pixels) {
@@ -233,13 +269,12 @@ uint share_noted(uint tile, uint region, uint samples, inout uint shadow_rays, i
         [[dont_unroll]] for (uint s = 0u; s < samples && any_lane(wanted && complete); ++s) {
             uint path = region + s * work_pixels + p;
             EndedPath ended = ended_none();
-            vec4 light = path_load(path, ROW_LIGHT);
             if (LOOP_BUDGET > 0u) {
                 // Either all of a group have a sample or none.
-                float open = sum_of_group(wanted && light.w == PATH_OPEN ? 1.0 : 0.0);
+                float open = sum_of_group(wanted && path_load(path, ROW_LIGHT).w == PATH_OPEN ? 1.0 : 0.0);
                 complete = complete && open == 0.0;
             }
-            if (wanted && complete) ended = noted_path(path, light);
+            if (wanted && complete) ended = noted_path(path);
             complete = share_sample(ended, film_pixel, gradients, key, shadow_rays, loops, bad) && complete;
             wanted = real && film_pixel.count < target;
         }

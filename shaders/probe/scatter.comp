@@ -33,7 +33,7 @@ void scatter(uint i) {
         if (lit) radiance += shadow.radiance;
     }
     uvec2 at = uvec2(sample_of.x % width, sample_of.x / width);
-    path_depart(path, arrival, alive, frame_camera(), at, key, path.index + (alive ? 0u : 1u), path.glances);
+    path_depart(path, arrival, alive, frame_camera(), at, key, path.index + (alive ? 0u : 1u), path.glances, aim_nowhere());
     probe_out[8u * i] = uvec4(floatBitsToUint(t), uint(id), alive ? 1u : 0u, lit ? 1u : 0u);
     output_floats(8u * i + 1u, vec4(radiance, 0.0));
     probe_out[8u * i + 2u] = uvec4(floatBitsToUint(path.throughput), path.hits);

@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use crate::render::{
-    Accel, Adaptive, Beams, Choice, Feature, Glances, Gradients, LightSamples, RenderSettings, Reuse, Sampler,
+    Accel, Adaptive, Aims, Beams, Choice, Feature, Glances, Gradients, LightSamples, RenderSettings, Reuse, Sampler,
     Scheduler, Shares, TriangleTest,
 };
 
@@ -32,7 +32,7 @@ impl Configuration {
 /// A setting and the values it takes, written `KEY=VALUE,VALUE…`.
 ///
 /// Keys and values are those of the options of `photolith render` (`sampler`, `accel`, `intersection`, `scheduler`, `reuse`,
-/// `gradients`, `shares`, `light-samples`, `glances`, `beams`: see [`Choice`]), and `sampling` (uniform, adaptive: with the same
+/// `gradients`, `shares`, `light-samples`, `glances`, `beams`, `aims`: see [`Choice`]), and `sampling` (uniform, adaptive: with the same
 /// mean number of samples), `features` (specialised, general, or `+` and one of [`Feature::ALL`] that is compiled although not
 /// needed), `roulette` (off, or the first hit), `device` (index, name or UUID).
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -53,13 +53,14 @@ enum Key {
     LightSamples,
     Glances,
     Beams,
+    Aims,
     Sampling,
     Features,
     Roulette,
     Device,
 }
 
-const KEYS: [(&str, Key); 14] = [
+const KEYS: [(&str, Key); 15] = [
     ("sampler", Key::Sampler),
     ("accel", Key::Accel),
     ("intersection", Key::Intersection),
@@ -70,6 +71,7 @@ const KEYS: [(&str, Key); 14] = [
     ("light-samples", Key::LightSamples),
     ("glances", Key::Glances),
     ("beams", Key::Beams),
+    ("aims", Key::Aims),
     ("sampling", Key::Sampling),
     ("features", Key::Features),
     ("roulette", Key::Roulette),
@@ -106,6 +108,7 @@ impl Key {
             Self::LightSamples => one_of::<LightSamples>(),
             Self::Glances => one_of::<Glances>(),
             Self::Beams => one_of::<Beams>(),
+            Self::Aims => one_of::<Aims>(),
             Self::Sampling => "uniform or adaptive".to_owned(),
             Self::Features => {
                 let names = Feature::ALL.map(|(name, _)| name).join(", ");
@@ -130,6 +133,7 @@ impl Key {
             (Self::LightSamples, name) => return choose(&mut s.light_samples, name),
             (Self::Glances, name) => return choose(&mut s.glances, name),
             (Self::Beams, name) => return choose(&mut s.beams, name),
+            (Self::Aims, name) => return choose(&mut s.aims, name),
             (Self::Sampling, "uniform") => s.adaptive = None,
             // How many in the mean is the benchmark's, like the number of samples.
             (Self::Sampling, "adaptive") => s.adaptive = Some(Adaptive { noise: 0.0, mean_samples: None }),

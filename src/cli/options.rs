@@ -7,7 +7,7 @@ use anyhow::Context as _;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use photolith::render::{
-    Accel, Beams, Choice, Glances, Gradients, LightSamples, MAX_SAMPLES, Reuse, Sampler, Scheduler, Shares,
+    Accel, Aims, Beams, Choice, Glances, Gradients, LightSamples, MAX_SAMPLES, Reuse, Sampler, Scheduler, Shares,
     TriangleTest,
 };
 use photolith::scene::Scene;
@@ -112,6 +112,10 @@ pub struct SceneOptions {
     #[arg(long, value_parser = choice::<Beams>(), default_value = Beams::default().name())]
     pub beams: Beams,
 
+    /// Whether rays are aimed at glass and mirrors from what the camera sees
+    #[arg(long, value_parser = choice::<Aims>(), default_value = Aims::default().name())]
+    pub aims: Aims,
+
     /// Compile every feature, needed or not (changes no bit of the image)
     #[arg(long)]
     pub general: bool,
@@ -154,6 +158,7 @@ impl SceneOptions {
             shares: self.shares,
             glances: self.glances,
             beams: self.beams,
+            aims: self.aims,
             general: self.general,
             ..RenderSettings::of(&scene)
         };

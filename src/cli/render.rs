@@ -292,6 +292,7 @@ fn push_settings(m: &mut Metadata, scene: &Scene, settings: &RenderSettings, con
     m.push("LightSamples", settings.light_samples.name());
     m.push("Glances", settings.glances.name());
     m.push("Beams", settings.beams.name());
+    m.push("Aims", settings.aims.name());
     m.push("Filter", format!("{:?}", scene.film.filter));
     m.push("Device", &context.info().name);
     m.push("Driver", &context.info().driver);

@@ -8,6 +8,7 @@ use super::alias::{Column, alias_table};
 use super::corners::corners_around;
 use super::lights::{Light, LightShape};
 use super::space::RenderSpace;
+use super::targets::{Target, targets, without_inner};
 
 /// Most targets; of more, those that are near each other are made one. With one around all in place of 64, time × squared error is
 /// 1.3 to 1.7 times as large (120 balls in a room, half of them of glass or mirrors, and heaps of balls; lavapipe).
@@ -19,35 +20,7 @@ const WORTH_TELLING_APART: f64 = 0.8;
 /// Most pairs of a lamp and a target; with more lamps than this there are no beams.
 const MOST_PAIRS: usize = 1 << 16;
 
-/// A sphere around bodies of glass and mirrors, in render space.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Target {
-    center: DVec3,
-    radius: f64,
-}
-
-impl Target {
-    fn contains(&self, other: &Self) -> bool {
-        self.center.distance(other.center) + other.radius <= self.radius
-    }
-
-    /// Around points; `None` around none.
-    fn around(points: impl Iterator<Item = DVec3> + Clone) -> Option<Self> {
-        let [lo, hi] = corners_around(points.clone())?;
-        let center = (lo + hi) / 2.0;
-        let radius = points.map(|p| p.distance(center)).fold(0.0, f64::max);
-        Some(Self { center, radius })
-    }
-
-    /// Around other targets.
-    fn around_all(targets: &[Self]) -> Option<Self> {
-        let Self { center, .. } = Self::around(targets.iter().map(|t| t.center))?;
-        let radius = targets.iter().map(|t| t.center.distance(center) + t.radius).fold(0.0, f64::max);
-        Some(Self { center, radius })
-    }
-}
-
-/// What the shaders see of it.
+/// What the shaders see of targets and lamps.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct BeamTable {
     /// Number of targets; 0: there is nothing for beams to do.
@@ -88,34 +61,6 @@ impl BeamTable {
         texels.extend(alias_table(&shares).into_iter().map(entry));
         Self { targets: targets.len() as u32, texels }
     }
-}
-
-/// Spheres around all that is of glass or a mirror.
-fn targets(scene: &Scene, space: &RenderSpace) -> Vec<Target> {
-    let is_specular = |material: u32| scene.surface(material).is_mirror() || scene.surface(material).is_dielectric();
-    let spheres = scene.spheres.iter().filter(|s| is_specular(s.material));
-    let mut found: Vec<_> =
-        spheres.map(|s| Target { center: space.point(s.center), radius: space.length(s.radius) }).collect();
-    for mesh in &scene.meshes {
-        let triangles = mesh.triangles.iter().zip(&mesh.triangle_materials).filter(|(_, m)| is_specular(**m));
-        found.extend(Target::around(triangles.flat_map(|(t, _)| t.map(|i| space.point(mesh.positions[i as usize])))));
-    }
-    // Single precision shall not leave anything out.
-    found.iter_mut().for_each(|t| t.radius = t.radius * 1.001 + 1e-6);
-    found
-}
-
-/// Those that are in none of the largest.
-fn without_inner(mut targets: Vec<Target>) -> Vec<Target> {
-    targets.sort_by(|a, b| b.radius.total_cmp(&a.radius));
-    let mut kept: Vec<Target> = Vec::new();
-    for target in targets {
-        // Of many spheres there are very many pairs.
-        if !kept.iter().take(MOST_TARGETS).any(|k| k.contains(&target)) {
-            kept.push(target);
-        }
-    }
-    kept
 }
 
 /// Those near each other made one, until there are so many, at least 1.
@@ -204,16 +149,6 @@ mod tests {
     }
 
     #[test]
-    fn inner_targets_are_left_out() {
-        let inner = [ball(0.0, 1.0), ball(0.1, 0.5), ball(5.0, 2.0), ball(5.0, 2.5), ball(5.0, 2.5)];
-        assert_eq!(without_inner(inner.to_vec()), [ball(5.0, 2.5), ball(0.0, 1.0)]);
-        // Those of the largest, however many there are.
-        let mut many: Vec<_> = (0..1_000_000).map(|i| ball(3.0 * f64::from(i), 1.0)).collect();
-        many.push(ball(0.5, 0.25));
-        assert_eq!(without_inner(many).len(), 1_000_000);
-    }
-
-    #[test]
     fn of_many_targets_those_near_each_other_are_made_one() {
         let row = |count: u32| (0..count).map(|i| ball(3.0 * f64::from(i), 1.0)).collect::<Vec<_>>();
         assert_eq!(at_most(4, row(4)), row(4));
@@ -261,16 +196,5 @@ mod tests {
         assert_eq!(table(&heap[..8], 1).targets, 8, "few cost nothing");
         assert_eq!(table(&[], 1), BeamTable::default());
         assert_eq!(table(&apart, MOST_PAIRS + 1), BeamTable::default());
-    }
-
-    #[test]
-    fn spheres_around_points_hold_them() {
-        let points = [DVec3::ZERO, DVec3::X, DVec3::new(0.2, 3.0, -1.0)];
-        let around = Target::around(points.into_iter()).unwrap();
-        assert!(points.iter().all(|p| p.distance(around.center) <= around.radius * (1.0 + 1e-12)));
-        assert_eq!(Target::around(std::iter::empty()), None);
-        let others = [around, Target { center: DVec3::splat(9.0), radius: 2.0 }];
-        let all = Target::around_all(&others).unwrap();
-        assert!(others.iter().all(|t| t.center.distance(all.center) + t.radius <= all.radius * (1.0 + 1e-12)));
     }
 }

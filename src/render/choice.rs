@@ -1,7 +1,7 @@
 //! The names of values, as options and tables spell them.
 
 use super::settings::{
-    Accel, Beams, Glances, Gradients, LightSamples, Reuse, Sampler, Scheduler, Shares, TriangleTest,
+    Accel, Aims, Beams, Glances, Gradients, LightSamples, Reuse, Sampler, Scheduler, Shares, TriangleTest,
 };
 
 /// A setting of a few values that have names.
@@ -108,6 +108,17 @@ impl Choice for Beams {
         &[("auto", Self::Auto, "In scenes with lamps, and glass or mirrors"), ("off", Self::Off, "Never")];
 }
 
+impl Choice for Aims {
+    const ALL: &'static [(&'static str, Self, &'static str)] = &[
+        (
+            "auto",
+            Self::Auto,
+            "On CPUs, with gradients, in scenes without lamps where a few bodies are most of the glass and mirrors",
+        ),
+        ("off", Self::Off, "Never"),
+    ];
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -131,7 +142,7 @@ mod tests {
         assert_eq!(names::<Scheduler>(), ["auto", "inline", "turns", "queue"]);
         assert_eq!(names::<Reuse>(), ["auto", "always", "off"]);
         assert_eq!(names::<LightSamples>(), ["auto", "one"]);
-        for names in [names::<Gradients>(), names::<Shares>(), names::<Glances>(), names::<Beams>()] {
+        for names in [names::<Gradients>(), names::<Shares>(), names::<Glances>(), names::<Beams>(), names::<Aims>()] {
             assert_eq!(names, ["auto", "off"]);
         }
     }

@@ -200,6 +200,12 @@ impl Features {
             && !self.brute_force
     }
 
+    /// Whether rays may be aimed at glass and mirrors, where images are made from gradients. (Where there are lamps, light that these
+    /// send there is most of the noise, which beams lower.)
+    pub fn may_aim(&self) -> bool {
+        self.can_reuse() && (self.dielectric || self.mirror) && !self.emitter
+    }
+
     /// Whether vectors of 512 bits pay on a CPU (see [`prefer_wide_vectors`](crate::gpu::prefer_wide_vectors)) for a scene that needs
     /// these features: without a hierarchy; with a large one only on some CPUs, with lavapipe from Mesa 25.0 on. (22.3.6 takes 1.0 to
     /// 2.7 times the time with a hierarchy: a mesh that fills the view, under a lamp, 1.6 if it is a mirror, 2.7 if paths are reused.)
@@ -319,6 +325,16 @@ impl Features {
                     "not with smooth normals, without indirect light or a hierarchy"
                 } else {
                     "no lamps together with glass or mirrors"
+                },
+            ),
+            plain(
+                "aimed rays",
+                self.may_aim(),
+                "at the eight largest bodies of glass and mirrors, unless switched off, with gradients, on CPUs, if these bodies are most of it and do not fill the view",
+                if self.emitter && (self.dielectric || self.mirror) {
+                    "not with lamps"
+                } else {
+                    "no glass or mirror beside diffuse surfaces that light each other"
                 },
             ),
             plain("brute force", self.brute_force, "no hierarchy was asked for", "the hierarchy is used"),

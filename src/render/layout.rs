@@ -68,6 +68,9 @@ pub(crate) mod constant {
     pub const FACETS_ACROSS_Y: u32 = 209;
     pub const BEAM_TARGETS: u32 = 214;
     pub const BEAM_TEXELS: u32 = 215;
+    pub const AIM_TARGETS: u32 = 216;
+    /// Spheres that there is room for.
+    pub const MAX_AIM_TARGETS: usize = 8;
 }
 
 /// Binding numbers.
@@ -126,6 +129,8 @@ pub(crate) struct SceneValues {
     pub point_position: [f32; 4],
     pub point_intensity: [f32; 4],
     pub light_grid: [f32; 4],
+    /// Centre, radius.
+    pub aim_targets: [[f32; 4]; constant::MAX_AIM_TARGETS],
     pub record_count: u32,
     /// The last word of the root's record, which says in which order to visit its children.
     pub root_order: u32,

@@ -1,5 +1,6 @@
 //! From a scene to a film: what the scene needs, how it is cut into dispatches, and the loop that runs them.
 
+mod aims;
 mod alias;
 mod aliased;
 mod allocation;
@@ -45,6 +46,7 @@ mod spheres;
 mod statistics;
 mod stopping;
 pub(crate) mod tables;
+mod targets;
 mod tiles;
 mod twin_films;
 mod upload;
@@ -60,7 +62,7 @@ pub use mutation::Mutation;
 pub use prepared::Prepared;
 pub use renderer::Renderer;
 pub use settings::{
-    Accel, Adaptive, Beams, Glances, Gradients, LightSamples, RenderSettings, Reuse, Sampler, Scheduler, Shares,
+    Accel, Adaptive, Aims, Beams, Glances, Gradients, LightSamples, RenderSettings, Reuse, Sampler, Scheduler, Shares,
     TriangleTest,
 };
 pub use sobol::MAX_SAMPLES;

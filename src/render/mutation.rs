@@ -60,11 +60,13 @@ pub enum Mutation {
     DoubleBeams = 27,
     /// Each of several paths of a sample counts as much as a whole sample.
     WholeRepeats = 28,
+    /// Paths too count what rays are aimed at.
+    DoubleAims = 29,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 28] = [
+    pub const ALL: [Self; 29] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -93,6 +95,7 @@ impl Mutation {
         Self::InvertedGradients,
         Self::DoubleBeams,
         Self::WholeRepeats,
+        Self::DoubleAims,
     ];
 
     /// What is broken, in words.
@@ -126,6 +129,7 @@ impl Mutation {
             Self::InvertedGradients => "differences from the pixels below with the wrong sign",
             Self::DoubleBeams => "all light of caustics counted for beams, a part of it for paths too",
             Self::WholeRepeats => "several paths of a sample counted as so many samples",
+            Self::DoubleAims => "light of bodies that rays are aimed at counted for paths too",
         }
     }
 }

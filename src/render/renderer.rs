@@ -79,8 +79,8 @@ pub struct Renderer {
     fewest_reused: u32,
     /// Whether neighbours can be compared where paths are reused.
     gradients: bool,
-    /// Whether the members of a group sample lights alike for that.
-    lights_alike: bool,
+    /// The part of variance that this may leave.
+    most_left: f64,
     /// Where groups of pixels that share paths are.
     groups: Groups,
     /// How many samples each pixel gets of those that are asked for.
@@ -139,7 +139,7 @@ impl Renderer {
             settings: settings.clone(),
             features,
             hidden_lights: tables.hidden_lights(),
-            lights_alike: tables.samples_lights(),
+            most_left: verdict::most_left(tables.samples_lights(), launch.aim_targets > 0),
             tree: tables.tree,
             push,
             width,

@@ -3,11 +3,14 @@
 #ifndef UNROLL_GLSL
 #define UNROLL_GLSL
 
-#define FOR_0_TO_15(COUNT, BODY) \
+#define FOR_0_TO_7(COUNT, BODY) \
     if (COUNT > 0u) { BODY(0) } if (COUNT > 1u) { BODY(1) } \
     if (COUNT > 2u) { BODY(2) } if (COUNT > 3u) { BODY(3) } \
     if (COUNT > 4u) { BODY(4) } if (COUNT > 5u) { BODY(5) } \
-    if (COUNT > 6u) { BODY(6) } if (COUNT > 7u) { BODY(7) } \
+    if (COUNT > 6u) { BODY(6) } if (COUNT > 7u) { BODY(7) }
+
+#define FOR_0_TO_15(COUNT, BODY) \
+    FOR_0_TO_7(COUNT, BODY) \
     if (COUNT > 8u) { BODY(8) } if (COUNT > 9u) { BODY(9) } \
     if (COUNT > 10u) { BODY(10) } if (COUNT > 11u) { BODY(11) } \
     if (COUNT > 12u) { BODY(12) } if (COUNT > 13u) { BODY(13) } \

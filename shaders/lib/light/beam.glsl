@@ -27,6 +27,7 @@
 #ifndef BEAM_GLSL
 #define BEAM_GLSL
 
+#include "../cone.glsl"
 #include "../loops.glsl"
 #include "choice.glsl"
 #include "../bsdf/diffuse.glsl"
@@ -56,28 +57,16 @@ int beam_pair(int light, uint target) {
 // A direction from y towards a target, or by the cosine from within it.
 vec3 beam_direction(vec4 target, vec3 y, vec3 normal, vec2 u) {
     vec3 to = target.xyz - y;
-    float d2 = dot(to, to);
-    float sin2_max = target.w * target.w / d2;
-    if (!(sin2_max < 1.0)) return diffuse_sample(normal, u);
-    float depth = u.y * cone_depth(sin2_max);
-    float sin2 = depth * (2.0 - depth);
-    vec3 axis = to * inversesqrt(d2);
-    vec3 tangent, bitangent;
-    basis(axis, tangent, bitangent);
-    vec2 disc = sqrt(upper(sin2, 0.0)) * cos_sin_2pi(u.x);
-    return normalize(tangent * disc.x + bitangent * disc.y + axis * (1.0 - depth));
+    if (!(target.w * target.w / dot(to, to) < 1.0)) return diffuse_sample(normal, u);
+    return cone_sample(to, target.w, u);
 }
 
 // Density per solid angle with which beam_direction gives a direction under the cosine `cos_light`.
 float beam_direction_pdf(vec4 target, vec3 y, vec3 direction, float cos_light) {
     vec3 to = target.xyz - y;
-    float d2 = dot(to, to);
-    float sin2 = target.w * target.w / d2;
+    float sin2 = target.w * target.w / dot(to, to);
     if (!(sin2 < 1.0)) return cos_light * (1.0 / PI);
-    // Not by the cosine, which is 1 for all directions to a far target.
-    vec3 aside = cross(to, direction);
-    bool within = dot(aside, aside) <= target.w * target.w && dot(to, direction) > 0.0;
-    return within ? 1.0 / (TWO_PI * cone_depth(sin2)) : 0.0;
+    return in_cone(to, target.w, direction) ? 1.0 / (TWO_PI * cone_depth(sin2)) : 0.0;
 }
 
 // Density of beams with that direction, over all targets, times the probability of choosing the lamp; cos_light > 0.

@@ -3,10 +3,8 @@
 #ifndef LIGHT_SPHERE_GLSL
 #define LIGHT_SPHERE_GLSL
 
+#include "../cone.glsl"
 #include "point.glsl"
-
-// 1 − cos of the cone's half-angle, for sin² of it: without cancellation for a far sphere.
-float cone_depth(float sin2) { return sin2 / (1.0 + sqrt(upper(1.0 - sin2, 0.0))); }
 
 // Density per solid angle of sampling a point that lies on the sphere at squared distance r2 under `cos_light`.
 float sphere_pdf(Light l, vec3 from, float r2, float cos_light) {

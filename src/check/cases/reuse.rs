@@ -1,10 +1,12 @@
 //! Paths that serve several pixels, and images made from differences between these, against the same without.
 
 use crate::check::lab::Rendered;
-use crate::check::scenes::{Build, diffuse, divided_room, icosphere, lamps, low_lamp, mirrored_wall, screened_room, v};
+use crate::check::scenes::{
+    Build, diffuse, divided_room, glass, icosphere, lamps, low_lamp, mirrored_wall, screened_room, v,
+};
 use crate::check::statistics::z_score;
 use crate::check::{Case, CheckError, Lab, Measured};
-use crate::render::{Gradients, LightSamples, RenderSettings, Renderer, Reuse, Scheduler, Shares};
+use crate::render::{Aims, Gradients, LightSamples, RenderSettings, Renderer, Reuse, Scheduler, Shares};
 use crate::scene::{Normals, Scene};
 
 pub(super) const CASES: &[Case] = &[
@@ -161,7 +163,43 @@ pub(super) const CASES: &[Case] = &[
         full_only: false,
         measure: |lab| contrast_and_mean(lab, lamps(), Meet::Lanes, [COMPARED, ONE_LIGHT]),
     },
+    Case {
+        name: "aims/paths",
+        what: "the room with cells, a mirror and a ball of glass, at which rays are aimed: paths meet in memory",
+        oracle: "paths that find them by chance",
+        quantity: "the same",
+        threshold: 4.0,
+        full_only: false,
+        measure: |lab| contrast_and_mean(lab, with_glass(divided_room()), Meet::Memory, [COMPARED, UNAIMED]),
+    },
+    Case {
+        name: "aims/lanes",
+        what: "the same without a tree, in the lanes of a subgroup",
+        oracle: "paths that find them by chance",
+        quantity: "the same",
+        threshold: 4.0,
+        full_only: false,
+        measure: |lab| contrast_and_mean(lab, with_glass(screened_room()), Meet::Lanes, [COMPARED, UNAIMED]),
+    },
+    Case {
+        name: "aims/notes",
+        what: "the same with a body with smooth normals, fetched from memory by the lanes of a subgroup",
+        oracle: "each path by itself",
+        quantity: "the same",
+        threshold: 4.0,
+        full_only: false,
+        measure: |lab| {
+            let scene = with_glass(with_body(screened_room(), Normals::Smooth));
+            contrast_and_mean(lab, scene, Meet::Notes, [COMPARED, ALONE])
+        },
+    },
 ];
+
+/// With a ball of glass.
+fn with_glass(mut scene: Scene) -> Scene {
+    scene.sphere(v(1.5, -1.0, -6.0), 0.5, glass(1.5));
+    scene
+}
 
 /// With a body of few triangles.
 fn with_body(mut scene: Scene, normals: Normals) -> Scene {
@@ -193,6 +231,7 @@ struct Way {
     gradients: Gradients,
     shares: Shares,
     light_samples: LightSamples,
+    aims: Aims,
     /// Per pixel, if not as many as usual.
     samples: Option<u32>,
 }
@@ -202,6 +241,7 @@ const SHARED: Way = Way {
     gradients: Gradients::Off,
     shares: Shares::Off,
     light_samples: LightSamples::Auto,
+    aims: Aims::Auto,
     samples: None,
 };
 const ALONE: Way = Way { reuse: Reuse::Off, light_samples: LightSamples::One, ..SHARED };
@@ -210,6 +250,7 @@ const UNEVEN: Way = Way { shares: Shares::Auto, ..COMPARED };
 const UNEVEN_OF_TWO: Way = Way { samples: Some(2), ..UNEVEN };
 /// Without a second one there is nothing to compare neighbours by.
 const UNEVEN_OF_ONE: Way = Way { shares: Shares::Auto, samples: Some(1), ..SHARED };
+const UNAIMED: Way = Way { aims: Aims::Off, ..COMPARED };
 const ONE_LIGHT: Way = Way { light_samples: LightSamples::One, ..COMPARED };
 
 const SEEDS: u32 = 12;
@@ -242,12 +283,13 @@ fn compare(
     };
     let mut unused = false;
     let mut images = |way: Way, first_seed: u32| -> Result<Vec<Vec<f64>>, CheckError> {
-        let Way { reuse, gradients, shares, light_samples, .. } = way;
+        let Way { reuse, gradients, shares, light_samples, aims, .. } = way;
         let settings = RenderSettings {
             reuse,
             gradients,
             shares,
             light_samples,
+            aims,
             scheduler,
             share_by_lanes,
             ..lab.settings(&scene)

@@ -74,6 +74,7 @@ fn expected_constants() -> BTreeMap<String, u32> {
         ("FACETS_ACROSS_Y", constant::FACETS_ACROSS_Y),
         ("BEAM_TARGETS", constant::BEAM_TARGETS),
         ("BEAM_TEXELS", constant::BEAM_TEXELS),
+        ("AIM_TARGETS", constant::AIM_TARGETS),
     ];
     let mut all: BTreeMap<_, _> = features.into_iter().map(|(name, id)| (name.to_owned(), id)).collect();
     let mut add = |prefix: &str, base: u32, names: &[&str]| {
@@ -189,6 +190,7 @@ fn scene_values() {
         ("point_position", offset_of!(SceneValues, point_position)),
         ("point_intensity", offset_of!(SceneValues, point_intensity)),
         ("light_grid", offset_of!(SceneValues, light_grid)),
+        ("aim_targets", offset_of!(SceneValues, aim_targets)),
         ("record_count", offset_of!(SceneValues, record_count)),
         ("root_order", offset_of!(SceneValues, root_order)),
     ]

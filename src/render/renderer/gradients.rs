@@ -17,7 +17,7 @@ use super::survey::{CLASSES, Places, Side};
 use super::tried::TriedGroup;
 
 /// Samples of a pixel from which on neighbours can be of one group in some samples and not in others.
-const FEWEST_SAMPLES: u32 = 2;
+pub(super) const FEWEST_SAMPLES: u32 = 2;
 // A trial, which gradients need, is made of as many.
 const _: () = assert!(FEWEST_SAMPLES >= queue::TRIAL);
 /// Samples after which the groups of pixels change at the latest: random numbers are stratified over as many. (With 8 the
@@ -111,7 +111,7 @@ impl Renderer {
         self.gradients
             && samples >= FEWEST_SAMPLES
             && trial.halves(self.reuse_is_worth) != 0
-            && trial.suits_gradients(self.settings.adaptive.is_some(), self.lights_alike)
+            && trial.suits_gradients(self.settings.adaptive.is_some(), self.most_left)
     }
 
     fn phases(&self) -> Phases {

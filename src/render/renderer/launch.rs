@@ -44,6 +44,8 @@ pub(super) struct Launch {
     pub lamp_places: Vec<Rectangle>,
     /// Targets that beams go to; 0 without beams.
     pub beam_targets: u32,
+    /// Targets that rays are aimed at; 0: none are.
+    pub aim_targets: u32,
     /// Whether samples may be several paths.
     pub repeats: bool,
     /// Workgroups of a dispatch, at most.
@@ -147,6 +149,11 @@ impl Launch {
             sobol_levels: shares::levels_of_table(features, settings, reuse),
             lamp_places: tables.lamp_places.clone(),
             beam_targets,
+            aim_targets: if reuse && reuse_policy::may_aim(scene, &needed, settings, &facts) {
+                tables.aim_targets.len() as u32
+            } else {
+                0
+            },
             repeats: repeats::may_repeat(&needed, beam_targets, settings),
             most_workgroups,
             cpu_threads,
@@ -206,6 +213,7 @@ impl Launch {
             .uint(constant::GLANCES, if self.lamp_places.is_empty() { 0 } else { glance::GLANCES })
             .uint(constant::LIGHT_SAMPLES, light_samples)
             .uint(constant::BEAM_TARGETS, self.beam_targets)
+            .uint(constant::AIM_TARGETS, self.aim_targets)
             .bool(constant::DRAWS_WORK, self.handout.is_drawn())
             .bool(constant::SKIPS_BRANCHES, facts.skips_branches)
             .bool(constant::REUSE, self.reuse)
