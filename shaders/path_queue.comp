@@ -348,9 +348,10 @@ void add_noted(uint tile, uint complete, bool reusing, inout Added added) {
                 if (!SHARED_BY_LANES && reusing) {
                     light = shared_light(path, gathered, unshared);
                 } else {
-                    vec3 apart;
-                    light = noted_light(path, apart);
-                    if (REUSE) light.xyz += apart;
+                    vec3 aimed;
+                    light = noted_light(path, aimed);
+                    light.xyz += aimed;
+                    if (GLANCES > 0u && REUSE) light.xyz += path_load(path, ROW_APART).xyz;
                 }
                 if (light.w == PATH_OPEN || film_pixel.count >= target) break;
                 float apart = !SHARED_BY_LANES && reusing ? trial_sign(film_pixel.count) * brightness(light.xyz - gathered) : 0.0;

@@ -42,13 +42,12 @@ void path_store(uint path, uint row, vec4 value) { path_rows[path_texel(path, ro
 
 float path_state(float noted) { return AIMS && noted >= PATH_AIMED ? noted - PATH_AIMED : noted; }
 
-// Light of a path, and its state; `apart` is that of its glances, or of the aimed path after it.
-vec4 noted_light(uint path, out vec3 apart) {
+// Light of a path, and its state; `aimed` is that of an aimed path after it.
+vec4 noted_light(uint path, out vec3 aimed) {
     vec4 light = path_load(path, ROW_LIGHT);
-    apart = vec3(0.0);
-    if (GLANCES > 0u && REUSE) apart = path_load(path, ROW_APART).xyz;
+    aimed = vec3(0.0);
     if (AIMS && light.w >= PATH_AIMED) {
-        apart = light.xyz;
+        aimed = light.xyz;
         light = vec4(path_load(path, ROW_APART).xyz, path_state(light.w));
     }
     return light;
@@ -128,14 +127,14 @@ ShadowRay connect(uint from, vec3 y, vec3 normal, uint to, out float value) {
 vec4 shared_light(uint path, out vec3 gathered, out vec3 unshared) {
     bool complete = true;
     vec3 own = vec3(0.0);
-    vec3 own_apart = vec3(0.0);
+    vec3 own_aimed = vec3(0.0);
     vec3 sum = vec3(0.0);
     vec3 given = vec3(0.0);
     uint me = member_of(path);
     [[dont_unroll]] for (uint member = 0u; member < MEMBERS; ++member) {
         uint from = for_member(path, member);
-        vec3 apart;
-        vec4 light = noted_light(from, apart);
+        vec3 aimed;
+        vec4 light = noted_light(from, aimed);
         vec4 a = path_load(from, ROW_COUPLINGS);
         vec4 b = path_load(from, ROW_COUPLINGS + 1u);
         vec4 four = me < 4u ? a : b;
@@ -145,10 +144,10 @@ vec4 shared_light(uint path, out vec3 gathered, out vec3 unshared) {
         complete = complete && light.w != PATH_OPEN;
         if (member == me && light.w != PATH_GIVES) own = light.xyz;
         if (member == me && light.w == PATH_GIVES) given = light.xyz;
-        if (member == me) own_apart = apart;
+        if (member == me) own_aimed = aimed;
         if (light.w == PATH_GIVES && mine > 0.0) sum += light.xyz * (mine / all);
     }
-    if (!AIMS) own += own_apart;
+    if (GLANCES > 0u) own += path_load(path, ROW_APART).xyz;
     gathered = vec3(0.0);
     unshared = vec3(0.0);
     vec4 normal = path_load(path, ROW_FIRST_NORMAL);
@@ -160,8 +159,8 @@ vec4 shared_light(uint path, out vec3 gathered, out vec3 unshared) {
         unshared = beta * given;
         gathered = beta * sum;
         if (AIMS) {
-            unshared += own_apart;
-            gathered += own_apart;
+            unshared += own_aimed;
+            gathered += own_aimed;
         }
         if (lights_alike()) {
             unshared += direct_row.xyz;
@@ -201,6 +200,7 @@ void note_gradients(uint first_path, uint slot) {
 EndedPath noted_path(uint path) {
     EndedPath ended = ended_none();
     vec4 light = noted_light(path, ended.apart);
+    if (GLANCES > 0u) ended.apart = path_load(path, ROW_APART).xyz;
     ended.light = light.xyz;
     ended.there = true;
     if (light.w == PATH_GIVES || light.w == PATH_MET) {
