@@ -6,31 +6,42 @@ use crate::scene::Scene;
 
 use super::layout::constant::MAX_AIM_TARGETS;
 use super::space::RenderSpace;
-use super::targets::{self, Target, without_inner};
+use super::targets::{self, Target};
 
 /// The square of the sine of half the angle under which the camera may see a target at most. Larger ones are walls: rays meet them by
 /// chance, and what they are aimed at besides makes little of the noise. (A room with two mirror walls: 1.2 times the time × squared
 /// error, with the walls among the targets or without.)
 const LARGEST_SEEN: f64 = 0.5;
-/// The part of what targets cover, as seen from everywhere, that must be that of the ones there is room for.
+/// The part that the targets there is room for must be of all, by the squares of radii.
 const LEAST_COVERED: f64 = 0.5;
 
 /// The spheres around the largest bodies, in render space: centre, radius. None if one is too large, or they are too little of all.
 pub(super) fn targets(scene: &Scene, space: &RenderSpace) -> Vec<[f32; 4]> {
-    chosen(without_inner(targets::targets(scene, space)))
-        .iter()
-        .map(|t| t.center.extend(t.radius).as_vec4().to_array())
-        .collect()
+    chosen(targets::targets(scene, space)).iter().map(Target::texel).collect()
 }
 
-/// Of targets, the largest first.
+/// The largest, without what is in them.
 fn chosen(mut targets: Vec<Target>) -> Vec<Target> {
-    let area = |targets: &[Target]| targets.iter().map(|t| t.radius.powi(2)).sum::<f64>();
+    targets.sort_unstable_by(|a, b| b.radius.total_cmp(&a.radius));
     // The camera is the origin.
     let is_wall = |t: &Target| t.radius.powi(2) > LARGEST_SEEN * t.center.distance_squared(DVec3::ZERO);
-    let all = area(&targets);
-    targets.truncate(MAX_AIM_TARGETS);
-    if area(&targets) < LEAST_COVERED * all || targets.iter().any(is_wall) { Vec::new() } else { targets }
+    if targets.iter().any(is_wall) {
+        return Vec::new();
+    }
+    let mut chosen: Vec<Target> = Vec::new();
+    let (mut covered, mut all) = (0.0, 0.0);
+    for target in targets {
+        let square = target.radius.powi(2);
+        if chosen.iter().any(|c| c.contains(&target)) {
+            continue;
+        }
+        all += square;
+        if chosen.len() < MAX_AIM_TARGETS {
+            covered += square;
+            chosen.push(target);
+        }
+    }
+    if covered < LEAST_COVERED * all { Vec::new() } else { chosen }
 }
 
 #[cfg(test)]
@@ -48,6 +59,8 @@ mod tests {
         assert_eq!(chosen(few.clone()), few);
         let row = |count: usize| (0..count).map(|i| ball(3.0 * i as f64, 1.0)).collect::<Vec<_>>();
         assert_eq!(chosen(row(16)).len(), MAX_AIM_TARGETS);
+        let hollow: Vec<_> = row(8).into_iter().flat_map(|t| [Target { radius: 0.95, ..t }, t]).collect();
+        assert_eq!(chosen(hollow), row(8));
         assert!(chosen(row(17)).is_empty(), "most of them would be left out");
         let mut with_small = row(8);
         with_small.extend((0..100).map(|i| ball(-3.0 * f64::from(i), 0.1)));

@@ -55,8 +55,7 @@ impl BeamTable {
             return Self::default();
         }
         let shares: Vec<_> = weights.iter().map(|w| w / sum).collect();
-        let place = |t: &Target| t.center.extend(t.radius).as_vec4().to_array();
-        let mut texels: Vec<_> = targets.iter().map(place).collect();
+        let mut texels: Vec<_> = targets.iter().map(Target::texel).collect();
         let entry = |c: Column| [c.threshold, f32::from_bits(c.alias), c.share as f32, 0.0];
         texels.extend(alias_table(&shares).into_iter().map(entry));
         Self { targets: targets.len() as u32, texels }

@@ -141,8 +141,9 @@ pub enum Beams {
 /// (shaders/lib/aim.glsl). Images stay exact in the mean; light that comes by way of these has a fifth of its noise and less.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Aims {
-    /// On CPUs, or with [`Reuse::Always`], in scenes without emitters: at the eight largest bodies of glass or mirrors, if these are most of what there is and
-    /// the camera sees no such body under more than a right angle; but not where meshes of glass fill the view.
+    /// On CPUs, or with [`Reuse::Always`], in scenes without emitters: at the eight largest bodies of glass or mirrors, if these are
+    /// most of what there is and the camera sees no such body under more than a right angle; but not where meshes of glass fill the
+    /// view.
     #[default]
     Auto,
     /// Nowhere.

@@ -23,6 +23,11 @@ impl Target {
         self.center.distance(other.center) + other.radius <= self.radius
     }
 
+    /// For the shaders: centre, radius.
+    pub fn texel(&self) -> [f32; 4] {
+        self.center.extend(self.radius).as_vec4().to_array()
+    }
+
     /// Around points; `None` around none.
     fn around(points: impl Iterator<Item = DVec3> + Clone) -> Option<Self> {
         let [lo, hi] = corners_around(points.clone())?;
