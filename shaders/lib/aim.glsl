@@ -38,47 +38,46 @@ float aim_weight(vec4 target, vec3 x, vec3 normal, out float depth) {
     return sin2 < 1.0 && above > 0.0 ? depth * above * inversesqrt(d2) : 0.0;
 }
 
-// The sum of that over all targets, and over those in whose cone a direction is with the density per solid angle of each.
-struct AimSums {
-    float all;
-    float within;
-};
-
-AimSums aim_sums(vec3 x, vec3 normal, vec3 direction) {
-    AimSums sums = AimSums(0.0, 0.0);
-    float depth, weight;
-    bool within;
-#define ADD_TARGET(n)                                                                \
-    weight = aim_weight(aim_targets[n], x, normal, depth);                           \
-    within = in_cone(aim_targets[n].xyz - x, aim_targets[n].w, direction);           \
-    sums.all += weight;                                                              \
-    sums.within += weight > 0.0 && within ? weight / (TWO_PI * depth) : 0.0;
-    FOR_0_TO_7(AIM_TARGETS, ADD_TARGET)
-#undef ADD_TARGET
-    return sums;
+// Whether rays are aimed in a direction from x.
+bool is_aimed_at(vec3 x, vec3 normal, vec3 direction) {
+    bool aimed = false;
+    float depth;
+#define LOOK_AT_TARGET(n)                                                                     \
+    aimed = aimed || (in_cone(aim_targets[n].xyz - x, aim_targets[n].w, direction) &&         \
+                      aim_weight(aim_targets[n], x, normal, depth) > 0.0);
+    FOR_0_TO_7(AIM_TARGETS, LOOK_AT_TARGET)
+#undef LOOK_AT_TARGET
+    return aimed;
 }
 
-// An aimed direction, and what light from there counts: the cosine over π and over the density.
+// An aimed direction, and what light from there counts: the cosine over π and over the density, which is that of all targets in
+// whose cone it is. 0: there is nothing to aim at from here.
 vec3 aim_sample(AimFrom from, vec2 u, out float weight) {
     vec4 target = aim_targets[0];
-    if (AIM_TARGETS > 1u) {
-        // One of them in proportion to its weight, by one number: whether the next one takes the place of that before (Chao 1982).
-        float all = 0.0;
-        float depth, part, chance;
-        bool taken;
-#define CHOOSE_TARGET(n)                                                             \
-        part = aim_weight(aim_targets[n], from.x, from.normal, depth);               \
-        all += part;                                                                 \
-        chance = part > 0.0 ? part / all : 0.0;                                      \
-        taken = u.x < chance;                                                        \
-        target = taken ? aim_targets[n] : target;                                    \
-        u.x = taken ? u.x / chance : (u.x - chance) / upper(1.0 - chance, 1e-6);
-        FOR_0_TO_7(AIM_TARGETS, CHOOSE_TARGET)
-#undef CHOOSE_TARGET
+    float all = 0.0;
+    float densities[8];     // of each target, times how often it is chosen
+    float depth, part, chance;
+    bool taken;
+    // One of them in proportion to its weight, by one number: whether the next one takes the place of that before (Chao 1982).
+#define CHOOSE_TARGET(n)                                                                      \
+    part = aim_weight(aim_targets[n], from.x, from.normal, depth);                            \
+    all += part;                                                                              \
+    densities[n] = part > 0.0 ? part / (TWO_PI * depth) : 0.0;                                \
+    if (AIM_TARGETS > 1u) {                                                                   \
+        chance = part > 0.0 ? part / all : 0.0;                                               \
+        taken = u.x < chance;                                                                 \
+        target = taken ? aim_targets[n] : target;                                             \
+        u.x = taken ? u.x / chance : (u.x - chance) / upper(1.0 - chance, 1e-6);              \
     }
+    FOR_0_TO_7(AIM_TARGETS, CHOOSE_TARGET)
+#undef CHOOSE_TARGET
     vec3 direction = cone_sample(target.xyz - from.x, target.w, u);
-    AimSums sums = aim_sums(from.x, from.normal, direction);
-    weight = sums.within > 0.0 ? upper(dot(from.normal, direction), 0.0) * sums.all / (PI * sums.within) : 0.0;
+    float within = 0.0;
+#define ADD_DENSITY(n) \
+    within += in_cone(aim_targets[n].xyz - from.x, aim_targets[n].w, direction) ? densities[n] : 0.0;
+    FOR_0_TO_7(AIM_TARGETS, ADD_DENSITY)
+#undef ADD_DENSITY
+    weight = within > 0.0 ? upper(dot(from.normal, direction), 0.0) * all / (PI * within) : 0.0;
     if (SMOOTH_NORMALS && dot(from.up, direction) <= 0.0) weight = 0.0;
     return direction;
 }

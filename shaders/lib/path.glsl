@@ -181,10 +181,9 @@ bool path_arrive(Path path, int id, float t, uint key, uint light_samples, inout
         // What is met by an aimed ray, and where one is aimed, is for that alone.
         bool specular = kind != KIND_DIFFUSE;
         if (is_aiming(path.glances)) alive = alive && specular;
-        if (path.second && in_mode(MODE_ALIKE)) {
-            AimSums sums = aim_sums(path.origin, path.normal, path.direction);
-            alive = alive && !(specular && sums.within > 0.0 && MUTATION != MUTATE_AIMS);
-            a.aims = sums.all > 0.0;
+        a.aims = path.second && in_mode(MODE_ALIKE);
+        if (a.aims && specular && alive) {
+            alive = !is_aimed_at(path.origin, path.normal, path.direction) || MUTATION == MUTATE_AIMS;
         }
     }
     if (REUSE && in_mode(MODE_SURVEY)) {
