@@ -109,7 +109,7 @@ void main() [[maximally_reconverges]] {
             bool over = going && !alive && within_budget && !goes_on;
             left -= over ? 1u : 0u;
             waits = over && ended.there;
-            if (over && is_aimed(path.glances)) {
+            if (AIMS && over && is_aimed(path.glances)) {
                 vec3 aimed = radiance;
                 radiance = apart;
                 apart = aimed;

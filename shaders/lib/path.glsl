@@ -215,16 +215,19 @@ bool path_arrive(Path path, int id, float t, uint key, uint light_samples, inout
     alive = alive && (LIGHT_AFTER_LAST_HIT || !a.last);
     // Where it gets further light the throughput must be what light counts.
     bool may_end = !(REUSE && in_mode(MODE_SURVEY)) && !(light_samples > 1u && a.first && diffuse);
-    bool ends = ROULETTE_DEPTH > 0u && a.hits >= ROULETTE_DEPTH && may_end;
-    // Few directions being aimed at, little of the light of an aimed path comes from further surfaces.
-    if (AIMS) ends = ends || (is_aimed(path.glances) && diffuse);
-    if (ends) {
-        // A path is safe while its throughput is above ¼: ending strong paths costs more in noise than it saves. That of an aimed path
-        // is small from the beginning: it is safe above 1/16.
-        float safety = is_aimed(path.glances) ? 16.0 : 4.0;
-        float survive = lower(safety * strongest / path_weight(path.glances), 0.95);
-        alive = alive && sample_independent(sequence.x, sequence.y, a.hits) < survive;
-        a.throughput *= 1.0 / survive;
+    // By constants alone, so that nothing of it is left where there is no roulette (src/gpu/prune.rs).
+    if (ROULETTE_DEPTH > 0u || AIMS) {
+        bool ends = ROULETTE_DEPTH > 0u && a.hits >= ROULETTE_DEPTH && may_end;
+        // Few directions being aimed at, little of the light of an aimed path comes from further surfaces.
+        if (AIMS) ends = ends || (is_aimed(path.glances) && diffuse);
+        if (ends) {
+            // A path is safe while its throughput is above ¼: ending strong paths costs more in noise than it saves. That of an aimed
+            // path is small from the beginning: it is safe above 1/16.
+            float safety = is_aimed(path.glances) ? 16.0 : 4.0;
+            float survive = lower(safety * strongest / path_weight(path.glances), 0.95);
+            alive = alive && sample_independent(sequence.x, sequence.y, a.hits) < survive;
+            a.throughput *= 1.0 / survive;
+        }
     }
     if (MAX_DEPTH == 1u && !LIGHT_AFTER_LAST_HIT) alive = false;
     return alive;
