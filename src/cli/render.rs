@@ -10,7 +10,9 @@ use clap::Args;
 use photolith::files::check_writable;
 use photolith::gpu::prefer_wide_vectors;
 use photolith::image::{self, Metadata};
-use photolith::render::{Adaptive, Choice as _, Features, Prepared, Progress, RenderStatistics, shaders_hash};
+use photolith::render::{
+    Adaptive, Choice as _, Prepared, Progress, RenderStatistics, shaders_hash, suits_wide_vectors,
+};
 use photolith::scene::{Scene, fingerprint};
 use photolith::{Context, Image, RenderError, RenderSettings, Renderer, Validation};
 use serde_json::json;
@@ -123,7 +125,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
 
     let interrupt = Interrupt::install()?;
     let started = std::time::Instant::now();
-    if Features::of(&scene, &settings).suits_wide_vectors(&scene) {
+    if suits_wide_vectors(&scene, &settings) {
         // SAFETY: the other threads wait for a signal, or for work on meshes, and leave the environment alone.
         unsafe { prefer_wide_vectors() };
     }

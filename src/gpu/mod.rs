@@ -33,5 +33,5 @@ pub use select::{DeviceInfo, DeviceKind};
 pub use submit::StageTime;
 pub(crate) use submit::{Access, Ticket, Timeline};
 pub use violation::Violation;
-pub(crate) use wide::wide_walks_pay;
+pub(crate) use wide::WideVectors;
 pub use wide::{prefer_wide_vectors, separate_caches_by_width};

@@ -12,8 +12,8 @@ const WIDTH: &str = "LP_NATIVE_VECTOR_WIDTH";
 /// Mesa's shader cache. Its keys leave the width out, so that each width needs a folder of its own.
 const CACHE: &str = "MESA_SHADER_CACHE_DIR";
 
-/// Asks llvmpipe for vectors of 512 bits if the CPU has them; other drivers do not listen. It pays where lanes compute
-/// (a room of spheres: 4 to 40% less time); where they follow the tree, whose accesses are scalar, see [`wide_walks_pay`].
+/// Asks llvmpipe for vectors of 512 bits if the CPU has them; other drivers do not listen. Where it pays is said by
+/// [`suits_wide_vectors`](crate::render::suits_wide_vectors).
 ///
 /// This sets environment variables of the process, unless the user has. Call it before the first
 /// [`Context`](super::Context).
@@ -57,13 +57,26 @@ fn cache_of_width(width: &str) -> Option<PathBuf> {
     Some(folder)
 }
 
-/// Whether lanes that follow a tree should be sixteen too. On an AMD EPYC (Zen 5), which works on 512 bits at once, meshes take .77 to
-/// .96 of the time with lavapipe 25.0.7, on a Xeon (Cascade Lake) .84 to .94, but 1.0 to 1.5 times as long with 22.3.6, which
-/// executes both sides of each branch. (On another Xeon, Sapphire Rapids, 25.0.7 takes as long with either.) Zen 4, which works
-/// on halves, takes .94 to 1.11 of the time with meshes, but less where most rays are within glass (`through_glass`): with
-/// dragons, bunnies and armadillos in rooms .78, .92, .97. For [`prefer_wide_vectors`], which asks whether the CPU has such vectors.
-pub(crate) fn wide_walks_pay(through_glass: bool) -> bool {
-    (through_glass || cpu_suits_wide_walks()) && lavapipe_api_version().is_some_and(|version| version >= LAVAPIPE_25)
+/// What tells where vectors of 512 bits pay, before a driver is loaded.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct WideVectors {
+    /// lavapipe is from Mesa 25.0 or later, which skips branches that no lane takes.
+    pub skip_branches: bool,
+    /// Lanes that follow a tree should be sixteen on this CPU. On an AMD EPYC (Zen 5), which works on 512 bits at once, meshes take
+    /// .77 to .96 of the time with lavapipe 25.0.7, on a Xeon (Cascade Lake) .84 to .94. (On other Xeons, Sapphire Rapids
+    /// and Granite Rapids, they take 1.0 to 1.1 times the time.) Zen 4, which works on halves, takes .94 to 1.11 of the time, but less where most rays
+    /// are within glass: with dragons, bunnies and armadillos in rooms .78, .92, .97 (Granite Rapids .96 to 1.0).
+    pub suit_walks: bool,
+}
+
+impl WideVectors {
+    /// By what this machine's CPU and manifest of lavapipe say.
+    pub fn of_machine() -> Self {
+        Self {
+            skip_branches: lavapipe_api_version().is_some_and(|version| version >= LAVAPIPE_25),
+            suit_walks: cpu_suits_wide_walks(),
+        }
+    }
 }
 
 /// The version of Vulkan of lavapipe from Mesa 25.0 on.

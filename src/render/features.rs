@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 
-use crate::gpu::wide_walks_pay;
 use crate::scene::{PixelFilter, Scene, Surface};
 
 use super::facets;
@@ -16,9 +15,6 @@ use super::view::View;
 /// Part of the picture that meshes of glass cover from which on reuse of paths lowers the variance by too little for GPUs: where dragons
 /// and armadillos cover more, by 1.3 to 1.9; where they cover .35 of it, by 2 and more (in a room).
 const MOST_GLASS: f64 = 0.6;
-
-/// Triangles and spheres from which on a hierarchy is a large one.
-const LARGE_TREE: usize = 75_000;
 
 /// A part of the path tracer that is left out where a scene does not need it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -206,20 +202,6 @@ impl Features {
         self.can_reuse() && (self.dielectric || self.mirror) && !self.emitter
     }
 
-    /// Whether vectors of 512 bits pay on a CPU (see [`prefer_wide_vectors`](crate::gpu::prefer_wide_vectors)) for a scene that needs
-    /// these features: without a hierarchy; with a large one only on some CPUs, with lavapipe from Mesa 25.0 on. (22.3.6 takes 1.0 to
-    /// 2.7 times the time with a hierarchy: a mesh that fills the view, under a lamp, 1.6 if it is a mirror, 2.7 if paths are reused.)
-    /// There the first start of all takes .6 s longer, which a small mesh would not gain.
-    pub fn suits_wide_vectors(&self, scene: &Scene) -> bool {
-        let is_large = scene.triangle_count() + scene.spheres.len() >= LARGE_TREE;
-        !self.tree || (is_large && wide_walks_pay(self.has_large_glass(scene)))
-    }
-
-    /// Whether most rays may be within large meshes of glass. (Lamps light them by beams, which do not gain.)
-    fn has_large_glass(&self, scene: &Scene) -> bool {
-        self.dielectric && !self.emitter && glass_triangles(scene).count() >= LARGE_TREE
-    }
-
     /// Each feature: its name, whether it is compiled in, and why.
     pub fn explain(&self) -> Vec<(&'static str, bool, String)> {
         let plain = |name, on, yes: &str, no: &str| (name, on, if on { yes } else { no }.to_owned());
@@ -345,7 +327,7 @@ impl Features {
 }
 
 /// A corner of each triangle of glass.
-fn glass_triangles(scene: &Scene) -> impl Iterator<Item = DVec3> {
+pub(super) fn glass_triangles(scene: &Scene) -> impl Iterator<Item = DVec3> {
     let is_glass = |material: &u32| scene.surface(*material).is_dielectric();
     scene.meshes.iter().flat_map(move |mesh| {
         let of_glass = mesh.triangles.iter().zip(&mesh.triangle_materials).filter(move |(_, m)| is_glass(m));

@@ -32,11 +32,12 @@ const SEEN_WALK: f64 = 2.0;
 /// What a record of these counts: other rays read more.
 const OF_SEEN: f64 = 2.0;
 /// Samples times records beyond these from which on a rendering gains what it takes longer to start with the larger kernel: .12
-/// to .15 s, where a sample gains 35 to 80 ns for each record, and more in rooms.
+/// to .2 s, where a sample gains 35 to 150 ns for each record (22.3.6).
 const LONG_RENDERING: f64 = 1.5e6;
-/// The same where what the driver has made of the kernel is kept: 10 to 20 ms. (The first start of all takes .4 to .8 s longer, which
-/// some renderings later has been gained.)
-const LONG_RENDERING_WITH_KEPT: f64 = 4e5;
+/// The same where what the driver has made of the kernel is kept, of samples times the square of records: of the time gained (15 to 80
+/// ns for each) times the part that it is of the whole. Then only the first start of all takes longer, by .4 to .8 s, for which a tenth
+/// less (a bunny in a room with 16 samples) is too little, but not a third (dragons with 2). (25.0.7.)
+const WORTH_OF_FIRST_START: f64 = 1.5e7;
 
 /// What the choice depends on.
 pub(super) struct Job<'a> {
@@ -107,11 +108,15 @@ impl Job<'_> {
             (true, true) => FAR_WALK_OF_GROUPS,
             (true, false) => FAR_WALK_OF_GROUPS_IN_ALL_BRANCHES,
         };
-        let long = if self.keeps_kernels { LONG_RENDERING_WITH_KEPT } else { LONG_RENDERING };
         let seen_counts =
             self.reuse && (self.facts.skips_branches || (self.features.dielectric && !self.facts.shuffles));
         let of_seen = if seen_counts { OF_SEEN * (sah_cost * self.seen - SEEN_WALK) } else { 0.0 };
-        (sah_cost - far).max(of_seen) * self.samples >= long
+        let records = (sah_cost - far).max(of_seen).max(0.0);
+        if self.keeps_kernels {
+            records * records * self.samples >= WORTH_OF_FIRST_START
+        } else {
+            records * self.samples >= LONG_RENDERING
+        }
     }
 }
 

@@ -1,0 +1,81 @@
+//! Whether a rendering asks a driver that runs on the CPU for vectors of 512 bits.
+
+use super::features::{Features, glass_triangles};
+use super::settings::{RenderSettings, Reuse};
+use crate::gpu::WideVectors;
+use crate::scene::Scene;
+
+/// Samples, over all pixels, from which on a rendering is long. The first start of all takes .15 to .2 s longer with vectors of
+/// 512 bits, .7 s with a large hierarchy; so many samples gain .03 to .1 s, .2 s (a Xeon, Granite Rapids, 25.0.7).
+const LONG_RENDERING: u64 = 1 << 22;
+/// Triangles and spheres from which on a hierarchy is a large one: with a smaller one the width makes no difference.
+const LARGE_TREE: usize = 75_000;
+
+/// Whether vectors of 512 bits pay for a rendering, if the driver and the CPU have them: then
+/// [`prefer_wide_vectors`](crate::gpu::prefer_wide_vectors) is to be called before the first [`Context`](crate::Context).
+pub fn suits_wide_vectors(scene: &Scene, settings: &RenderSettings) -> bool {
+    let samples = u64::from(scene.film.width) * u64::from(scene.film.height) * u64::from(settings.samples);
+    samples >= LONG_RENDERING && pays(scene, settings, WideVectors::of_machine())
+}
+
+/// Whether they pay in a long rendering: without a hierarchy, and with a large one on some CPUs if the driver skips branches that no lane
+/// takes. One that executes them takes 1.0 to 2.7 times as long with a hierarchy, and without one 1.6 to 3.6 times where lanes share
+/// paths, which they exchange in one instruction if they are eight (22.3.6, Granite Rapids); where they do not share them .83 to .92.
+fn pays(scene: &Scene, settings: &RenderSettings, machine: WideVectors) -> bool {
+    let needed = Features::of(scene, settings);
+    if needed.tree {
+        let is_large = scene.triangle_count() + scene.spheres.len() >= LARGE_TREE;
+        is_large && machine.skip_branches && (machine.suit_walks || has_large_glass(&needed, scene))
+    } else {
+        machine.skip_branches || !needed.can_reuse() || settings.reuse == Reuse::Off
+    }
+}
+
+/// Whether most rays may be within large meshes of glass, where wide vectors pay on other CPUs too. (Lamps light them by beams, which do
+/// not gain.)
+fn has_large_glass(needed: &Features, scene: &Scene) -> bool {
+    needed.dielectric && !needed.emitter && glass_triangles(scene).count() >= LARGE_TREE
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bench::generate::terrain;
+    use crate::check::scenes::room;
+    use crate::scene::Surface;
+
+    const OLD: WideVectors = WideVectors { skip_branches: false, suit_walks: true };
+    const NEW: WideVectors = WideVectors { skip_branches: true, suit_walks: false };
+
+    #[test]
+    fn rooms_whose_paths_are_shared_want_a_driver_that_skips_branches() {
+        let scene = room();
+        let settings = RenderSettings::of(&scene);
+        assert_eq!([OLD, NEW].map(|machine| pays(&scene, &settings, machine)), [false, true]);
+        let settings = RenderSettings { reuse: Reuse::Off, ..settings };
+        assert_eq!([OLD, NEW].map(|machine| pays(&scene, &settings, machine)), [true, true]);
+        let mut scene = scene;
+        scene.integrator.max_depth = 1;
+        assert!(pays(&scene, &RenderSettings::of(&scene), OLD));
+    }
+
+    #[test]
+    fn large_meshes_want_glass_or_a_cpu_that_works_on_512_bits_at_once() {
+        let both = WideVectors { skip_branches: true, suit_walks: true };
+        let pay = |scene: &Scene| [OLD, NEW, both].map(|machine| pays(scene, &RenderSettings::of(scene), machine));
+        let mut scene = terrain(100_000);
+        assert_eq!(pay(&scene), [false, false, true]);
+        assert_eq!(pay(&terrain(10_000)), [false; 3]);
+        scene.materials.iter_mut().for_each(|material| material.surface = Surface::Dielectric { ior: 1.5 });
+        assert_eq!(pay(&scene), [false, true, true]);
+    }
+
+    #[test]
+    fn short_renderings_do_not_wait_for_a_longer_compilation() {
+        let mut scene = room();
+        (scene.film.width, scene.film.height) = (256, 256);
+        scene.integrator.max_depth = 1;
+        let suits = |samples| suits_wide_vectors(&scene, &RenderSettings { samples, ..RenderSettings::of(&scene) });
+        assert_eq!([16, 64].map(suits), [false, true]);
+    }
+}
