@@ -62,10 +62,11 @@ fn cache_of_width(width: &str) -> Option<PathBuf> {
 pub(crate) struct WideVectors {
     /// lavapipe is from Mesa 25.0 or later, which skips branches that no lane takes.
     pub skip_branches: bool,
-    /// Lanes that follow a tree should be sixteen on this CPU. On an AMD EPYC (Zen 5), which works on 512 bits at once, meshes take
-    /// .77 to .96 of the time with lavapipe 25.0.7, on a Xeon (Cascade Lake) .84 to .94. (On other Xeons, Sapphire Rapids
-    /// and Granite Rapids, they take 1.0 to 1.1 times the time.) Zen 4, which works on halves, takes .94 to 1.11 of the time, but less where most rays
-    /// are within glass: with dragons, bunnies and armadillos in rooms .78, .92, .97 (Granite Rapids .96 to 1.0).
+    /// Lanes that follow a tree should be sixteen on this CPU. On an AMD EPYC (Zen 5), which works on 512 bits at once,
+    /// meshes take .77 to .96 of the time with lavapipe 25.0.7, on a Xeon (Cascade Lake) .84 to .94. (On other Xeons,
+    /// Sapphire Rapids and Granite Rapids, they take 1.0 to 1.1 times the time.) Zen 4, which works on halves, takes .94
+    /// to 1.11 of the time, but less where most rays are within glass: with dragons, bunnies and armadillos in rooms .78,
+    /// .92, .97 (a dragon on Granite Rapids .96 to 1.0).
     pub suit_walks: bool,
 }
 

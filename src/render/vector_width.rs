@@ -5,22 +5,22 @@ use super::settings::{RenderSettings, Reuse};
 use crate::gpu::WideVectors;
 use crate::scene::Scene;
 
-/// Samples, over all pixels, from which on a rendering is long. The first start of all takes .15 to .2 s longer with vectors of
+/// Samples, over all pixels, from which on a rendering is long: 64 of 256×256. The first start of all takes .15 to .2 s longer with vectors of
 /// 512 bits, .7 s with a large hierarchy; so many samples gain .03 to .1 s, .2 s (a Xeon, Granite Rapids, 25.0.7).
-const LONG_RENDERING: u64 = 1 << 22;
+const LONG_RENDERING: f64 = (64 * 256 * 256) as f64;
 /// Triangles and spheres from which on a hierarchy is a large one: with a smaller one the width makes no difference.
 const LARGE_TREE: usize = 75_000;
 
 /// Whether vectors of 512 bits pay for a rendering, if the driver and the CPU have them: then
 /// [`prefer_wide_vectors`](crate::gpu::prefer_wide_vectors) is to be called before the first [`Context`](crate::Context).
 pub fn suits_wide_vectors(scene: &Scene, settings: &RenderSettings) -> bool {
-    let samples = u64::from(scene.film.width) * u64::from(scene.film.height) * u64::from(settings.samples);
+    let samples = f64::from(scene.film.width) * f64::from(scene.film.height) * f64::from(settings.samples);
     samples >= LONG_RENDERING && pays(scene, settings, WideVectors::of_machine())
 }
 
-/// Whether they pay in a long rendering: without a hierarchy, and with a large one on some CPUs if the driver skips branches that no lane
-/// takes. One that executes them takes 1.0 to 2.7 times as long with a hierarchy, and without one 1.6 to 3.6 times where lanes share
-/// paths, which they exchange in one instruction if they are eight (22.3.6, Granite Rapids); where they do not share them .83 to .92.
+/// Whether they pay in a long rendering: without a hierarchy, and with a large one on some CPUs if the driver skips branches that no
+/// lane takes. One that executes them takes 1.0 to 2.7 times as long with a hierarchy, and without one 1.6 to 3.6 times where lanes
+/// share paths, which they exchange in one instruction if they are eight; where they do not share them .83 to .92 (22.3.6).
 fn pays(scene: &Scene, settings: &RenderSettings, machine: WideVectors) -> bool {
     let needed = Features::of(scene, settings);
     if needed.tree {
@@ -31,8 +31,8 @@ fn pays(scene: &Scene, settings: &RenderSettings, machine: WideVectors) -> bool 
     }
 }
 
-/// Whether most rays may be within large meshes of glass, where wide vectors pay on other CPUs too. (Lamps light them by beams, which do
-/// not gain.)
+/// Whether most rays may be within large meshes of glass, where wide vectors pay on other CPUs too. (Lamps light them by beams,
+/// which do not gain.)
 fn has_large_glass(needed: &Features, scene: &Scene) -> bool {
     needed.dielectric && !needed.emitter && glass_triangles(scene).count() >= LARGE_TREE
 }

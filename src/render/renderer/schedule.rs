@@ -34,9 +34,10 @@ const OF_SEEN: f64 = 2.0;
 /// Samples times records beyond these from which on a rendering gains what it takes longer to start with the larger kernel: .12
 /// to .2 s, where a sample gains 35 to 150 ns for each record (22.3.6).
 const LONG_RENDERING: f64 = 1.5e6;
-/// The same where what the driver has made of the kernel is kept, of samples times the square of records: of the time gained (15 to 80
-/// ns for each) times the part that it is of the whole. Then only the first start of all takes longer, by .4 to .8 s, for which a tenth
-/// less (a bunny in a room with 16 samples) is too little, but not a third (dragons with 2). (25.0.7.)
+/// The same where what the driver has made of the kernel is kept, but of samples times the square of these records: of the
+/// time that is gained, 15 to 80 ns for each, times the part of the whole that it is. There only the first start of all takes
+/// longer, by .4 to .8 s, for which a tenth of a short rendering is too little (16 samples of a bunny in a room), a third of it
+/// is not (2 samples of dragons). (25.0.7.)
 const WORTH_OF_FIRST_START: f64 = 1.5e7;
 
 /// What the choice depends on.
@@ -203,6 +204,30 @@ mod tests {
             [9.0, 16.0, 19.0].map(|records| waits(records, 1.0, &LANES_IN_ALL_BRANCHES, true)),
             [false, false, true]
         );
+    }
+
+    #[test]
+    fn rays_wait_if_that_gains_what_the_larger_kernel_takes_longer_to_start() {
+        let scene = divided_room();
+        let features = &Features::of(&scene, &RenderSettings::of(&scene));
+        // With so many records beyond those of walks that are too short.
+        let waits = |records: f64, samples, keeps_kernels| {
+            let job = Job {
+                features,
+                facts: &LANES,
+                sah_cost: Some(FAR_WALK_OF_GROUPS + records),
+                seen: 0.0,
+                seen_from_outside: false,
+                keeps_kernels,
+                samples,
+                reuse: true,
+            };
+            job.schedule(Scheduler::Auto) == Schedule::Queue
+        };
+        let (few, many) = (131_072.0, 1_048_576.0);
+        assert_eq!([(2.0, many), (16.0, few)].map(|(records, samples)| waits(records, samples, true)), [false, true]);
+        assert_eq!([(1.0, many), (2.0, many)].map(|(records, samples)| waits(records, samples, false)), [false, true]);
+        assert!(!waits(-9.0, 1e12, true) && !waits(-9.0, 1e12, false));
     }
 
     #[test]
