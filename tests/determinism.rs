@@ -102,6 +102,24 @@ fn mesh_whose_paths_are_not_worth_reusing() {
     assert!(untried.reuse_gain.is_none() && untried.reused_samples == untried.samples, "{untried:?}");
 }
 
+/// Paths that meet their first diffuse surface at their last hit, in a mirror, go on if other features want that: the light of several
+/// points there is the pixel's own all the same.
+#[test]
+fn last_hits_are_alike_in_every_kernel() {
+    let context = context();
+    let mut scene = shipped("spheres", (48, 40), SAMPLES);
+    scene.integrator.max_depth = 2;
+    let light = scene.lights[0].clone();
+    scene.lights.push(light);
+    for scheduler in [Scheduler::Inline, Scheduler::Queue] {
+        let base = RenderSettings { scheduler, reuse: Reuse::Always, ..RenderSettings::of(&scene) };
+        let (expected, statistics) = render_counted(&context, &scene, &base);
+        assert!(statistics.gradients, "{statistics:?}");
+        let general = RenderSettings { general: true, ..base };
+        assert_same_bits(&render(&context, &scene, &general), &expected, &format!("{general:?}"));
+    }
+}
+
 /// Where loops have no budget, workgroups of the queue take several tiles if these get few samples (four or eight here, with two
 /// threads). Of some of them, parts lie outside.
 #[test]

@@ -188,7 +188,8 @@ vec3 shared_light(EndedPath ended, uint key, uint index, inout uint shadow_rays,
     } else if (GLANCES > 0u) {
         own += ended.apart;
     }
-    if (lights_alike()) {
+    // (Of a last hit it is the pixel's own: whether there is a meeting depends on what else is compiled.)
+    if (lights_alike() && goes_on_from_first(m)) {
         unshared += m.direct;
         gathered += direct;
     } else {

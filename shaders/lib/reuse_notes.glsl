@@ -162,7 +162,8 @@ vec4 shared_light(uint path, out vec3 gathered, out vec3 unshared) {
             unshared += own_aimed;
             gathered += own_aimed;
         }
-        if (lights_alike()) {
+        // As for lanes (goes_on_from_first).
+        if (lights_alike() && uint(normal.w) < MAX_DEPTH) {
             unshared += direct_row.xyz;
             gathered += direct;
         } else {

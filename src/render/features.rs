@@ -199,7 +199,9 @@ impl Features {
     /// Whether rays may be aimed at glass and mirrors, where images are made from gradients. (Where there are lamps, light that these
     /// send there is most of the noise, which beams lower.)
     pub fn may_aim(&self) -> bool {
-        self.can_reuse() && (self.dielectric || self.mirror) && !self.emitter
+        // From a first hit by a mirror to what lies beyond, or to the background.
+        let bring_light = self.max_depth > 2 || self.background;
+        self.can_reuse() && (self.dielectric || self.mirror) && !self.emitter && bring_light
     }
 
     /// Each feature: its name, whether it is compiled in, and why.
