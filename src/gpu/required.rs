@@ -1,5 +1,7 @@
 //! What photolith requires of a device.
 
+use std::ops::RangeInclusive;
+
 use ash::vk;
 
 /// What a feature is called, and where Vulkan tells and is told of it.
@@ -12,6 +14,10 @@ const FEATURES: [Feature; 2] = [
 
 /// Storage buffers that a kernel sees at most. (Vulkan allows at least 4.)
 pub(super) const STORAGE_BUFFERS: u32 = 5;
+
+/// Lanes of a subgroup, a power of two. (Vulkan allows 1 and 2, where nothing was tested; lavapipe, which takes any number that its
+/// environment asks for, crashes with these and renders something else with 14.)
+const LANES: RangeInclusive<u32> = 4..=128;
 
 /// The features, switched on.
 pub(super) fn features() -> vk::PhysicalDeviceVulkan12Features<'static> {
@@ -35,6 +41,11 @@ pub(super) fn missing(
     {
         missing.push("subgroup vote, arithmetic and ballot in compute shaders".to_owned());
     }
+    let lanes = subgroups.subgroup_size;
+    if !lanes.is_power_of_two() || !LANES.contains(&lanes) {
+        let (fewest, most) = (LANES.start(), LANES.end());
+        missing.push(format!("subgroups of {fewest} to {most} lanes, a power of two (it has {lanes})"));
+    }
     let buffers = limits.max_per_stage_descriptor_storage_buffers;
     if buffers < STORAGE_BUFFERS {
         missing.push(format!("{STORAGE_BUFFERS} storage buffers in a shader (it has {buffers})"));
@@ -56,6 +67,7 @@ mod tests {
 
     fn capable() -> (vk::PhysicalDeviceVulkan11Properties<'static>, vk::PhysicalDeviceLimits) {
         let subgroups = vk::PhysicalDeviceVulkan11Properties::default()
+            .subgroup_size(8)
             .subgroup_supported_stages(vk::ShaderStageFlags::COMPUTE)
             .subgroup_supported_operations(operations());
         let limits = vk::PhysicalDeviceLimits {
@@ -81,8 +93,17 @@ mod tests {
             "timeline semaphores",
             "broadcasts from any lane of a subgroup",
             "subgroup vote, arithmetic and ballot in compute shaders",
+            "subgroups of 4 to 128 lanes, a power of two (it has 0)",
             "5 storage buffers in a shader (it has 4)",
         ];
         assert_eq!(missing(Default::default(), &Default::default(), &limits), expected);
+    }
+
+    #[test]
+    fn subgroups_have_lanes_as_vulkan_has_them() {
+        let (subgroups, limits) = capable();
+        let lacks = |lanes| missing(features(), &subgroups.subgroup_size(lanes), &limits).len();
+        assert_eq!([4, 8, 16, 32, 64, 128].map(lacks), [0; 6]);
+        assert_eq!([0, 1, 2, 12, 14, 31_250, 256].map(lacks), [1; 7]);
     }
 }
