@@ -71,12 +71,12 @@ pub(crate) struct WideVectors {
 }
 
 impl WideVectors {
-    /// By what this machine's CPU and manifest of lavapipe say.
-    pub fn of_machine() -> Self {
-        Self {
+    /// By what this machine's CPU and manifest of lavapipe say; `None` if the CPU has no such vectors.
+    pub fn of_machine() -> Option<Self> {
+        has_wide_vectors().then(|| Self {
             skip_branches: lavapipe_api_version().is_some_and(|version| version >= LAVAPIPE_25),
             suit_walks: cpu_suits_wide_walks(),
-        }
+        })
     }
 }
 

@@ -318,7 +318,7 @@ impl Features {
                 if self.emitter && (self.dielectric || self.mirror) {
                     "not with lamps"
                 } else {
-                    "no glass or mirror beside diffuse surfaces that light each other"
+                    "no glass or mirror beside diffuse surfaces that light each other, or paths end before its light"
                 },
             ),
             plain("brute force", self.brute_force, "no hierarchy was asked for", "the hierarchy is used"),

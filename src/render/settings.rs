@@ -143,7 +143,7 @@ pub enum Beams {
 pub enum Aims {
     /// On CPUs, or with [`Reuse::Always`], in scenes without emitters: at the eight largest bodies of glass or mirrors, if these are
     /// most of what there is and the camera sees no such body under more than a right angle; but not where meshes of glass fill the
-    /// view, nor where there is glass on lavapipe before Mesa 23.1.
+    /// view, nor where there is glass on lavapipe before Mesa 23.1, nor in paths of two hits without a background.
     #[default]
     Auto,
     /// Nowhere.
