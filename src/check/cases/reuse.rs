@@ -281,15 +281,8 @@ fn compare(
     let mut unused = false;
     let mut images = |way: Way, first_seed: u32| -> Result<Vec<Vec<f64>>, CheckError> {
         let Way { reuse, gradients, shares, light_samples, aims, .. } = way;
-        let settings = RenderSettings {
-            reuse,
-            gradients,
-            shares,
-            light_samples,
-            aims,
-            scheduler,
-            ..lab.settings(&scene)
-        };
+        let settings =
+            RenderSettings { reuse, gradients, shares, light_samples, aims, scheduler, ..lab.settings(&scene) };
         let mut renderer = Renderer::new(&lab.context, &scene, &settings)?;
         let (mut compared, mut uneven) = (false, false);
         let mut image = |seed| {

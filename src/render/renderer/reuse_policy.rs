@@ -41,8 +41,7 @@ pub(super) fn may_aim(scene: &Scene, needed: &Features, settings: &RenderSetting
     needed.may_aim()
         && settings.gradients == Gradients::Auto
         && settings.samples >= FEWEST_SAMPLES
-        && (settings.reuse == Reuse::Always
-            || facts.reuse == Sharers::Lanes)
+        && (settings.reuse == Reuse::Always || facts.reuse == Sharers::Lanes)
         && !(needed.tree && needed.dielectric && glass_fills_view(scene))
 }
 

@@ -12,13 +12,11 @@ const FAR_WALK: f64 = 8.0;
 const FAR_WALK_IN_SIGHT: f64 = 4.0;
 /// So much of the picture.
 const IN_SIGHT: f64 = 0.1;
-/// From how many on it pays where the lanes of a group exchange their paths, which without waiting are in registers already.
-const FAR_WALK_OF_GROUPS: f64 = 14.0;
-/// There it pays too if most rays come near the tree: from so many records on that a ray from the camera reads, whether it meets the
-/// tree or not.
-const SEEN_WALK: f64 = 2.0;
-/// What a record of these counts: other rays read more.
-const OF_SEEN: f64 = 2.0;
+/// Where the lanes of a group exchange their paths, which without waiting are in registers already, most rays must come near the tree:
+/// from so many records on that a ray reads, whether it meets the tree or not.
+const FAR_WALK_OF_GROUPS: f64 = 3.0;
+/// As many times the records of rays from the camera do others read.
+const OF_CAMERA_RAYS: f64 = 2.0;
 /// Samples times the square of the records beyond these from which on a rendering gains what its first start takes longer with the
 /// larger kernel: the time that is gained, times the part of the whole that it is.
 const WORTH_OF_FIRST_START: f64 = 1.5e7;
@@ -74,7 +72,7 @@ impl Job<'_> {
             return false;
         }
         let records = match self.reuse {
-            true => (sah_cost - FAR_WALK_OF_GROUPS).max(OF_SEEN * (sah_cost * self.seen - SEEN_WALK)),
+            true => OF_CAMERA_RAYS * sah_cost * self.seen - FAR_WALK_OF_GROUPS,
             false if self.seen >= IN_SIGHT => sah_cost - FAR_WALK_IN_SIGHT,
             false => sah_cost - FAR_WALK,
         };
@@ -166,8 +164,8 @@ mod tests {
             let job = Job {
                 features,
                 facts: &LANES,
-                sah_cost: Some(FAR_WALK_OF_GROUPS + records),
-                seen: 0.0,
+                sah_cost: Some((FAR_WALK_OF_GROUPS + records) / OF_CAMERA_RAYS),
+                seen: 1.0,
                 seen_from_outside: false,
                 samples,
                 reuse: true,
