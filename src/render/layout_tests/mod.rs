@@ -123,7 +123,6 @@ fn bindings() {
         (binding::LIGHTS, "light_texels", false),
         (binding::FILM, "film_texels", false),
         (binding::COUNTERS, "Counters", true),
-        (binding::PATHS, "PathNumbers", true),
         (binding::PATHS, "Paths", true),
         (binding::QUEUE_POOL, "QueuePool", true),
         (binding::PATH_TEXELS, "path_texels", false),
