@@ -8,40 +8,39 @@
 
 #include "io.glsl"
 #include "../lib/path.glsl"
-#include "../lib/trace.glsl"
+#include "../lib/scene.glsl"
 
 const uint PROBE_CLOSEST = 0u;
 const uint PROBE_EXACT_FACETS = 1u;
 
 // The closest facet by the exact test alone.
-int closest_facet_exactly(vec3 o, vec3 d, int leaving, out float t) {
-    t = INFINITY;
+Hit closest_facet_exactly(Ray ray) {
+    float t = INFINITY;
     int id = -1;
-    Across ray = across(o, d);
+    Across across_ray = across(ray.origin, ray.direction);
     for (int n = 0; n < int(FACET_COUNT); ++n) {
         float h;
-        bool closer = meets_facet(facet_of_table(n), ray, d, h) && h < t && leaving != int(SPHERE_COUNT) + n;
+        bool closer = meets_facet(facet_of_table(n), across_ray, ray.direction, h) && h < t && ray.self_id != int(SPHERE_COUNT) + n;
         t = closer ? h : t;
         id = closer ? int(SPHERE_COUNT) + n : id;
     }
-    return id;
+    return hit_of(ray, id, t);
 }
 
 void closest(uint i) {
     vec4 o = input_floats(2u * i);
     vec4 d = input_floats(2u * i + 1u);
-    int leaving = floatBitsToInt(d.w);
     uint loops = 0u;
-    float t;
-    int id;
-    if (PROBE == PROBE_EXACT_FACETS) id = closest_facet_exactly(o.xyz, d.xyz, leaving, t);
-    else id = closest_hit(o.xyz, d.xyz, leaving, t, loops);
+    Ray ray = Ray(o.xyz, d.xyz, floatBitsToInt(d.w));
+    Hit hit;
+    if (PROBE == PROBE_EXACT_FACETS) hit = closest_facet_exactly(ray);
+    else hit = intersect(ray, loops);
     vec4 position = vec4(0.0);
-    if (id >= 0) {
-        Surface s = surface_at(id, o.xyz, d.xyz, t);
+    if (hit.primitive >= 0) {
+        Surface s = surface_at(hit, ray);
         position = vec4(s.position, s.offset);
     }
-    probe_out[2u * i] = uvec4(floatBitsToUint(t), uint(id), walked_steps, 0u);
+    probe_out[2u * i] = uvec4(floatBitsToUint(hit.t), uint(hit.primitive), walked_steps, uint(hit.self_id));
     output_floats(2u * i + 1u, position);
 }
 
