@@ -11,7 +11,6 @@ mod beams;
 pub(crate) mod bindings;
 mod checkpoint;
 mod choice;
-mod contrast;
 mod corners;
 pub(crate) mod driver;
 mod error;

@@ -289,10 +289,7 @@ impl Renderer {
         watch.total = self.samples_of_image(self.settings.samples);
         let mut done = begin;
         for samples in self.samples_between_beams().skip_while(|&samples| samples < begin) {
-            let complete = self.pass(&self.whole_film(), done, samples, watch)?;
-            if complete && self.shares_follow() && self.shares.is_even() {
-                self.go_on_where_noisy(watch)?;
-            }
+            self.pass(&self.whole_film(), done, samples, watch)?;
             if watch.stop {
                 break;
             }

@@ -89,12 +89,12 @@ pub enum Gradients {
 }
 
 /// Whether parts of the image that are noisy get more samples than others (shaders/lib/share.glsl): a half, twice or four times as
-/// many as are asked for, in the time that these would take (of one to three samples, as many at least, and up to 1.4 times the samples).
+/// many as are asked for, in the time that these would take (of two or three samples, as many at least, and up to 1.4 times the samples).
 /// It stays exact in the mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Shares {
-    /// Where it is tried whether paths should be reused, and of one sample per pixel where they are, unless sampling is adaptive, little
-    /// is to be gained, or there are more than 2²⁷ samples.
+    /// Where it is tried whether paths should be reused, unless sampling is adaptive, little is to be gained, or there are more than 2²⁷
+    /// samples.
     #[default]
     Auto,
     /// Nowhere.

@@ -14,8 +14,7 @@ use super::layout::Counters;
 pub struct Progress {
     /// Samples done, over all pixels.
     pub done: u64,
-    /// Samples to do, over all pixels; with adaptive sampling, as many as are expected. Of one sample per pixel there may be more when
-    /// all are done, since they tell which pixels get more ([`Shares`](super::Shares)).
+    /// Samples to do, over all pixels; with adaptive sampling, as many as are expected.
     pub total: u64,
     /// Time since the first dispatch.
     pub elapsed: Duration,

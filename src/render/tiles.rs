@@ -18,11 +18,6 @@ pub(crate) fn half_of(slot: usize) -> usize {
     (slot % 2 + slot / 2 % 2) % 2
 }
 
-/// The half of the group in such a column and row of the groups of an image.
-pub(crate) fn half_of_group(column: u32, row: u32) -> usize {
-    ((column + row) % 2) as usize
-}
-
 /// Sums of samples of each pixel.
 type Sums = Box<[[f64; 3]; TILE]>;
 

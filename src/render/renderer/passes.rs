@@ -124,8 +124,6 @@ impl Renderer {
         let mut plan = Plan::new(spans.to_vec(), done, samples, &self.pace);
         let mut in_flight: VecDeque<(Ticket, Instant, usize, bool)> = VecDeque::new();
         let mut done_before_repeat = None;
-        // If shares follow, each has a sample before they are known.
-        let from_nothing = done == 0 && (self.shares.is_even() || !self.shares_follow());
         loop {
             // What fits into a dispatch is not known before the first has ended.
             let most = if self.pace.is_known() { IN_FLIGHT } else { 1 };
@@ -159,7 +157,7 @@ impl Renderer {
                 }
                 plan.repeat(&self.pace, in_vain);
             }
-            let uneven = from_nothing && plan.in_first_round();
+            let uneven = done == 0 && plan.in_first_round();
             watch.report(done, seconds, uneven || done <= watch.redone);
         }
     }
