@@ -222,12 +222,12 @@ fn a_film_in_bands() {
     }
 }
 
-/// Where the host does not see the film, two of them change places by way of the host.
+/// Where the host does not see the film, the halves of a rendering to a noise change places by way of the host.
 #[test]
-fn twin_films_through_a_passage() {
+fn dual_films_through_a_passage() {
     let context = context();
     let scene = shipped("cat", (132, 124), 64);
-    let base = RenderSettings { adaptive: Some(Adaptive::to_noise(0.02)), ..RenderSettings::of(&scene) };
+    let base = RenderSettings { adaptive: Some(Adaptive { noise: 0.02 }), ..RenderSettings::of(&scene) };
     let (expected, statistics) = render_counted(&context, &scene, &base);
     assert!(statistics.gradients, "{statistics:?}");
     let passage = RenderSettings { passage: Some(1 << 16), ..base };

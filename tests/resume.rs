@@ -152,7 +152,7 @@ fn checkpoints_of_other_renderings_are_refused() {
     larger.film.width = 80;
     refused(&larger, &settings);
     refused(&scene, &RenderSettings { reuse: Reuse::Off, ..settings.clone() });
-    let adaptive = RenderSettings { adaptive: Some(Adaptive::to_noise(0.5)), ..settings };
+    let adaptive = RenderSettings { adaptive: Some(Adaptive { noise: 0.5 }), ..settings };
     refused(&scene, &adaptive);
     assert!(Renderer::new(&context, &scene, &adaptive).unwrap().checkpoint().is_err());
 }

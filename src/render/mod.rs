@@ -3,9 +3,6 @@
 mod aims;
 mod alias;
 mod aliased;
-mod allocation;
-#[cfg(test)]
-mod allocation_tests;
 mod beam_light;
 mod beams;
 pub(crate) mod bindings;
@@ -13,6 +10,7 @@ mod checkpoint;
 mod choice;
 mod corners;
 pub(crate) mod driver;
+mod dual;
 mod error;
 mod facets;
 mod features;
@@ -30,9 +28,6 @@ mod lights;
 mod mutation;
 mod plan;
 mod prepared;
-mod progression;
-#[cfg(test)]
-mod progression_tests;
 mod rectangles;
 pub(crate) mod renderer;
 mod screened_poisson;
@@ -46,8 +41,6 @@ mod statistics;
 mod stopping;
 pub(crate) mod tables;
 mod targets;
-mod tiles;
-mod twin_films;
 mod upload;
 mod vector_width;
 mod view;

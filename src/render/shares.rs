@@ -263,7 +263,7 @@ fn divide(tiles: &[Tile], allowance: Allowance) -> Vec<Share> {
 mod tests {
     use std::ops::Range;
 
-    use super::super::film::{pixel_of_slot, place_of_tile};
+    use super::super::film::place_of_tile;
     use super::*;
 
     const GRID: Grid = Grid { width: 64, height: 64, band_rows: 64 };

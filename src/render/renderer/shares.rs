@@ -1,12 +1,11 @@
 //! Decides how many of the samples each part of the image gets (shaders/lib/share.glsl).
 
 use super::super::features::Features;
-use super::super::film::{pixels_in, rows_of_blocks, slot_count, slots_of_row};
+use super::super::film::{TILE, pixels_in, rows_of_blocks, slot_count, slots_of_row};
 use super::super::layout::queue;
 use super::super::settings::{self, RenderSettings};
 use super::super::shares::{Grid, Share, Shares, Tile};
 use super::super::sobol::{MAX_SAMPLES, levels};
-use super::super::tiles::TILE;
 use super::Renderer;
 use super::trial::{SET, Tried};
 
@@ -41,7 +40,7 @@ impl Renderer {
 
     /// Decides about the shares of tiles.
     pub(super) fn divide_samples(&mut self, tried: &Tried) {
-        let (reused, gradients) = (self.reused_halves() != 0, self.makes_gradients());
+        let (reused, gradients) = (self.reuses_paths(), self.makes_gradients());
         let tiles = slot_count(self.width, self.height) as u32 / TILE as u32;
         let pixels =
             |tile: u32| pixels_in(tile * TILE as u32, (tile + 1) * TILE as u32, self.width, self.height) as f64;
