@@ -26,7 +26,7 @@ plot gradients $scenes/cat.toml --size 96x96 --samples 4..64 --vary gradients=au
 plot aims $scenes/spheres.toml --size 96x96 --samples 4..64 --vary aims=auto,off
 plot glances $scenes/cornell.toml --size 96x96 --samples 8..128 --vary glances=auto,off
 plot beams $scenes/cornell.toml --size 96x96 --samples 4..64 --vary beams=auto,off
-plot adaptive $scenes/cat.toml $scenes/cornell.toml --size 96x96 --samples 16..256 --vary sampling=uniform,adaptive
+plot dual $scenes/cat.toml $scenes/cornell.toml --size 96x96 --samples 16..256 --vary sampling=uniform,dual
 plot hierarchy $scenes/cat.toml --size 24x24 --samples 1,2,4 --seeds 3 --vary accel=bvh,none
 table rays $scenes/cat.toml --rays
 plot triangles --growth triangles --max 10000000

@@ -155,7 +155,7 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         bool second = REUSE && shades && h.path.second;
         vec3 radiance = second ? vec3(0.0) : h.radiance;
         vec3 direct = h.radiance;
-        uint light_samples = reuses(p) ? LIGHT_SAMPLES : 1u;
+        uint light_samples = reuses() ? LIGHT_SAMPLES : 1u;
         Hit hit = hit_of(ray_of(h.path), shades ? h.id : -1, h.t);
         bool alive = path_arrive(h.path, hit, key, light_samples, radiance, arrival, shadow) && shades;
         h.radiance = shades ? radiance : h.radiance;
@@ -212,7 +212,7 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         closest_constant(ray_of(h.path), t, id);
         h.t = t;
         h.id = id;
-        if (REUSE) h.path.second = h.path.second && reuses(p);
+        if (REUSE) h.path.second = h.path.second && reuses();
         uint entry = tree_entry(h.path.origin, h.path.direction, t);
         entry = alive || begins || goes_on ? entry : 0u;
         // The same for a living path, which leaves a diffuse surface as its shadow ray does.
@@ -305,7 +305,7 @@ void add_noted(uint tile, uint samples, inout Added added) {
 // Takes the samples of the tiles from slot `tile` on.
 void trace_tiles(uint tile, Camera camera, inout Counts counts) {
     uint samples = min(max_new_samples, sample_of_path(PATHS));
-    bool reusing = REUSE && reused_halves != 0u;
+    bool reusing = reuses();
     uint shadow_rays_before = shadow_rays;
     uint occlusion_steps_before = occlusion_steps;
     next_run = 0u;

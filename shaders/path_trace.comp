@@ -25,11 +25,10 @@ layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
 #include "lib/scene.glsl"
 #include "lib/reuse_lanes.glsl"
 
-// Whether to go on before paths are shared: some lane that shares them has none that has ended, or no lane shares any, as is known
-// from the beginning.
-bool group_lacks_path(bool going, bool reusing, bool has_ended, bool none_reuses) {
+// Whether to go on before paths are shared: some lane has none that has ended, or none are shared.
+bool group_lacks_path(bool going, bool reusing, bool has_ended) {
     if (SUBGROUP_LANES == MEMBERS) return any_lane(going && !has_ended);
-    return none_reuses || any_lane(going && reusing && !has_ended);
+    return !reusing || any_lane(going && !has_ended);
 }
 
 void main() [[maximally_reconverges]] {
@@ -47,7 +46,7 @@ void main() [[maximally_reconverges]] {
     uint film_place = film_slot(slot);
     if (real) film_pixel = film_load(film_place);
     Gradients gradients = Gradients(vec4(0.0), vec4(0.0), vec4(0.0));
-    if (REUSE && real && reused_halves != 0u) gradients = gradients_load(film_place);
+    if (real && reuses()) gradients = gradients_load(film_place);
     uint first = film_pixel.count;
     uint samples = real ? samples_lacking(film_pixel.state, first, max_new_samples) : 0u;
     uvec2 share = REUSE ? uvec2(0u, samples) : split_share(samples);
@@ -61,8 +60,7 @@ void main() [[maximally_reconverges]] {
     }
 
     uint p = slot % TILE;
-    bool reusing = REUSE && reuses(p);
-    bool none_reuses = REUSE && reused_halves == 0u;
+    bool reusing = reuses();
     uint key = pixel_key(pixel_number(at));
     uint shared_key = REUSE ? group_key(pixel_of_tile(tile_corner(slot / TILE), first_of_group(p))) : key;
     Camera camera = frame_camera();
@@ -133,7 +131,7 @@ void main() [[maximally_reconverges]] {
                         path.index + (alive || goes_on ? 0u : 1u), state, aim_from(meeting));
             if (REUSE) path.second = path.second && reusing;
             going = within_budget && left > 0u && !waits;
-        } while (going && (!REUSE || group_lacks_path(going, reusing, ended.there, none_reuses)));
+        } while (going && (!REUSE || group_lacks_path(going, reusing, ended.there)));
         if (REUSE && any_lane(ended.there)) {
             within_budget = share_sample(ended, film_pixel, gradients, shared_key, counts.shadow_rays, loops, counts.bad);
             ended = ended_none();
@@ -150,7 +148,7 @@ void main() [[maximally_reconverges]] {
     if (!REUSE && SPLIT > 1u) counts.bad = split_add(film_pixel, samples);
     if (adds) film_store(film_place, film_pixel);
     if (real && is_scattered()) film_note_cost(film_place, cost_of(counts.shadow_rays, occlusion_steps));
-    if (REUSE && real && reused_halves != 0u) gradients_store(film_place, gradients);
+    if (real && reuses()) gradients_store(film_place, gradients);
     counts.samples = adds ? film_pixel.count - first : 0u;
     counts.reused = reusing ? counts.samples : 0u;
     if (PATH_STATS) counts.steps = walked_steps;

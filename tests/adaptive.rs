@@ -1,5 +1,5 @@
-//! Adaptive sampling: it stops at the noise that was asked for, says truly what it reached, is free of bias, and gives
-//! the same bits however it is cut up.
+//! Rendering to a noise: it stops there, says truly what it reached and how much each pixel varies, is free of bias, and gives the same
+//! bits however it is cut up.
 
 mod common;
 
@@ -13,9 +13,11 @@ use photolith::{Context, Film, RenderError, RenderSettings, Renderer, Scene};
 use serde_json::Value;
 
 const MOST: u32 = 1024;
+/// What the seed of the second half is changed by (XOR).
+const SECOND_HALF: u32 = 0x2993_8a61;
 
 fn adaptive(scene: &Scene, noise: f64) -> RenderSettings {
-    RenderSettings { samples: MOST, adaptive: Some(Adaptive::to_noise(noise)), ..RenderSettings::of(scene) }
+    RenderSettings { samples: MOST, adaptive: Some(Adaptive { noise }), ..RenderSettings::of(scene) }
 }
 
 fn run(context: &Context, scene: &Scene, settings: &RenderSettings) -> (Film, RenderStatistics) {
@@ -41,6 +43,13 @@ fn mean(film: &Film) -> f64 {
     film.mean().iter().map(|p| p.iter().map(|&c| f64::from(c)).sum::<f64>()).sum::<f64>() / film.counts().len() as f64
 }
 
+/// Sum of the squared errors of a film over that of the variances that it says it has.
+fn error_over_variance(film: &Film, reference: &Film) -> f64 {
+    let variance: f64 = film.variance().expect("a variance").iter().flatten().map(|&v| f64::from(v)).sum();
+    let pairs = film.mean().into_iter().flatten().zip(reference.mean().into_iter().flatten());
+    pairs.map(|(x, r)| f64::from(x - r).powi(2)).sum::<f64>() / variance
+}
+
 #[test]
 fn stops_at_the_noise_and_says_what_it_is() {
     let context = context();
@@ -54,23 +63,22 @@ fn stops_at_the_noise_and_says_what_it_is() {
             let (film, s) = run(&context, &scene, &RenderSettings { gradients, ..adaptive(&scene, target) });
             let found = s.adaptive.expect("an estimate");
             let error = relative_error(&film, &exact);
-            println!("{name}: target {target}, said {}, true {error}, {s:?}", found.noise);
+            let ratio = error_over_variance(&film, &exact);
+            println!("{name}: target {target}, said {}, true {error}, {ratio} of the variance, {s:?}", found.noise);
             assert!(!s.stopped && found.noise <= 1.15 * target && found.noise > 0.5 * target, "{name}: {found:?}");
             assert!((0.8..1.3).contains(&(found.noise / error)), "{name}: said {}, true {error}", found.noise);
+            assert!((0.6..1.6).contains(&ratio), "{name}: {ratio} of the variance");
             assert!(found.noisiest_tile >= found.noise, "{name}: {found:?}");
             let used: u64 = film.counts().iter().map(|&n| u64::from(n)).sum();
             assert_eq!(used + found.unused_samples, s.samples, "{name}");
-            assert!(found.unused_samples < s.samples / 4, "{name}: {found:?}");
-            let (fewest, most) = (s.samples_per_pixel, s.most_samples_per_pixel);
-            assert!(fewest >= 16 && most <= MOST, "{name}: {fewest} to {most}");
-            assert_eq!(fewest == most, s.gradients, "{name}: {fewest} to {most}");
-            assert!(s.gradients || film.counts().iter().all(|n| n.is_power_of_two()), "{name}");
+            assert!(found.unused_samples < s.samples / 3, "{name}: {found:?}");
+            assert!(film.counts().iter().all(|&n| n == film.counts()[0]) && film.counts()[0] <= MOST, "{name}: {s:?}");
             assert_eq!(s.gradients, name == "cat" && gradients == Gradients::Auto, "{name}");
         }
     }
 }
 
-/// If counts favoured dark or bright pixels, the mean of many images would show it.
+/// If counts favoured dark or bright images, the mean of many would show it.
 #[test]
 fn the_mean_over_seeds_is_that_of_uniform_sampling() {
     let context = context();
@@ -85,7 +93,7 @@ fn the_mean_over_seeds_is_that_of_uniform_sampling() {
             .map(|seed| {
                 renderer.set_seed(seed);
                 let film = renderer.render(|_| ControlFlow::Continue(())).expect("a film");
-                counts.extend_from_slice(film.counts());
+                counts.push(film.counts()[0]);
                 mean(&film) / exact - 1.0
             })
             .collect();
@@ -117,8 +125,7 @@ fn the_same_bits_in_every_way() {
             let gradients = if name == "cat" { Gradients::Auto } else { Gradients::Off };
             let base = RenderSettings { beams, reuse, gradients, ..adaptive(&scene, noise) };
             let (expected, s) = run(&context, &scene, &base);
-            let differ = expected.counts().iter().any(|&n| n != expected.counts()[0]);
-            assert_eq!(differ, !s.gradients, "{name}, {beams:?}: counts are alike");
+            assert!(s.adaptive.is_some_and(|found| found.rounds > 1), "{name}, {beams:?}: {s:?}");
             assert_eq!(s.gradients, name == "cat" && reuse == Reuse::Auto, "{name}");
             for settings in [
                 RenderSettings { scheduler, ..base.clone() },
@@ -131,7 +138,32 @@ fn the_same_bits_in_every_way() {
                     ..base.clone()
                 },
             ] {
-                assert_same_bits(&run(&context, &scene, &settings).0, &expected, &format!("{name}, {settings:?}"));
+                let (film, _) = run(&context, &scene, &settings);
+                assert_same_bits(&film, &expected, &format!("{name}, {settings:?}"));
+                assert!(film.variance() == expected.variance(), "{name}, {settings:?}: variances differ");
+            }
+        }
+    }
+}
+
+#[test]
+fn all_samples_are_the_mean_of_two_renderings() {
+    let context = context();
+    for (size, samples) in [((24, 24), 41), ((1, 1), 2)] {
+        let scene = shipped("cat", size, samples / 2);
+        let uniform = RenderSettings { reuse: Reuse::Off, ..RenderSettings::of(&scene) };
+        let settings = RenderSettings { samples, reuse: Reuse::Off, ..adaptive(&scene, 0.0) };
+        let (film, s) = run(&context, &scene, &settings);
+        assert!(!s.stopped && s.adaptive.is_some_and(|found| found.unused_samples == 0), "{s:?}");
+        assert!(film.counts().iter().all(|&n| n == samples / 2 * 2), "{:?}", film.counts());
+        let halves = [0, SECOND_HALF].map(|seed| render(&context, &scene, &RenderSettings { seed, ..uniform.clone() }));
+        let variance = film.variance().expect("a variance");
+        for (pixel, sum) in film.sums().iter().enumerate() {
+            for c in 0..3 {
+                let [x, y] = halves.each_ref().map(|half| half.sums()[pixel][c] / f64::from(half.counts()[pixel]));
+                let mean = sum[c] / f64::from(film.counts()[pixel]);
+                assert!((mean - (x + y) / 2.0).abs() <= 1e-12 * mean.abs(), "{pixel}: {mean} of {x} and {y}");
+                assert_eq!(variance[pixel][c], (0.25 * (x - y).powi(2)) as f32, "{pixel}");
             }
         }
     }
@@ -140,52 +172,39 @@ fn the_same_bits_in_every_way() {
 #[test]
 fn no_pixel_gets_more_than_the_most() {
     let context = context();
-    let scene = shipped("cornell", (24, 24), 1);
-    // Without beams: there would be more of them than uniform sampling has. And without reuse, about which the two halves of the
-    // image decide apart.
-    let settings = RenderSettings { samples: 40, beams: Beams::Off, reuse: Reuse::Off, ..adaptive(&scene, 1e-4) };
-    let (film, s) = run(&context, &scene, &settings);
-    assert!(film.counts().iter().all(|&n| n == 40), "{:?}", film.counts());
-    let found = s.adaptive.expect("an estimate");
-    assert!(!s.stopped && found.noise > 1e-2, "{found:?}");
-    let uniform = RenderSettings { adaptive: None, ..settings };
-    assert_same_bits(&film, &render(&context, &scene, &uniform), "all pixels at the most");
-    // And a mean that is given.
-    let goal = Adaptive { noise: 0.0, mean_samples: Some(40) };
-    let (film, s) =
-        run(&context, &scene, &RenderSettings { samples: 640, adaptive: Some(goal), ..RenderSettings::of(&scene) });
-    assert!(s.mean_samples_per_pixel <= 41.0 && s.mean_samples_per_pixel > 28.0, "{s:?}");
-    assert!(film.counts().iter().any(|&n| n > 40));
-    // And where all pixels have the same number.
-    let scene = shipped("cat", (48, 48), 1);
-    let (film, s) = run(&context, &scene, &RenderSettings { samples: 41, ..adaptive(&scene, 1e-4) });
-    assert!(!s.stopped && s.gradients && film.counts().iter().all(|&n| n == 40), "{s:?}");
+    for (name, samples) in [("cornell", 40), ("cat", 41)] {
+        let scene = shipped(name, (48, 48), 1);
+        let (film, s) = run(&context, &scene, &RenderSettings { samples, ..adaptive(&scene, 1e-4) });
+        assert!(film.counts().iter().all(|&n| n == 40), "{name}: {:?}", film.counts());
+        let found = s.adaptive.expect("an estimate");
+        assert!(!s.stopped && found.noise > 1e-3 && found.unused_samples == 0, "{name}: {found:?}");
+        assert_eq!(s.gradients, name == "cat", "{s:?}");
+    }
 }
 
 #[test]
 fn what_was_done_is_kept_when_stopped() {
     let context = context();
-    // Of one image that is sampled tile by tile, and of two, the first of which begins with two dispatches of a sample each: with
-    // gradients, whatever they gain in so small an image.
-    for (name, reuse, fewest, of_one) in [("cornell", Reuse::Auto, 4, 1), ("cat", Reuse::Always, 1, 2)] {
+    // The first half begins with a dispatch of two samples and one of beams; or, with gradients, with two of a sample each.
+    for (name, reuse) in [("cornell", Reuse::Auto), ("cat", Reuse::Always)] {
         let scene = shipped(name, (40, 40), 1);
         let settings = RenderSettings { samples_per_dispatch: Some(4), reuse, ..adaptive(&scene, 1e-3) };
         let mut renderer = Renderer::new(&context, &scene, &settings).expect("a renderer");
         for dispatches in [1, 2, 3, 6, 9] {
-            let mut left = dispatches;
+            let mut done = 0;
             let film = renderer
                 .render(|_| {
-                    left -= 1;
-                    if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+                    done += 1;
+                    if done == dispatches { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
                 })
                 .expect("a film");
             let s = renderer.statistics();
-            assert!(s.stopped && s.samples_per_pixel >= fewest, "{name}, {dispatches}: {s:?}");
-            assert_eq!(s.adaptive.is_some(), dispatches > of_one, "{name}, {dispatches}: {s:?}");
+            assert!(s.stopped && s.samples_per_pixel >= 1, "{name}, {dispatches}: {s:?}");
+            assert_eq!(s.adaptive.is_some(), dispatches > 2, "{name}, {dispatches}: {s:?}");
+            assert_eq!(film.variance().is_some(), dispatches > 2, "{name}, {dispatches}");
             assert!(s.most_samples_per_pixel <= 4 * (dispatches + 1), "{name}, {dispatches}: {s:?}");
             let used: u64 = film.counts().iter().map(|&n| u64::from(n)).sum();
-            let unused = s.adaptive.map_or(0, |found| found.unused_samples);
-            assert_eq!(used + unused, s.samples, "{name}, {dispatches}");
+            assert_eq!(used, s.samples, "{name}, {dispatches}");
             let brightness = mean(&film);
             assert!(brightness.is_finite() && brightness > 0.1, "{name}, {dispatches}: {brightness}");
         }
@@ -200,16 +219,14 @@ fn goals_without_sense_are_refused() {
         Err(RenderError::Settings(problem)) => assert!(problem.contains(words), "{problem}"),
         other => panic!("{words}: {:?}", other.map(|_| ())),
     };
-    for noise in [0.0, -0.1, f64::NAN, f64::INFINITY] {
-        fails(&scene, &adaptive(&scene, noise), "expected a number above 0");
+    for noise in [-0.1, f64::NAN, f64::INFINITY] {
+        fails(&scene, &adaptive(&scene, noise), "expected a number that is not negative");
     }
     fails(&scene, &RenderSettings { samples: 1, ..adaptive(&scene, 0.1) }, "expected at least 2");
-    let pixel = shipped("cornell", (1, 1), 1);
-    fails(&pixel, &adaptive(&pixel, 0.1), "at least 2 pixels");
 }
 
 #[test]
-fn the_program_reports_the_noise_and_writes_the_counts() {
+fn the_program_reports_the_noise_and_writes_counts_and_variance() {
     let directory = tempfile::tempdir().expect("a directory");
     let photolith = |arguments: &[&str]| {
         Command::new(env!("CARGO_BIN_EXE_photolith"))
@@ -231,10 +248,11 @@ fn the_program_reports_the_noise_and_writes_the_counts() {
     }
     let output = photolith(&["--noise", "0.1", "--json", "-o", "a.exr"]);
     let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.success() && stderr.contains("noise ") && stderr.contains("(mean "), "{stderr}");
+    assert!(output.status.success() && stderr.contains("noise ") && stderr.contains("samples per pixel"), "{stderr}");
     let json: Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert_eq!(json["adaptive"]["noise_target"], 0.1);
-    assert!(json["adaptive"]["noise"].as_f64().expect("a number") < 0.115, "{json}");
+    // In small images the target may be missed by a quarter.
+    assert!(json["adaptive"]["noise"].as_f64().expect("a number") < 0.125, "{json}");
     let (image, metadata) = read(&directory.path().join("a.exr")).expect("an image");
     let counts = image.counts().expect("counts");
     assert_eq!(json["spp_most"].as_u64(), counts.iter().max().map(|&n| u64::from(n)));
@@ -242,6 +260,17 @@ fn the_program_reports_the_noise_and_writes_the_counts() {
     let mean = counts.iter().map(|&n| f64::from(n)).sum::<f64>() / 1600.0;
     assert!((json["spp_mean"].as_f64().expect("a number") / mean - 1.0).abs() < 1e-9);
     assert!(metadata.get("Noise").is_some());
+    let variance = image.variance().expect("a variance");
+    assert!(variance.batches == 2 && variance.of_mean.iter().flatten().any(|&v| v > 0.0));
+    // Another seed has the same expectation.
+    let output = photolith(&["--noise", "0.1", "--seed", "5", "-o", "b.exr"]);
+    assert!(output.status.success(), "{output:?}");
+    let compared = Command::new(env!("CARGO_BIN_EXE_photolith"))
+        .current_dir(directory.path())
+        .args(["compare", "a.exr", "b.exr", "--welch"])
+        .output()
+        .expect("the program starts");
+    assert_eq!(compared.status.code(), Some(0), "{compared:?}");
     // One sample is not enough to tell.
     let output = photolith(&["--noise", "0.1", "--samples", "1"]);
     assert_eq!(output.status.code(), Some(2), "{output:?}");

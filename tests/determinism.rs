@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 use std::time::Duration;
 
 use common::variants::{small_budget, variants};
-use common::{assert_same_bits, cat_under_a_low_light, context, glass_cat, render, render_counted, shipped};
+use common::{assert_same_bits, context, glass_cat, render, render_counted, shipped};
 use glam::DVec3;
 use photolith::render::{Adaptive, Feature, Glances, Gradients, Reuse, Scheduler, Shares};
 use photolith::scene::{Light, Material, Mesh, Normals, Sphere, Surface};
@@ -148,8 +148,6 @@ fn noisy_parts_get_more_samples() {
     same_bits_with_shares(&context, &shipped("cat", (132, 124), 8));
     // Of two samples no pixel has less.
     same_bits_with_shares(&context, &shipped("cat", (128, 128), 2));
-    // One tells where there are to be more.
-    same_bits_with_shares(&context, &cat_under_a_low_light((132, 124), 1));
 }
 
 /// Four times as many need a larger table of random numbers.
@@ -216,12 +214,12 @@ fn a_film_in_bands() {
     }
 }
 
-/// Where the host does not see the film, two of them change places by way of the host.
+/// Where the host does not see the film, the halves of a rendering to a noise change places by way of the host.
 #[test]
-fn twin_films_through_a_passage() {
+fn dual_films_through_a_passage() {
     let context = context();
     let scene = shipped("cat", (132, 124), 64);
-    let base = RenderSettings { adaptive: Some(Adaptive::to_noise(0.02)), ..RenderSettings::of(&scene) };
+    let base = RenderSettings { adaptive: Some(Adaptive { noise: 0.02 }), ..RenderSettings::of(&scene) };
     let (expected, statistics) = render_counted(&context, &scene, &base);
     assert!(statistics.gradients, "{statistics:?}");
     let passage = RenderSettings { passage: Some(1 << 16), ..base };

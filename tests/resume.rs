@@ -5,7 +5,7 @@ mod common;
 use std::ops::ControlFlow;
 use std::time::Duration;
 
-use common::{assert_same_bits, cat_under_a_low_light, context, render, render_counted, shipped};
+use common::{assert_same_bits, context, render, render_counted, shipped};
 use photolith::render::{Adaptive, Checkpoint, Progress, RenderStatistics, Reuse};
 use photolith::{Film, RenderError, RenderSettings, Renderer, Scene};
 
@@ -109,41 +109,6 @@ fn stopping_within_a_round_changes_no_bit() {
     assert_same_bits(&whole, &in_parts(&scene, &settings, 3).0, "in parts, with a budget");
 }
 
-/// The first sample of each pixel tells which pixels get more.
-#[test]
-fn stopping_before_and_among_the_samples_that_follow_changes_no_bit() {
-    let context = context();
-    let scene = cat_under_a_low_light((132, 124), 1);
-    // Those that follow are taken one by one.
-    let settings = RenderSettings { samples_per_dispatch: Some(1), ..RenderSettings::of(&scene) };
-    let (whole, statistics) = render_counted(&context, &scene, &settings);
-    let (first, all) = (132 * 124, statistics.samples);
-    assert!(whole.counts().contains(&4) && all > first, "none follow");
-    for settings in [
-        settings.clone(),
-        RenderSettings { reuse: Reuse::Always, ..settings.clone() },
-        RenderSettings { passage: Some(1 << 16), ..settings.clone() },
-        RenderSettings { loop_budget: Some(4000), ..settings.clone() },
-    ] {
-        let (film, in_all, parts) = in_parts(&scene, &settings, 1);
-        assert!(parts >= 4, "{parts} parts");
-        assert_same_bits(&whole, &film, &format!("{settings:?}"));
-        assert_eq!(counts(&in_all)[..2], counts(&statistics)[..2], "{settings:?}");
-    }
-    let mut renderer = Renderer::new(&context, &scene, &settings).unwrap();
-    let (mut kept, go_on) = (Vec::new(), |_: &Progress| ControlFlow::Continue(()));
-    renderer.render_keeping(None, Duration::ZERO, |checkpoint| kept.push(checkpoint), go_on).unwrap();
-    kept.push(renderer.checkpoint().unwrap());
-    assert!(
-        kept.iter().any(|checkpoint| first < checkpoint.samples() && checkpoint.samples() < all),
-        "none among them"
-    );
-    for checkpoint in &kept {
-        let what = format!("from {} samples on", checkpoint.samples());
-        assert_same_bits(&whole, &renderer.go_on(checkpoint, go_on).unwrap(), &what);
-    }
-}
-
 #[test]
 fn what_is_handed_out_meanwhile_is_gone_on_with() {
     let context = context();
@@ -187,7 +152,7 @@ fn checkpoints_of_other_renderings_are_refused() {
     larger.film.width = 80;
     refused(&larger, &settings);
     refused(&scene, &RenderSettings { reuse: Reuse::Off, ..settings.clone() });
-    let adaptive = RenderSettings { adaptive: Some(Adaptive::to_noise(0.5)), ..settings };
+    let adaptive = RenderSettings { adaptive: Some(Adaptive { noise: 0.5 }), ..settings };
     refused(&scene, &adaptive);
     assert!(Renderer::new(&context, &scene, &adaptive).unwrap().checkpoint().is_err());
 }

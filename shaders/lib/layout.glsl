@@ -152,7 +152,6 @@ layout(push_constant, std430) uniform Push {
     uint band_first;        // first slot of the film buffer
     uint tile_step;         // every n-th tile of 64 slots is worked on
     uint piece_stride;      // piece i of n of the work is that of number i·stride mod n, see work.glsl
-    uint reused_halves;     // halves of the image whose paths serve several pixels, a bit each, see reuse.glsl
     uint modes;             // MODE_…
     uint band_rows;         // of pixels, in the film buffer, if groups may be shifted
     uint other_samples;     // of the samples per pixel, those in groups that lie elsewhere, see share.glsl
@@ -164,7 +163,8 @@ const uint MODE_SHIFTED = 1u;       // groups lie elsewhere, see pixel_order.gls
 const uint MODE_ALIKE = 2u;         // pixels of a group sample lights alike, see reuse.glsl
 const uint MODE_SURVEY = 4u;        // a sample is the place at its pixel's centre, see gradient.glsl
 const uint MODE_SCATTERED = 8u;     // one group of every tile is worked on, see pixel_order.glsl
-const uint MODES_TURN = 4u;         // bits from there on: of these, which
+const uint MODE_REUSED = 16u;       // paths serve several pixels, see reuse.glsl
+const uint MODES_TURN = 5u;         // bits from there on: of these, which
 
 bool in_mode(uint mode) { return (modes & mode) != 0u; }
 

@@ -22,8 +22,7 @@
 //
 // All that pays where the light at x makes most of the noise; elsewhere it only costs time. So before a rendering there is a
 // trial of TRIAL samples in one group, or a few, of every tile, of which the film notes how far they are from each other
-// (gradient.glsl). The host decides from that (src/render/renderer/verdict.rs), apart for the two halves of the image that adaptive
-// sampling keeps independent of each other (src/render/progression.rs).
+// (gradient.glsl). The host decides from that (src/render/renderer/verdict.rs).
 //
 // The paths of a group meet in the lanes of a subgroup (reuse_lanes.glsl): as they end, or, in the queue, once all have been noted in
 // memory (reuse_notes.glsl).
@@ -35,8 +34,8 @@
 #include "path.glsl"
 #include "pixel_order.glsl"
 
-// Whether the paths of a slot of a tile serve several pixels.
-bool reuses(uint p) { return ((reused_halves >> ((p ^ (p >> 1)) & 1u)) & 1u) != 0u; }
+// Whether paths serve several pixels.
+bool reuses() { return REUSE && in_mode(MODE_REUSED); }
 
 // Which member of its group a pixel of a tile is, and the first one, whose scramble all use from their first hits on.
 uint member_of_group(uint p) { return REUSE ? member_of(p) : 0u; }

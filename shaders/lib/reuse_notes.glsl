@@ -146,7 +146,7 @@ uint share_noted(uint tile, uint region, uint samples, inout uint shadow_rays, i
             gradients_store(slot, gradients);
         }
         added += film_pixel.count - count;
-        reused += reuses(p) ? film_pixel.count - count : 0u;
+        reused += reuses() ? film_pixel.count - count : 0u;
     }
     return added;
 }

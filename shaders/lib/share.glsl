@@ -1,7 +1,6 @@
 // Shares of the samples: a pixel may get half, twice or four times as many as are asked for, in the time of these. Which, the
 // host decides for each tile of 64 slots (pixel_order.glsl) before a rendering, from a trial with other random numbers
-// (src/render/shares.rs), which tells the noise and what samples cost: what the image is in the mean does not depend on it. Of a
-// single sample it is decided afterwards, for each half of a tile's groups from the other half (src/render/contrast.rs).
+// (src/render/shares.rs), which tells the noise and what samples cost: what the image is in the mean does not depend on it.
 //
 // A pixel has a share for the samples that it takes in groups as they are, and another for those in shifted groups, whose tiles
 // are others. All pixels of a group have the same one, and so as many samples to take; but before the groups were shifted, some

@@ -32,8 +32,8 @@ impl Configuration {
 /// A setting and the values it takes, written `KEY=VALUE,VALUE…`.
 ///
 /// Keys and values are those of the options of `photolith render` (`sampler`, `accel`, `intersection`, `scheduler`, `reuse`,
-/// `gradients`, `shares`, `light-samples`, `glances`, `beams`, `aims`: see [`Choice`]), and `sampling` (uniform, adaptive: with the same
-/// mean number of samples), `features` (specialised, general, or `+` and one of [`Feature::ALL`] that is compiled although not
+/// `gradients`, `shares`, `light-samples`, `glances`, `beams`, `aims`: see [`Choice`]), and `sampling` (uniform, dual: in two
+/// independent halves), `features` (specialised, general, or `+` and one of [`Feature::ALL`] that is compiled although not
 /// needed), `roulette` (off, or the first hit), `device` (index, name or UUID).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Vary {
@@ -109,7 +109,7 @@ impl Key {
             Self::Glances => one_of::<Glances>(),
             Self::Beams => one_of::<Beams>(),
             Self::Aims => one_of::<Aims>(),
-            Self::Sampling => "uniform or adaptive".to_owned(),
+            Self::Sampling => "uniform or dual".to_owned(),
             Self::Features => {
                 let names = Feature::ALL.map(|(name, _)| name).join(", ");
                 format!("specialised, general, or + and one of {names}")
@@ -135,8 +135,8 @@ impl Key {
             (Self::Beams, name) => return choose(&mut s.beams, name),
             (Self::Aims, name) => return choose(&mut s.aims, name),
             (Self::Sampling, "uniform") => s.adaptive = None,
-            // How many in the mean is the benchmark's, like the number of samples.
-            (Self::Sampling, "adaptive") => s.adaptive = Some(Adaptive { noise: 0.0, mean_samples: None }),
+            // All samples, in two halves.
+            (Self::Sampling, "dual") => s.adaptive = Some(Adaptive { noise: 0.0 }),
             (Self::Features, "specialised") => (s.general, s.unneeded) = (false, None),
             (Self::Features, "general") => (s.general, s.unneeded) = (true, None),
             (Self::Features, feature) => {
@@ -172,8 +172,8 @@ impl Vary {
 
     /// The fewest samples per pixel that all values can render.
     pub fn least_samples(&self) -> u32 {
-        let adaptive = self.key == Key::Sampling && self.values.iter().any(|v| v == "adaptive");
-        if adaptive { Adaptive::LEAST_MEAN } else { 1 }
+        let dual = self.key == Key::Sampling && self.values.iter().any(|v| v == "dual");
+        if dual { Adaptive::LEAST_SAMPLES } else { 1 }
     }
 }
 

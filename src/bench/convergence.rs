@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use crate::Context;
 use crate::image::metrics::{self, CompareOptions};
 use crate::image::{Image, ImageError};
-use crate::render::{Adaptive, Film, MAX_SAMPLES, RenderError, RenderSettings, RenderStatistics, Renderer};
+use crate::render::{Film, RenderError, RenderSettings, RenderStatistics, Renderer};
 use crate::scene::Scene;
 
 use super::configuration::Configuration;
@@ -20,14 +20,12 @@ const COUNTED_SAMPLES: u32 = 16;
 const REFERENCE_SHARE: f64 = 0.25;
 
 /// Samples of a rendering that is not timed.
-const UNTIMED_SAMPLES: u32 = Adaptive::LEAST_MEAN;
-/// With adaptive sampling, a pixel gets at most so many times the mean number of samples.
-const MOST_OVER_MEAN: u32 = 16;
+const UNTIMED_SAMPLES: u32 = 4;
 
 /// What is measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Schedule {
-    /// Samples per pixel, increasing; with adaptive sampling, in the mean.
+    /// Samples per pixel, increasing.
     pub samples: Vec<u32>,
     /// Independent renderings of each.
     pub seeds: u32,
@@ -103,7 +101,7 @@ impl<'a> Contender<'a> {
                 Cow::Owned(scene)
             }
         };
-        let settings = with_samples(&configuration.settings, most_samples);
+        let settings = RenderSettings { samples: most_samples, ..configuration.settings.clone() };
         let mut renderer = Renderer::new(&context, &scene, &settings).map_err(fail)?;
         let tree = renderer.tree().copied();
         let steps_per_ray = match tree {
@@ -141,22 +139,13 @@ impl<'a> Contender<'a> {
     }
 }
 
-/// Settings with so many samples per pixel, in the mean.
-fn with_samples(settings: &RenderSettings, samples: u32) -> RenderSettings {
-    let adaptive = settings.adaptive.map(|a| Adaptive { mean_samples: Some(samples), ..a });
-    let most = if adaptive.is_some() { samples.saturating_mul(MOST_OVER_MEAN).min(MAX_SAMPLES) } else { samples };
-    RenderSettings { samples: most, adaptive, ..settings.clone() }
-}
-
 fn render(
     renderer: &mut Renderer,
     samples: u32,
     seed: u32,
     on_progress: impl FnMut() -> ControlFlow<()>,
 ) -> Result<Option<Film>, RenderError> {
-    let settings = with_samples(renderer.settings(), samples);
-    renderer.set_samples(settings.samples)?;
-    renderer.set_adaptive(settings.adaptive)?;
+    renderer.set_samples(samples)?;
     renderer.set_seed(seed);
     watched::render(renderer, on_progress)
 }

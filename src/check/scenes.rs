@@ -284,15 +284,3 @@ pub(crate) fn lamps() -> Scene {
     scene.light(v(0.0, 1.5, -2.0), 20.0);
     scene
 }
-
-/// A room whose lamp hangs low over the floor and a body of few triangles: most noise is there.
-pub(crate) fn low_lamp() -> Scene {
-    let mut scene = empty();
-    scene.camera.target = v(0.0, -0.75, -5.0);
-    scene.integrator.max_depth = 3;
-    scene.cuboid(v(-3.0, -2.0, -8.0), v(3.0, 2.5, 2.0), diffuse(0.5));
-    scene.quad([v(-1.5, -1.5, -5.5), v(0.5, -1.5, -5.5), v(0.5, -1.5, -4.5), v(-1.5, -1.5, -4.5)], emitter(4.0));
-    let (positions, triangles) = icosphere(v(1.0, -1.5, -5.0), 0.5, 1);
-    scene.mesh(&positions, &triangles, diffuse(0.75));
-    scene
-}

@@ -45,7 +45,7 @@ pub struct BenchArgs {
     scenes: Vec<PathBuf>,
 
     /// Samples per pixel: N (1 to N, doubling), A..B (A to B, doubling), or a list; with --growth one number
-    /// [default: 1..64, with --growth 4]; adaptive sampling takes 4 or more, and begins there
+    /// [default: 1..64, with --growth 4]; sampling=dual takes 2 or more, and begins there
     #[arg(long, value_name = "LIST")]
     samples: Option<SampleCounts>,
 
@@ -63,7 +63,7 @@ pub struct BenchArgs {
 
     /// Set a setting, or several values of it side by side; may be repeated. Keys: sampler, accel, intersection,
     /// scheduler (auto, inline, turns, queue), reuse (auto, always, off), gradients, shares, glances, beams, aims (auto,
-    /// off), light-samples (auto, one), sampling (uniform, adaptive), features (specialised, general, +mirror and the like),
+    /// off), light-samples (auto, one), sampling (uniform, dual), features (specialised, general, +mirror and the like),
     /// roulette (off, N), device
     #[arg(long, value_name = "KEY=VALUE,...")]
     vary: Vec<Vary>,
@@ -247,7 +247,7 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
 fn sample_counts(args: &BenchArgs) -> anyhow::Result<Vec<u32>> {
     let least = args.vary.iter().map(Vary::least_samples).max().unwrap_or(1);
     let counts = args.samples.clone().unwrap_or_else(|| SampleCounts::usual(least));
-    counts.doubling(least).map_err(|problem| anyhow!("--samples: {problem}, which adaptive sampling needs"))
+    counts.doubling(least).map_err(|problem| anyhow!("--samples: {problem}, which sampling=dual needs"))
 }
 
 fn load(args: &BenchArgs, path: &Path) -> anyhow::Result<(Scene, RenderSettings)> {

@@ -8,7 +8,7 @@ use std::time::Duration;
 use anyhow::{Context as _, anyhow};
 use clap::Args;
 use photolith::files::check_writable;
-use photolith::image::{self, Metadata};
+use photolith::image::{self, Metadata, Variance};
 use photolith::render::{Adaptive, Choice as _, Prepared, Progress, RenderStatistics, shaders_hash};
 use photolith::scene::{Scene, fingerprint};
 use photolith::{Context, Image, RenderError, RenderSettings, Renderer, Validation};
@@ -37,7 +37,7 @@ pub struct RenderArgs {
     #[command(flatten)]
     device: DeviceOptions,
 
-    /// Sample adaptively and stop at this noise: the root mean square, over pixels and channels, of the standard error
+    /// Render two independent halves until their mean has this noise: the root mean square, over pixels and channels, of the standard error
     /// relative to √(radiance² + 0.01). 0.1 is a preview, 0.01 is low noise
     #[arg(long, value_name = "TARGET", value_parser = noise, allow_negative_numbers = true)]
     noise: Option<f64>,
@@ -85,6 +85,9 @@ pub struct RenderArgs {
 /// writing that to the cache when the image is done.
 const LITTLE_TO_COMPILE: f64 = 0.1;
 
+/// Independent images behind a film's variance.
+const HALVES: u32 = 2;
+
 /// With --noise, what bounds the samples of a pixel if nothing else does.
 const MOST_SAMPLES: u32 = 1 << 14;
 
@@ -110,7 +113,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     }
     let (scene, mut settings) = args.scene_options.load(&args.scene)?;
     if let Some(noise) = args.noise {
-        settings.adaptive = Some(Adaptive::to_noise(noise));
+        settings.adaptive = Some(Adaptive { noise });
         settings.samples = args.scene_options.samples.unwrap_or(MOST_SAMPLES);
     }
     settings.time_limit = args.time_limit;
@@ -173,6 +176,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     if args.noise.is_some() {
         image = image.with_counts(film.counts().to_vec())?;
     }
+    if let Some(variance) = film.variance() {
+        image = image.with_variance(Variance { of_mean: variance.to_vec(), batches: HALVES })?;
+    }
     let written = image::write(&path, &image, &metadata(&scene, &settings, &context, &renderer), scene.film.transfer);
     let kept = keeper.map_or(Ok(()), |keeper| keeper.finish(&mut renderer, written.is_ok()));
     let written = written?;
@@ -208,7 +214,7 @@ fn told_of_shaders(args: &RenderArgs, error: RenderError) -> anyhow::Error {
     }
 }
 
-/// What adaptive sampling reached, for people.
+/// The noise reached, for people.
 fn say_noise(target: f64, statistics: &RenderStatistics) {
     let samples = samples(statistics);
     output::tell(&match statistics.adaptive {

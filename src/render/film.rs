@@ -11,13 +11,14 @@ pub struct Film {
     height: u32,
     sums: Vec<[f64; 3]>,
     counts: Vec<u32>,
+    variance: Option<Vec<[f32; 3]>>,
 }
 
 impl Film {
     /// A film without samples.
     pub fn new(width: u32, height: u32) -> Self {
         let pixels = width as usize * height as usize;
-        Self { width, height, sums: vec![[0.0; 3]; pixels], counts: vec![0; pixels] }
+        Self { width, height, sums: vec![[0.0; 3]; pixels], counts: vec![0; pixels], variance: None }
     }
 
     /// Pixels in a row.
@@ -44,6 +45,17 @@ impl Film {
     pub fn mean(&self) -> Vec<[f32; 3]> {
         let mean = |(sum, &n): (&[f64; 3], &u32)| sum.map(|s| if n > 0 { (s / f64::from(n)) as f32 } else { 0.0 });
         self.sums.iter().zip(&self.counts).map(mean).collect()
+    }
+
+    /// Estimated variance of the mean of each pixel, (radiance)², if the film was rendered in two halves
+    /// ([`Adaptive`](super::Adaptive)): the square of half their difference, if both count the same.
+    pub fn variance(&self) -> Option<&[[f32; 3]]> {
+        self.variance.as_deref()
+    }
+
+    /// Takes over the variance of the mean of each pixel.
+    pub(crate) fn set_variance(&mut self, variance: Vec<[f32; 3]>) {
+        self.variance = Some(variance);
     }
 
     /// Takes over a pixel: the sum of its samples, and how many they are.
@@ -83,6 +95,8 @@ pub(crate) const GROUPS: [u32; 2] = [SIDE / GROUP[0], SIDE / GROUP[1]];
 pub(crate) const TILE_GROUPS: u32 = GROUPS[0] * GROUPS[1];
 /// Slots of a tile: the first member of each group, then the second, and so on.
 pub(crate) const TILE_SLOTS: u32 = SIDE * SIDE;
+/// The same, to index by.
+pub(crate) const TILE: usize = TILE_SLOTS as usize;
 /// Columns and rows of the tiles of a block.
 const TILES: [u32; 2] = [BLOCK[0] / SIDE, BLOCK[1] / SIDE];
 /// All of them.

@@ -157,7 +157,6 @@ pub(crate) struct Push {
     pub band_first: u32,
     pub tile_step: u32,
     pub piece_stride: u32,
-    pub reused_halves: u32,
     pub modes: u32,
     pub band_rows: u32,
     pub other_samples: u32,
@@ -171,7 +170,8 @@ pub(crate) mod mode {
     pub const ALIKE: u32 = 2;
     pub const SURVEY: u32 = 4;
     pub const SCATTERED: u32 = 8;
-    pub const TURN_SHIFT: u32 = 4;
+    pub const REUSED: u32 = 16;
+    pub const TURN_SHIFT: u32 = 5;
 }
 
 /// Material kinds; a positive kind is a dielectric's index of refraction.

@@ -3,17 +3,14 @@
 mod aims;
 mod alias;
 mod aliased;
-mod allocation;
-#[cfg(test)]
-mod allocation_tests;
 mod beam_light;
 mod beams;
 pub(crate) mod bindings;
 mod checkpoint;
 mod choice;
-mod contrast;
 mod corners;
 pub(crate) mod driver;
+mod dual;
 mod error;
 mod facets;
 mod features;
@@ -32,9 +29,6 @@ mod lights;
 mod mutation;
 mod plan;
 mod prepared;
-mod progression;
-#[cfg(test)]
-mod progression_tests;
 mod rectangles;
 pub(crate) mod renderer;
 mod screened_poisson;
@@ -48,8 +42,6 @@ mod statistics;
 mod stopping;
 pub(crate) mod tables;
 mod targets;
-mod tiles;
-mod twin_films;
 mod upload;
 mod view;
 

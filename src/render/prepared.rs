@@ -30,14 +30,14 @@ impl<'a> Prepared<'a> {
     /// The settings make no sense.
     pub fn of(scene: &'a Scene, settings: &'a RenderSettings) -> Result<Self, RenderError> {
         let start = Instant::now();
-        check(scene, settings)?;
+        check(settings)?;
         let features = Features::of(scene, settings);
         let tables = Tables::of(scene, &RenderSpace::of(scene), settings);
         Ok(Self { scene, settings, features, tables, seconds: start.elapsed().as_secs_f64() })
     }
 }
 
-fn check(scene: &Scene, settings: &RenderSettings) -> Result<(), RenderError> {
+fn check(settings: &RenderSettings) -> Result<(), RenderError> {
     if settings.samples == 0 {
         return Err(RenderError::Settings("the number of samples is 0, expected at least 1".to_owned()));
     }
@@ -49,7 +49,7 @@ fn check(scene: &Scene, settings: &RenderSettings) -> Result<(), RenderError> {
         )));
     }
     if let Some(adaptive) = &settings.adaptive {
-        adaptive.check(u64::from(scene.film.width) * u64::from(scene.film.height), settings.samples)?;
+        adaptive.check(settings.samples)?;
     }
     Ok(())
 }

@@ -1,9 +1,9 @@
 //! A scene on the device, ready to be rendered.
 
-mod adaptive;
 mod beams;
 mod beginnings;
 mod buffers;
+mod dual;
 mod glances;
 mod gradients;
 mod handout;
@@ -20,10 +20,8 @@ mod split;
 mod survey;
 mod trial;
 mod tried;
-mod twins;
 mod verdict;
 
-use std::mem::take;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Duration;
@@ -43,7 +41,7 @@ use super::film::{Film, slot_count, slots_of_row};
 use super::layout::Push;
 use super::plan::Pace;
 use super::prepared::Prepared;
-use super::settings::{Adaptive, Gradients, RenderSettings, Reuse};
+use super::settings::{Gradients, RenderSettings, Reuse};
 use super::shares::Shares;
 use super::sobol;
 use super::statistics::{Progress, RenderStatistics};
@@ -95,7 +93,7 @@ pub struct Renderer {
     phase_begin: u32,
     /// What had been done when the rendering was stopped, if it goes on.
     before: Before,
-    /// What beams have lit, where all pixels get the samples that are asked for.
+    /// What beams have lit, with the samples that are on the device.
     light: BeamLight,
     /// By how much variance must fall in the trial.
     reuse_is_worth: f64,
@@ -203,7 +201,7 @@ impl Renderer {
     /// Renders another number of samples per pixel from now on.
     ///
     /// # Errors
-    /// It is 0, more than the pipeline's sampler table was made for, or too small for an estimate where sampling is adaptive.
+    /// It is 0, more than the pipeline's sampler table was made for, or too small for an estimate of the noise to stop at.
     pub fn set_samples(&mut self, samples: u32) -> Result<(), RenderError> {
         if samples == 0 || samples > sobol::MAX_SAMPLES || sobol::levels(samples) > self.features.sobol_levels {
             return Err(RenderError::Settings(format!(
@@ -213,21 +211,9 @@ impl Renderer {
             )));
         }
         if let Some(adaptive) = &self.settings.adaptive {
-            adaptive.check(u64::from(self.width) * u64::from(self.height), samples)?;
+            adaptive.check(samples)?;
         }
         self.settings.samples = samples;
-        Ok(())
-    }
-
-    /// Samples adaptively, or no longer so, from now on.
-    ///
-    /// # Errors
-    /// The goal makes no sense, or the image or the number of samples is too small for an estimate.
-    pub fn set_adaptive(&mut self, adaptive: Option<Adaptive>) -> Result<(), RenderError> {
-        if let Some(adaptive) = &adaptive {
-            adaptive.check(u64::from(self.width) * u64::from(self.height), self.settings.samples)?;
-        }
-        self.settings.adaptive = adaptive;
         Ok(())
     }
 
@@ -275,8 +261,7 @@ impl Renderer {
         watch.redone = checkpoint.map_or(0, Checkpoint::samples);
         let film = match self.settings.adaptive {
             None => self.render_uniform(done, &mut watch)?,
-            Some(adaptive) if self.makes_gradients() => self.render_twins(&adaptive, &mut watch)?,
-            Some(adaptive) => self.render_adaptive(&adaptive, &mut watch)?,
+            Some(adaptive) => self.render_dual(&adaptive, &mut watch)?,
         };
         self.statistics.count_pixels(&film);
         self.statistics.reuse_gain = self.reuse.gain();
@@ -289,28 +274,18 @@ impl Renderer {
         watch.total = self.samples_of_image(self.settings.samples);
         let mut done = begin;
         for samples in self.samples_between_beams().skip_while(|&samples| samples < begin) {
-            let complete = self.pass(&self.whole_film(), done, samples, watch)?;
-            if complete && self.shares_follow() && self.shares.is_even() {
-                self.go_on_where_noisy(watch)?;
-            }
+            self.pass(&self.whole_film(), done, samples, watch)?;
             if watch.stop {
                 break;
             }
-            self.with_light(|renderer, light| renderer.keep_up_with_beams(light, watch))?;
+            self.keep_up_with_beams(self.statistics.samples, watch)?;
             done = samples;
         }
         self.statistics.stopped = self.statistics.samples < watch.total;
         let mut film = self.develop()?;
-        self.with_light(|renderer, light| renderer.add_beams(&mut film, light, f64::INFINITY, watch))?;
+        self.statistics.stopped |= !self.add_beams(&mut film, self.statistics.samples, watch)?;
+        self.statistics.beams = self.light.beams;
         Ok(film)
-    }
-
-    /// What traces beams changes the rest of the renderer too.
-    fn with_light<T>(&mut self, trace: impl FnOnce(&mut Self, &mut BeamLight) -> T) -> T {
-        let mut light = take(&mut self.light);
-        let traced = trace(self, &mut light);
-        self.light = light;
-        traced
     }
 }
 

@@ -65,8 +65,8 @@ pub enum Scheduler {
 pub enum Reuse {
     /// As [`Reuse::Always`], unless a trial shows that it does not pay; but neither in scenes with a hierarchy and emitters
     /// together with glass or mirrors, nor where glass fills the view, nor where beams are traced, nor without a hierarchy on
-    /// lavapipe before Mesa 23.1. On GPUs only from 512 samples per pixel on (64 with a hierarchy), and with neither adaptive
-    /// sampling, nor a time limit, nor a hierarchy and emitters.
+    /// lavapipe before Mesa 23.1. On GPUs only from 512 samples per pixel on (64 with a hierarchy), and with neither a noise
+    /// to stop at, nor a time limit, nor a hierarchy and emitters.
     #[default]
     Auto,
     /// Where diffuse surfaces light each other. Not with [`Accel::None`].
@@ -81,7 +81,7 @@ pub enum Reuse {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Gradients {
     /// Where paths are reused, from 2 samples per pixel on, unless a trial shows that most noise is of light that is not
-    /// shared. With adaptive sampling all pixels get the same number of samples there.
+    /// shared.
     #[default]
     Auto,
     /// Nowhere.
@@ -89,12 +89,12 @@ pub enum Gradients {
 }
 
 /// Whether parts of the image that are noisy get more samples than others (shaders/lib/share.glsl): a half, twice or four times as
-/// many as are asked for, in the time that these would take (of one to three samples, as many at least, and up to 1.4 times the samples).
+/// many as are asked for, in the time that these would take (of two or three samples, as many at least, and up to 1.4 times the samples).
 /// It stays exact in the mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Shares {
-    /// Where it is tried whether paths should be reused, and of one sample per pixel where they are, unless sampling is adaptive, little
-    /// is to be gained, or there are more than 2²⁷ samples.
+    /// Where it is tried whether paths should be reused, unless an image is rendered to a noise, little is to be gained, or there are more
+    /// than 2²⁷ samples.
     #[default]
     Auto,
     /// Nowhere.
@@ -150,43 +150,34 @@ pub enum Aims {
     Off,
 }
 
-/// Samples where they do most for the noise of the image, until it is low enough; alike everywhere where noise is spread over
-/// neighbours (see [`Gradients`]).
+/// Samples an image until its noise is low enough: as two halves that share no random numbers, with the same number of samples in all
+/// pixels. Each half decides from its samples how many the other one gets, so that the image stays exact in the mean; the difference of
+/// both gives the [variance](super::Film::variance) of each pixel.
 ///
 /// The noise of an image is √(mean of v/(x² + 0.01)) over pixels and channels: x is the radiance, v the variance that
 /// its estimate has by chance. It is the root of the `relMSE` that [`compare`](crate::image::metrics::compare) finds
 /// against the exact image. 0.01 is low noise, 0.1 a preview.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Adaptive {
-    /// The noise at which sampling stops, above 0 (or 0, if `mean_samples` stops it).
+    /// The noise at which sampling stops. At 0 all samples are taken.
     pub noise: f64,
-    /// Stop at the latest when more samples per pixel than this would be taken in the mean.
-    pub mean_samples: Option<u32>,
 }
 
 impl Adaptive {
-    /// Samples per pixel that the mean may be bound to, at least.
-    pub const LEAST_MEAN: u32 = 4;
+    /// The fewest samples per pixel: one in each half.
+    pub const LEAST_SAMPLES: u32 = 2;
 
-    /// Stops at a noise.
-    pub fn to_noise(noise: f64) -> Self {
-        Self { noise, mean_samples: None }
-    }
-
-    /// Checks the goal for an image of `pixels` with at most `samples` each.
-    pub(super) fn check(&self, pixels: u64, samples: u32) -> Result<(), RenderError> {
+    /// Checks the goal for at most `samples` per pixel.
+    pub(super) fn check(&self, samples: u32) -> Result<(), RenderError> {
         let fail = |problem: String| Err(RenderError::Settings(problem));
-        if !self.noise.is_finite() || self.noise < 0.0 || (self.noise == 0.0 && self.mean_samples.is_none()) {
-            return fail(format!("the noise to stop at is {}, expected a number above 0", self.noise));
+        if !self.noise.is_finite() || self.noise < 0.0 {
+            return fail(format!("the noise to stop at is {}, expected a number that is not negative", self.noise));
         }
-        if samples < 2 {
-            return fail(format!("noise cannot be estimated from {samples} sample per pixel, expected at least 2"));
-        }
-        if self.mean_samples.is_some_and(|n| n < Self::LEAST_MEAN) {
-            return fail(format!("adaptive sampling needs a mean of at least {} samples per pixel", Self::LEAST_MEAN));
-        }
-        if pixels < 2 {
-            return fail("adaptive sampling needs an image of at least 2 pixels, found 1".to_owned());
+        if samples < Self::LEAST_SAMPLES {
+            let least = Self::LEAST_SAMPLES;
+            return fail(format!(
+                "noise cannot be estimated from {samples} sample per pixel, expected at least {least}"
+            ));
         }
         Ok(())
     }
@@ -195,10 +186,10 @@ impl Adaptive {
 /// Settings of a rendering. [`RenderSettings::of`] takes them from the scene; the default has no samples.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RenderSettings {
-    /// Samples per pixel, in noisy parts more and elsewhere fewer (see [`Shares`]); with adaptive sampling, the most that a pixel
-    /// gets.
+    /// Samples per pixel, in noisy parts more and elsewhere fewer (see [`Shares`]); with [`Adaptive`], the most that a pixel
+    /// gets in both halves.
     pub samples: u32,
-    /// Sample adaptively, to a noise.
+    /// Sample to a noise.
     pub adaptive: Option<Adaptive>,
     /// Selects the random numbers; images of different seeds are independent.
     pub seed: u32,

@@ -6,9 +6,7 @@
 use bytemuck::{Zeroable, zeroed_vec};
 use rayon::prelude::*;
 
-use super::film::{GROUP, tile_of_pixel, tiles_within, to_pixels};
-use super::layout::FilmSlot;
-use super::tiles::half_of_group;
+use super::film::{tile_of_pixel, tiles_within};
 
 /// How many times as many samples as are asked for a pixel is to have: the logarithm to the base of 2, from -1 to 2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Zeroable)]
@@ -33,11 +31,6 @@ impl Share {
     /// So many of `samples`.
     pub fn of(self, samples: u32) -> u32 {
         if self.0 < 0 { samples.div_ceil(2) } else { samples << self.0 }
-    }
-
-    /// Of its two bits in the shaders, the lowest of these.
-    fn of_bits(bits: u32) -> Self {
-        Self::ALL[(bits.wrapping_add(1) & 3) as usize]
     }
 
     /// Its two bits in the shaders.
@@ -82,31 +75,6 @@ impl Shares {
     pub fn of(tiles: &[Tile], grid: Grid, samples: u32) -> Self {
         of_tiles(tiles, grid, samples).map_or_else(Self::default, |shares| {
             Self::of_pixels(grid, |at| grid.tiles(at).map(|tile| shares[tile as usize]))
-        })
-    }
-
-    /// The same of one sample per pixel, for tiles with the pixels of either half of the image only, as groups are if not shifted.
-    pub fn of_halves(halves: [&[Tile]; 2], grid: Grid) -> Self {
-        let halves = halves.map(|tiles| of_tiles(tiles, grid, 1));
-        if halves.iter().all(Option::is_none) {
-            return Self::default();
-        }
-        Self::of_pixels(grid, |[x, y]| {
-            let shares = &halves[half_of_group(x / GROUP[0], y / GROUP[1])];
-            [shares.as_ref().map_or(Share(0), |shares| shares[grid.tiles([x, y])[0] as usize]), Share(0)]
-        })
-    }
-
-    /// Of slots that have them in their states.
-    pub fn of_states(film: &[FilmSlot], grid: Grid) -> Self {
-        let mut states = zeroed_vec::<u32>(grid.width as usize * grid.height as usize);
-        to_pixels(0, film, &mut states, grid.width, |state, slot| *state = slot.state);
-        if states.iter().all(|state| state & STATE_SHARES == 0) {
-            return Self::default();
-        }
-        Self::of_pixels(grid, |[x, y]| {
-            let state = states[y as usize * grid.width as usize + x as usize];
-            [PLAIN_SHARE, SHIFTED_SHARE].map(|bits| Share::of_bits(state >> bits))
         })
     }
 
@@ -156,8 +124,6 @@ impl Shares {
 /// Where a slot's state has the shares.
 pub(super) const PLAIN_SHARE: u32 = 12;
 pub(super) const SHIFTED_SHARE: u32 = 14;
-/// All of a slot's state that they are.
-pub(super) const STATE_SHARES: u32 = 0xf000;
 
 /// The shares of tiles, of pixels that are to have so many samples in the mean; none if not much is to be gained.
 fn of_tiles(tiles: &[Tile], grid: Grid, samples: u32) -> Option<Vec<Share>> {
@@ -204,13 +170,9 @@ impl Allowance {
     /// For so many samples per pixel. Of two or three no pixel can do with less: gradients need one in groups as they are and one in
     /// shifted ones (a bunny in a room with half of two: 3.9 times the variance). So there are some more in all where it is noisy, but
     /// fewer than of four.
-    ///
-    /// Of one, the others take a second pass, and the noise is known by what pixels show. Where .35 to .46 is left, so it says, time
-    /// × variance is .30 to .87 of that with equal ones; where it is .71 to .94 it would be .8 to 1.2.
     fn of(samples: u32) -> Self {
         let (cost, worth) = match samples {
-            ..2 => (1.4, 0.6),
-            2 => (1.4, 0.92),
+            ..=2 => (1.4, 0.92),
             3 => (1.2, 0.92),
             _ => return Self { shares: &Share::ALL, cost: 1.0, worth: 0.92 },
         };
@@ -301,7 +263,7 @@ fn divide(tiles: &[Tile], allowance: Allowance) -> Vec<Share> {
 mod tests {
     use std::ops::Range;
 
-    use super::super::film::{pixel_of_slot, place_of_tile};
+    use super::super::film::place_of_tile;
     use super::*;
 
     const GRID: Grid = Grid { width: 64, height: 64, band_rows: 64 };
@@ -325,15 +287,13 @@ mod tests {
         assert_eq!((of(8), of(1), of(0)), ([4, 8, 16, 32], [1, 1, 2, 4], [0; 4]));
         assert_eq!([-1, 0, 1, 2].map(|step| Share(step).factor()), [0.5, 1.0, 2.0, 4.0]);
         assert_eq!([-1, 0, 1, 2].map(|step| Share(step).bits()), [3, 0, 1, 2]);
-        assert!(Share::ALL.iter().all(|share| Share::of_bits(share.bits() | 0xff0) == *share));
         assert_eq!([f64::NEG_INFINITY, f64::NAN].map(Share::near), [Share(-1), Share(0)]);
     }
 
     #[test]
     fn noise_gets_samples_within_the_cost() {
         let contrasts = [(1.0, 1.0), (16.0, 1.0), (16.0, 5.0), (1e6, 1.0), (1e-6, 3.0), (0.0, 1.0)];
-        for ((contrast, cost), samples) in contrasts.into_iter().flat_map(|c| [1, 2, 3, 4].map(|samples| (c, samples)))
-        {
+        for ((contrast, cost), samples) in contrasts.into_iter().flat_map(|c| [2, 3, 4].map(|samples| (c, samples))) {
             let tiles = tiles(contrast, cost);
             let shares = divide(&tiles, Allowance::of(samples));
             let taken: f64 = tiles.iter().zip(&shares).map(|(tile, share)| tile.cost * share.factor()).sum();
@@ -358,18 +318,6 @@ mod tests {
         assert!(!shares.is_even());
         let share = |x: usize, y: usize| shares.of_pixel(y * 64 + x)[0].factor();
         assert!(share(4, 4) > share(60, 4));
-    }
-
-    #[test]
-    fn states_tell_the_shares() {
-        let shares = Shares::of(&tiles(64.0, 1.0), GRID, 4);
-        // Beside what else a state tells.
-        let with = |state: u32| FilmSlot { state: state | 1, ..FilmSlot::default() };
-        let slot = |slot: u32| with(pixel_of_slot(slot, 64, 64).map_or(0, |pixel| shares.state(pixel)));
-        let film: Vec<_> = (0..4096).map(slot).collect();
-        let told = Shares::of_states(&film, GRID);
-        assert_eq!((&told.of_pixels, told.pixels), (&shares.of_pixels, shares.pixels));
-        assert!(Shares::of_states(&[with(0); 4096], GRID).is_even());
     }
 
     #[test]

@@ -14,21 +14,20 @@ use super::layout::Counters;
 pub struct Progress {
     /// Samples done, over all pixels.
     pub done: u64,
-    /// Samples to do, over all pixels; with adaptive sampling, as many as are expected. Of one sample per pixel there may be more when
-    /// all are done, since they tell which pixels get more ([`Shares`](super::Shares)).
+    /// Samples to do, over all pixels; to a noise, as many as are expected.
     pub total: u64,
     /// Time since the first dispatch.
     pub elapsed: Duration,
 }
 
-/// What adaptive sampling reached. Noise is defined at [`Adaptive`](super::Adaptive).
+/// The noise that was reached, which is defined at [`Adaptive`](super::Adaptive).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AdaptiveStatistics {
     /// Estimated noise of the image.
     pub noise: f64,
     /// Estimated noise of the tile of 64 pixels that has the most.
     pub noisiest_tile: f64,
-    /// Times that samples were handed out.
+    /// Times that the noise of a half was looked at, at most.
     pub rounds: u32,
     /// Samples, over all pixels, that served decisions only and are not in the film.
     pub unused_samples: u64,
@@ -53,7 +52,7 @@ pub struct RenderStatistics {
     pub mean_samples_per_pixel: f64,
     /// Most samples of any pixel.
     pub most_samples_per_pixel: u32,
-    /// What adaptive sampling reached, if it came as far as an estimate.
+    /// The noise that was reached, if it came as far as an estimate.
     pub adaptive: Option<AdaptiveStatistics>,
     /// Samples, over all pixels, made with paths that serve several pixels (see [`Reuse`](super::Reuse)).
     pub reused_samples: u64,

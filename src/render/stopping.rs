@@ -14,10 +14,9 @@ pub(crate) struct Stopping {
 }
 
 impl Stopping {
-    /// For each of two independent images, the mean of which is to have a noise, with `most` samples per pixel in both
-    /// together.
-    pub fn of_each(adaptive: &Adaptive, most: u32) -> Self {
-        Self { variance: 2.0 * adaptive.noise.powi(2), most: adaptive.mean_samples.map_or(most, |n| n.min(most)) / 2 }
+    /// For each half of an image that is to have a noise, with `most` samples per pixel in both halves together.
+    pub fn of_half(adaptive: &Adaptive, most: u32) -> Self {
+        Self { variance: 2.0 * adaptive.noise.powi(2), most: most / 2 }
     }
 
     /// Most samples per pixel.
@@ -52,7 +51,7 @@ mod tests {
     use super::*;
 
     fn stopping(noise: f64, most: u32) -> Stopping {
-        Stopping::of_each(&Adaptive::to_noise(noise), most)
+        Stopping::of_half(&Adaptive { noise }, most)
     }
 
     #[test]
@@ -60,8 +59,6 @@ mod tests {
         let rungs = |most| stopping(0.1, most).rungs().collect::<Vec<_>>();
         assert_eq!((rungs(40), rungs(64)), (vec![2, 4, 8, 16, 20], vec![2, 4, 8, 16, 32]));
         assert_eq!((rungs(2), rungs(6), rungs(u32::MAX).len()), (vec![1], vec![2, 3], 31));
-        let goal = Adaptive { noise: 0.0, mean_samples: Some(9) };
-        assert_eq!(Stopping::of_each(&goal, 1000).rungs().last(), Some(4));
     }
 
     /// Climbs with a variance that falls as samples^(−exponent) from 1 on, and returns the samples.
@@ -78,7 +75,7 @@ mod tests {
     fn as_many_samples_as_the_noise_asks_for() {
         for (exponent, most_more) in [(1.0, 1.2), (1.2, 1.3)] {
             for noise in [0.2, 0.1, 0.03, 0.01] {
-                // Two images have half the variance of one.
+                // The mean of two halves has half the variance of one.
                 let exact = (2.0 * f64::powi(noise, 2)).powf(-1.0 / exponent);
                 let found = f64::from(climb(noise, 1 << 29, exponent));
                 assert!(
@@ -89,6 +86,7 @@ mod tests {
         }
         assert_eq!(climb(1e-6, 1000, 1.0), 500);
         assert_eq!(climb(1e-6, 5, 1.0), 2);
+        assert_eq!(climb(0.0, 1000, 1.0), 500);
     }
 
     #[test]

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 use photolith::render::{RenderStatistics, Reuse, Shares};
-use photolith::scene::{Light, Material, Normals, Sphere, Surface};
+use photolith::scene::{Material, Normals, Sphere, Surface};
 use photolith::{Context, ContextOptions, Film, RenderSettings, Renderer, Scene, Validation};
 
 /// The scenes that are shipped, by name.
@@ -66,14 +66,6 @@ pub fn shipped(name: &str, (width, height): (u32, u32), samples: u32) -> Scene {
     scene
 }
 
-/// The shipped cat with its light near the floor, where most noise is, as one sample shows.
-pub fn cat_under_a_low_light((width, height): (u32, u32), samples: u32) -> Scene {
-    let mut scene = shipped("cat", (width, height), samples);
-    let Light::Point { position, .. } = &mut scene.lights[0];
-    *position = DVec3::new(12.0, -5.0, 12.0);
-    scene
-}
-
 /// Renders to the end.
 pub fn render(context: &Context, scene: &Scene, settings: &RenderSettings) -> Film {
     render_counted(context, scene, settings).0
@@ -85,10 +77,9 @@ pub fn render_counted(context: &Context, scene: &Scene, settings: &RenderSetting
     let film = renderer.render(|_| ControlFlow::Continue(())).expect("a film");
     let statistics = renderer.statistics().clone();
     assert_eq!(statistics.bad_samples, 0, "{}: samples that are not finite", scene.source);
-    // Where paths may be reused noisy parts may get up to four times as many, others at least half (`Shares`). Of one sample that is not
-    // tried before.
-    let untried = settings.samples == 1 && statistics.reused_samples > 0;
-    let tried = settings.reuse == Reuse::Always || statistics.reuse_gain.is_some() || untried;
+    // Where paths may be reused noisy parts may get up to four times as many, others at least half (`Shares`). One sample is too few to
+    // try.
+    let tried = settings.samples > 1 && (settings.reuse == Reuse::Always || statistics.reuse_gain.is_some());
     let shared = settings.shares == Shares::Auto && tried;
     let samples =
         if shared { settings.samples.div_ceil(2)..=4 * settings.samples } else { settings.samples..=settings.samples };

@@ -1,9 +1,7 @@
 //! Paths that serve several pixels, and images made from differences between these, against the same without.
 
 use crate::check::lab::Rendered;
-use crate::check::scenes::{
-    Build, diffuse, divided_room, glass, icosphere, lamps, low_lamp, mirrored_wall, screened_room, v,
-};
+use crate::check::scenes::{Build, diffuse, divided_room, glass, icosphere, lamps, mirrored_wall, screened_room, v};
 use crate::check::statistics::z_score;
 use crate::check::{Case, CheckError, Lab, Measured};
 use crate::render::{Aims, Gradients, LightSamples, RenderSettings, Renderer, Reuse, Scheduler, Shares};
@@ -137,15 +135,6 @@ pub(super) const CASES: &[Case] = &[
         measure: |lab| contrast(lab, lamps(), Meet::Notes, [UNEVEN_OF_TWO, COMPARED]),
     },
     Case {
-        name: "shares/one",
-        what: "a room with a lamp near the floor, one sample, which tells where there are to be more: by the notes of the queue",
-        oracle: "one sample everywhere",
-        quantity: "the same",
-        threshold: 4.0,
-        full_only: false,
-        measure: |lab| contrast(lab, low_lamp(), Meet::Notes, [UNEVEN_OF_ONE, SHARED]),
-    },
-    Case {
         name: "light-samples/paths",
         what: "the room with lamps, of which first diffuse hits get four samples: by the notes of the queue",
         oracle: "one sample of them",
@@ -246,8 +235,6 @@ const ALONE: Way = Way { reuse: Reuse::Off, light_samples: LightSamples::One, ..
 const COMPARED: Way = Way { gradients: Gradients::Auto, ..SHARED };
 const UNEVEN: Way = Way { shares: Shares::Auto, ..COMPARED };
 const UNEVEN_OF_TWO: Way = Way { samples: Some(2), ..UNEVEN };
-/// Without a second one there is nothing to compare neighbours by.
-const UNEVEN_OF_ONE: Way = Way { shares: Shares::Auto, samples: Some(1), ..SHARED };
 const UNAIMED: Way = Way { aims: Aims::Off, ..COMPARED };
 const ONE_LIGHT: Way = Way { light_samples: LightSamples::One, ..COMPARED };
 

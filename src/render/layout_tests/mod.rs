@@ -12,10 +12,9 @@ use super::layout::{
     BeamNote, Counters, FilmSlot, GradientSlot, Push, SceneValues, binding, constant, flag, glance, kind, mode, queue,
 };
 use super::mutation::Mutation;
-use super::shares::{PLAIN_SHARE, SHIFTED_SHARE, STATE_SHARES};
+use super::shares::{PLAIN_SHARE, SHIFTED_SHARE};
 use super::sobol;
 use super::spheres::MAX_CONSTANT_SPHERES;
-use super::tiles::{TILE, half_of};
 use super::{lights, tables};
 use reflect::{Interface, interface};
 
@@ -159,7 +158,6 @@ fn push_constants() {
         ("band_first", offset_of!(Push, band_first)),
         ("tile_step", offset_of!(Push, tile_step)),
         ("piece_stride", offset_of!(Push, piece_stride)),
-        ("reused_halves", offset_of!(Push, reused_halves)),
         ("modes", offset_of!(Push, modes)),
         ("band_rows", offset_of!(Push, band_rows)),
         ("other_samples", offset_of!(Push, other_samples)),
@@ -212,7 +210,6 @@ fn records() {
     assert!(sampler.contains(&format!("const uint LEVEL_BITS = {}u;", sobol::LEVEL_BITS)));
     assert!(sampler.contains(&format!("const uint COLUMN_GAP = {}u;", sobol::COLUMN_GAP)));
     assert!(sampler.contains(&format!("const uint MEMBER_SHIFT = {}u;", sobol::MAX_SAMPLES.ilog2())));
-    let reuse = include_str!("../../../shaders/lib/reuse.glsl");
     let notes = include_str!("../../../shaders/lib/reuse_notes.glsl");
     assert!(notes.contains(&format!("const uint SLOT_BITS = {}u;", queue::PATHS.ilog2())));
     let layout = include_str!("../../../shaders/lib/layout.glsl");
@@ -221,18 +218,18 @@ fn records() {
     assert!(gradient.contains(&format!("const uint MOST_GRADIENTS = {}u;", queue::MOST_GRADIENTS)));
     assert_eq!((offset_of!(GradientSlot, right), offset_of!(GradientSlot, down)), (16, 32));
     assert!(layout.contains(&format!("const uint GRADIENT_ROWS = {}u;", size_of::<GradientSlot>() / 16)));
-    assert!(reuse.contains("(reused_halves >> ((p ^ (p >> 1)) & 1u)) & 1u"));
-    assert!((0..TILE).all(|p| half_of(p) == (p ^ (p >> 1)) & 1));
     assert!(order.contains(&format!("const uint SCATTERED_TILES = {}u;", queue::SCATTERED_TILES)));
     let share = include_str!("../../../shaders/lib/share.glsl");
     assert!(share.contains(&format!("const uint PLAIN_SHARE = {PLAIN_SHARE}u;")));
     assert!(share.contains(&format!("const uint SHIFTED_SHARE = {SHIFTED_SHARE}u;")));
-    assert!(share.contains(&format!("const uint STATE_SHARES = {STATE_SHARES:#x}u;")));
+    let shares = 3 << PLAIN_SHARE | 3 << SHIFTED_SHARE;
+    assert!(share.contains(&format!("const uint STATE_SHARES = {shares:#x}u;")));
     for (name, bit) in [
         ("MODE_SHIFTED", mode::SHIFTED),
         ("MODE_ALIKE", mode::ALIKE),
         ("MODE_SURVEY", mode::SURVEY),
         ("MODE_SCATTERED", mode::SCATTERED),
+        ("MODE_REUSED", mode::REUSED),
         ("MODES_TURN", mode::TURN_SHIFT),
     ] {
         assert!(layout.contains(&format!("const uint {name} = {bit}u;")), "{name}");

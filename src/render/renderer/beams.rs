@@ -27,12 +27,8 @@ use super::{IN_FLIGHT, Renderer};
 /// .93 to 1.12, with four times as many 1.03 to 1.35 (a bunny of glass, an armadillo of mirror, balls of both; 4 and 16 samples,
 /// lavapipe 25.0.7).
 const BEAMS_PER_SAMPLE: f64 = 1.0 / 8.0;
-/// The number of the second part's first beam. Numbers have 32 bits.
-const SECOND_PART: u32 = 1 << 31;
-/// Most beams of a part: the end of its numbers must be one too.
-const MOST_BEAMS: u64 = (SECOND_PART - BLOCK) as u64;
-/// The noise that is wanted of beams is so much smaller than what they may have: how much they need is only estimated.
-const NOISE_MARGIN: f64 = 1.5;
+/// Most beams: their numbers have 32 bits.
+const MOST_BEAMS: u64 = ((1 << 31) - BLOCK) as u64;
 /// Beams of a dispatch, if as many notes fit into a buffer: on CPUs, and on GPUs.
 const DISPATCH: [u32; 2] = [1 << 15, 1 << 16];
 /// Blocks of beams with numbers that are evenly spread.
@@ -77,14 +73,13 @@ struct Notes {
 }
 
 /// Beams for samples of the image: whole blocks of evenly spread numbers, each of another scramble.
-fn beams_for(samples: u64, of_each: f64) -> u64 {
-    ((samples as f64 * of_each) as u64).max(1).next_multiple_of(u64::from(BLOCK)).min(MOST_BEAMS)
+fn beams_for(samples: u64) -> u64 {
+    ((samples as f64 * BEAMS_PER_SAMPLE) as u64).max(1).next_multiple_of(u64::from(BLOCK)).min(MOST_BEAMS)
 }
 
-/// The most beams of a rendering, or of each of its two parts. (If it gets more samples later, dispatches are smaller than they could be.)
+/// The most beams of a rendering. (If it gets more samples later, dispatches are smaller than they could be.)
 pub(super) fn most_beams(pixels: u64, settings: &RenderSettings) -> u64 {
-    let of_each = if settings.adaptive.is_some() { 0.5 } else { BEAMS_PER_SAMPLE };
-    beams_for(pixels * u64::from(settings.samples), of_each)
+    beams_for(pixels * u64::from(settings.samples))
 }
 
 /// Bytes of what so many beams note.
@@ -153,7 +148,7 @@ impl Renderer {
     /// The light of no beam yet.
     pub(super) fn no_beams(&self) -> BeamLight {
         let pixels = if self.beams.is_some() { self.width as usize * self.height as usize } else { 0 };
-        if self.settings.adaptive.is_some() { BeamLight::with_noise(pixels) } else { BeamLight::new(pixels) }
+        BeamLight::new(pixels)
     }
 
     /// Samples per pixel after which beams are traced, so that at no time too many of them are missing: they double.
@@ -163,90 +158,62 @@ impl Renderer {
         std::iter::successors(Some(first), move |&n| (n < samples).then(|| n.saturating_mul(2).min(samples)))
     }
 
-    /// Beams of each part, if there are so many for each sample that is done.
-    fn beams_of_each(&self, light: &BeamLight, per_sample: f64) -> u64 {
-        beams_for(self.statistics.samples, per_sample / light.parts.len() as f64)
+    /// Traces as many beams as go with so many samples, over all pixels, or fewer if the watch says stop. Returns whether all are traced.
+    pub(super) fn keep_up_with_beams(&mut self, samples: u64, watch: &mut Watch<'_>) -> Result<bool, RenderError> {
+        let beams = beams_for(samples);
+        self.trace_beams_to(beams, watch)?;
+        Ok(self.beams.is_none() || self.light.beams >= beams)
     }
 
-    /// Traces as many beams as go with the samples that are done.
-    pub(super) fn keep_up_with_beams(
-        &mut self,
-        light: &mut BeamLight,
-        watch: &mut Watch<'_>,
-    ) -> Result<(), RenderError> {
-        let beams = self.beams_of_each(light, BEAMS_PER_SAMPLE);
-        self.trace_beams_to(light, &vec![beams; light.parts.len()], watch)
-    }
-
-    /// The same when paths are over, and more until their part of the noise (see [`BeamLight::noise`]) should be at most this, there
-    /// is one for each sample, or the watch says stop. Adds the light of all beams to the film; returns that part.
+    /// The same when paths are over, for which there is a limit of its own. Adds the light of all beams to the film.
     pub(super) fn add_beams(
         &mut self,
         film: &mut Film,
-        light: &mut BeamLight,
-        noise: f64,
+        samples: u64,
         watch: &mut Watch<'_>,
-    ) -> Result<f64, RenderError> {
+    ) -> Result<bool, RenderError> {
         if self.beams.is_none() {
-            return Ok(0.0);
+            return Ok(true);
         }
         watch.set_limit(self.settings.time_limit);
-        self.keep_up_with_beams(light, watch)?;
-        let least = self.beams_of_each(light, BEAMS_PER_SAMPLE);
-        self.statistics.stopped |= light.parts.iter().any(|part| part.beams < least);
-        // Decided once: by numbers that it has decided itself, a part would have a say in its own.
-        let most = self.beams_of_each(light, 1.0);
-        let wanted = light.beams_for_noise(film, noise / NOISE_MARGIN);
-        let wanted = wanted.into_iter().map(|beams| beams.min(most).next_multiple_of(u64::from(BLOCK)));
-        self.trace_beams_to(light, &wanted.collect::<Vec<_>>(), watch)?;
-        self.statistics.beams = light.beams();
-        let noise = light.noise(film);
-        film.add(|pixel, _| light.mean(pixel));
-        Ok(noise)
+        let complete = self.keep_up_with_beams(samples, watch)?;
+        self.light.add_to(film);
+        Ok(complete)
     }
 
-    /// Traces beams until each part has so many, or the watch says stop after a dispatch, when what is in flight is still waited for: any
+    /// Traces beams until there are so many, or the watch says stop after a dispatch, when what is in flight is still waited for: any
     /// number of them is right in the mean, but none at all. The device traces a dispatch while the host adds up what the one before
     /// it has noted.
-    fn trace_beams_to(
-        &mut self,
-        light: &mut BeamLight,
-        beams: &[u64],
-        watch: &mut Watch<'_>,
-    ) -> Result<(), RenderError> {
+    fn trace_beams_to(&mut self, beams: u64, watch: &mut Watch<'_>) -> Result<(), RenderError> {
         let Some(tracer) = self.beams.clone() else { return Ok(()) };
         let (dispatch, most_in_flight) = (u64::from(tracer.dispatch), tracer.notes.len());
-        for ((part, &beams), first) in light.parts.iter_mut().zip(beams).zip([0, SECOND_PART]) {
-            let mut begun = part.beams;
-            let mut in_flight = VecDeque::new();
-            loop {
-                while in_flight.len() < most_in_flight && begun < beams && (begun == 0 || !watch.stop) {
-                    let end = beams.min(begun + dispatch);
-                    let span = first + begun as u32..first + end as u32;
-                    let number = (begun / dispatch) as usize % most_in_flight;
-                    let ticket = self.trace_beams(&tracer, &span, tracer.per_invocation, number)?;
-                    in_flight.push_back((ticket, Instant::now(), span, number));
-                    begun = end;
-                }
-                let Some((ticket, submitted, span, number)) = in_flight.pop_front() else { break };
-                self.finish(&ticket, number)?;
-                let budget = self.launch.loop_budget;
-                let is_unfinished =
-                    || Ok::<_, RenderError>(budget > 0 && tracer.noted(&span, number)?.are_unfinished());
-                if is_unfinished()? {
-                    // What did not fit into the loop budget beside others may alone.
-                    let ticket = self.trace_beams(&tracer, &span, 1, number)?;
-                    self.finish(&ticket, number)?;
-                    if is_unfinished()? {
-                        return Err(RenderError::Stuck { budget });
-                    }
-                }
-                part.add(tracer.noted(&span, number)?);
-                let seconds = watch.finished_since(submitted);
-                watch.report(self.statistics.samples, seconds, false);
+        let mut begun = self.light.beams;
+        let mut in_flight = VecDeque::new();
+        loop {
+            while in_flight.len() < most_in_flight && begun < beams && (begun == 0 || !watch.stop) {
+                let end = beams.min(begun + dispatch);
+                let span = begun as u32..end as u32;
+                let number = (begun / dispatch) as usize % most_in_flight;
+                let ticket = self.trace_beams(&tracer, &span, tracer.per_invocation, number)?;
+                in_flight.push_back((ticket, Instant::now(), span, number));
+                begun = end;
             }
+            let Some((ticket, submitted, span, number)) = in_flight.pop_front() else { return Ok(()) };
+            self.finish(&ticket, number)?;
+            let budget = self.launch.loop_budget;
+            let is_unfinished = || Ok::<_, RenderError>(budget > 0 && tracer.noted(&span, number)?.are_unfinished());
+            if is_unfinished()? {
+                // What did not fit into the loop budget beside others may alone.
+                let ticket = self.trace_beams(&tracer, &span, 1, number)?;
+                self.finish(&ticket, number)?;
+                if is_unfinished()? {
+                    return Err(RenderError::Stuck { budget });
+                }
+            }
+            self.light.add(tracer.noted(&span, number)?);
+            let seconds = watch.finished_since(submitted);
+            watch.report(self.statistics.samples, seconds, false);
         }
-        Ok(())
     }
 
     /// Traces the beams of these numbers, so many with each invocation, as one of the dispatches in flight.

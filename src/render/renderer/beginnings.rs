@@ -5,9 +5,8 @@ use std::mem::take;
 use rayon::prelude::*;
 
 use super::super::error::RenderError;
-use super::super::film::{pixel_of_slot, slot_count, tiles_of_pixels};
+use super::super::film::{TILE, pixel_of_slot, slot_count, tiles_of_pixels};
 use super::super::layout::{FilmSlot, glance};
-use super::super::tiles::TILE;
 use super::Renderer;
 use super::{glances, repeats};
 

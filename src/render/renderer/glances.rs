@@ -3,10 +3,9 @@
 use rayon::prelude::*;
 
 use super::super::error::RenderError;
-use super::super::film::{SIDE, pixel_of_slot, pixels_in, slot_count, tile_of_pixel, tiles_around};
+use super::super::film::{SIDE, TILE, pixel_of_slot, pixels_in, slot_count, tile_of_pixel, tiles_around};
 use super::super::layout::{FilmSlot, glance};
 use super::super::plan::{Span, Work};
-use super::super::tiles::TILE;
 use super::super::view::Rectangle;
 use super::Renderer;
 use super::verdict::ReuseTrial;

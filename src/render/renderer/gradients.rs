@@ -105,13 +105,9 @@ impl Renderer {
     pub(super) fn makes_gradients(&self) -> bool {
         let samples = match &self.settings.adaptive {
             None => self.settings.samples,
-            Some(adaptive) => Stopping::of_each(adaptive, self.settings.samples).most(),
+            Some(adaptive) => Stopping::of_half(adaptive, self.settings.samples).most(),
         };
-        let trial = self.reuse.together();
-        self.gradients
-            && samples >= FEWEST_SAMPLES
-            && trial.halves(self.reuse_is_worth) != 0
-            && trial.suits_gradients(self.settings.adaptive.is_some(), self.most_left)
+        self.gradients && samples >= FEWEST_SAMPLES && self.reuses_paths() && self.reuse.suits_gradients(self.most_left)
     }
 
     fn phases(&self) -> Phases {

@@ -6,12 +6,11 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use super::super::error::RenderError;
-use super::super::film::{pixels_in, rows_of_blocks};
+use super::super::film::{TILE, pixels_in, rows_of_blocks};
 use super::super::layout::{Counters, Push, mode};
 use super::super::plan::{Plan, Span, Work, tile_spans};
 use super::super::shares::Share;
 use super::super::statistics::{Progress, RenderStatistics};
-use super::super::tiles::TILE;
 use super::buffers::Band;
 use super::resume::Keeping;
 use super::{IN_FLIGHT, Renderer};
@@ -124,8 +123,6 @@ impl Renderer {
         let mut plan = Plan::new(spans.to_vec(), done, samples, &self.pace);
         let mut in_flight: VecDeque<(Ticket, Instant, usize, bool)> = VecDeque::new();
         let mut done_before_repeat = None;
-        // If shares follow, each has a sample before they are known.
-        let from_nothing = done == 0 && (self.shares.is_even() || !self.shares_follow());
         loop {
             // What fits into a dispatch is not known before the first has ended.
             let most = if self.pace.is_known() { IN_FLIGHT } else { 1 };
@@ -159,7 +156,7 @@ impl Renderer {
                 }
                 plan.repeat(&self.pace, in_vain);
             }
-            let uneven = from_nothing && plan.in_first_round();
+            let uneven = done == 0 && plan.in_first_round();
             watch.report(done, seconds, uneven || done <= watch.redone);
         }
     }
@@ -248,7 +245,8 @@ impl Renderer {
         let (bands, slots_per_piece, stage) = (&self.buffers.bands, self.launch.slots_per_piece, self.stage);
         let (pipeline, counters, readback) = (&self.pipeline, &self.buffers.counters, &self.buffers.readbacks[number]);
         let shifted = if self.groups.shifted { mode::SHIFTED } else { 0 };
-        let modes = if self.makes_gradients() { shifted | mode::ALIKE } else { shifted };
+        let alike = if self.makes_gradients() { mode::ALIKE } else { 0 };
+        let reused = if self.reuses_paths() { mode::REUSED } else { 0 };
         let common = Push {
             target_samples: work.target_samples,
             // As many as for the largest share, if that is possible at once; if not, the pass is repeated. Where loops have a
@@ -259,8 +257,7 @@ impl Renderer {
                 work.new_samples.saturating_mul(Share::MOST).min(self.pace.most_samples())
             },
             tile_step: work.tile_step,
-            reused_halves: self.reused_halves(),
-            modes: self.push.modes | modes,
+            modes: self.push.modes | shifted | alike | reused,
             other_samples: self.groups.other_samples,
             ..self.push
         };

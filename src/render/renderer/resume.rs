@@ -12,7 +12,6 @@ use super::super::error::RenderError;
 use super::super::film::Film;
 use super::super::kernels::LIGHT_TRACE;
 use super::super::layout::FilmSlot;
-use super::super::shares::STATE_SHARES;
 use super::super::statistics::Progress;
 use super::Renderer;
 use super::passes::Watch;
@@ -47,7 +46,7 @@ impl Renderer {
     /// scene and the settings are not in it: who keeps it keeps account of them.
     ///
     /// # Errors
-    /// Nothing has been rendered; sampling is adaptive; a Vulkan call fails.
+    /// Nothing has been rendered; the rendering is to a noise; a Vulkan call fails.
     pub fn checkpoint(&mut self) -> Result<Checkpoint, RenderError> {
         self.check_may_resume()?;
         if self.statistics.samples == 0 {
@@ -61,7 +60,7 @@ impl Renderer {
     /// before there is a further sample.
     ///
     /// # Errors
-    /// As of [`Self::render`]; the checkpoint is of another rendering; sampling is adaptive.
+    /// As of [`Self::render`]; the checkpoint is of another rendering; the rendering is to a noise.
     pub fn go_on(
         &mut self,
         checkpoint: &Checkpoint,
@@ -113,10 +112,10 @@ impl Renderer {
         if self.makes_gradients() {
             self.read_gradients(&spans, |_, slots| gradients.extend_from_slice(slots))?;
         }
-        let (beams, sums) = self.light.first_part();
+        let BeamLight { beams, sums } = self.light.clone();
         let done = u64::from(self.phase_begin);
         let figures = Figures { done, beams, render_seconds, ..Figures::of(&self.statistics, self.stages()) };
-        Ok(Checkpoint { figures, film, gradients, beams: sums.to_vec() })
+        Ok(Checkpoint { figures, film, gradients, beams: sums })
     }
 
     fn stages(&self) -> [&'static str; 2] {
@@ -133,19 +132,17 @@ impl Renderer {
         if film.len() as u64 != slots {
             return Err(other("its image has another size"));
         }
-        if gradients.len() != noted || beams.len() != self.light.first_part().1.len() {
+        if gradients.len() != noted || beams.len() != self.light.sums.len() {
             return Err(other("its image is made in another way"));
         }
-        // How samples begin, and how many each pixel gets, unless the samples tell that.
-        let told = if self.shares_follow() { !STATE_SHARES } else { !0 };
+        // How samples begin, and how many each pixel gets.
         let mut same = true;
         self.read_slots(&spans, |first, slots: &[FilmSlot]| {
-            same &= slots.iter().zip(&film[first as usize..]).all(|(empty, slot)| empty.state == slot.state & told);
+            same &= slots.iter().zip(&film[first as usize..]).all(|(empty, slot)| empty.state == slot.state);
         })?;
         if !same {
             return Err(other("pixels are sampled in another way"));
         }
-        self.take_up_shares(film);
         let done = u32::try_from(figures.done).ok().filter(|&done| done <= self.settings.samples);
         let begun = done.map(|done| (done, self.samples_of_image(done)));
         let begun = begun.filter(|(_, samples)| *samples <= figures.samples);
@@ -157,7 +154,7 @@ impl Renderer {
         let stages = self.stages();
         figures.restore(&mut self.statistics, stages);
         if !beams.is_empty() {
-            self.light = BeamLight::of(figures.beams, beams.clone());
+            self.light = BeamLight { beams: figures.beams, sums: beams.clone() };
         }
         self.before.samples_of_phase = figures.samples - samples;
         Ok(done)

@@ -1,18 +1,12 @@
 //! Decides how many of the samples each part of the image gets (shaders/lib/share.glsl).
 
-use bytemuck::zeroed_vec;
-
-use super::super::contrast::tiles_of_halves;
-use super::super::error::RenderError;
 use super::super::features::Features;
-use super::super::film::{pixel_of_slot, pixels_in, rows_of_blocks, slot_count, slots_of_row};
-use super::super::layout::{FilmSlot, queue};
+use super::super::film::{TILE, pixels_in, rows_of_blocks, slot_count, slots_of_row};
+use super::super::layout::queue;
 use super::super::settings::{self, RenderSettings};
 use super::super::shares::{Grid, Share, Shares, Tile};
 use super::super::sobol::{MAX_SAMPLES, levels};
-use super::super::tiles::TILE;
 use super::Renderer;
-use super::passes::Watch;
 use super::trial::{SET, Tried};
 
 /// Levels that the sampler's table has for a rendering: enough for those pixels that get most, if paths may serve several pixels. (A
@@ -29,7 +23,10 @@ fn most_of_pixel(settings: &RenderSettings) -> u32 {
 
 /// Whether pixels are to get different numbers of samples, where that pays.
 fn wants_shares(settings: &RenderSettings) -> bool {
-    settings.shares == settings::Shares::Auto && settings.adaptive.is_none() && most_of_pixel(settings) <= MAX_SAMPLES
+    settings.shares == settings::Shares::Auto
+        && settings.adaptive.is_none()
+        && settings.samples >= queue::TRIAL
+        && most_of_pixel(settings) <= MAX_SAMPLES
 }
 
 impl Renderer {
@@ -43,7 +40,7 @@ impl Renderer {
 
     /// Decides about the shares of tiles.
     pub(super) fn divide_samples(&mut self, tried: &Tried) {
-        let (reused, gradients) = (self.reused_halves() != 0, self.makes_gradients());
+        let (reused, gradients) = (self.reuses_paths(), self.makes_gradients());
         let tiles = slot_count(self.width, self.height) as u32 / TILE as u32;
         let pixels =
             |tile: u32| pixels_in(tile * TILE as u32, (tile + 1) * TILE as u32, self.width, self.height) as f64;
@@ -70,46 +67,5 @@ impl Renderer {
     fn grid(&self) -> Grid {
         let band_rows = rows_of_blocks(self.buffers.bands[0].slots, self.width);
         Grid { width: self.width, height: self.height, band_rows }
-    }
-
-    /// Whether it is the first sample of each pixel that tells which pixels get more: a trial would take too much of the time of
-    /// so few.
-    pub(super) fn shares_follow(&self) -> bool {
-        self.settings.samples < queue::TRIAL && self.may_share() && self.reused_halves() != 0
-    }
-
-    /// The first sample of each pixel being done, decides which pixels get more, and takes these.
-    pub(super) fn go_on_where_noisy(&mut self, watch: &mut Watch<'_>) -> Result<(), RenderError> {
-        self.divide_after_first()?;
-        watch.total = self.samples_of_image(self.settings.samples);
-        if !self.shares.is_even() && !watch.stop {
-            self.before.samples_of_phase = self.statistics.samples;
-            self.pass(&self.whole_film(), 0, self.settings.samples, watch)?;
-        }
-        Ok(())
-    }
-
-    /// The first samples being all that there are, decides about the shares of tiles.
-    fn divide_after_first(&mut self) -> Result<(), RenderError> {
-        let whole = self.whole_film();
-        let (width, height) = (self.width, self.height);
-        let mut values: Vec<f32> = zeroed_vec(width as usize * height as usize);
-        self.read_pixels(&whole, &mut values, |value, slot| *value = slot.sum.iter().sum())?;
-        let [a, b] = tiles_of_halves(&values, width);
-        let shares = Shares::of_halves([&a, &b], self.grid());
-        if !shares.is_even() {
-            self.change_film(&whole, |number, slot| {
-                slot.state |= pixel_of_slot(number, width, height).map_or(0, |pixel| shares.state(pixel));
-            })?;
-        }
-        self.shares = shares;
-        Ok(())
-    }
-
-    /// Takes over the shares that followed from the first samples of a film that is gone on with, if it had come so far.
-    pub(super) fn take_up_shares(&mut self, film: &[FilmSlot]) {
-        if self.shares_follow() {
-            self.shares = Shares::of_states(film, self.grid());
-        }
     }
 }

@@ -14,8 +14,6 @@ use super::passes::{mapped, unmapped};
 use super::{IN_FLIGHT, Renderer};
 use crate::gpu::{Access, Buffer};
 
-/// Slots that are changed together: they are held by the host meanwhile.
-const CHANGED_TOGETHER: u32 = 1 << 14;
 /// Parts of a passage: one is copied while the other is filled or read.
 const HALVES: usize = 2;
 // Each is in a submission of its own.
@@ -38,25 +36,6 @@ impl Renderer {
         slot: impl Fn(u32) -> GradientSlot + Sync,
     ) -> Result<(), RenderError> {
         self.fill(|band| &mut band.gradients, spans, slot)
-    }
-
-    /// Changes slots of spans of the film, of which `change` is told the numbers. The device must be idle.
-    pub(super) fn change_film(
-        &mut self,
-        spans: &[Span],
-        change: impl Fn(u32, &mut FilmSlot) + Sync,
-    ) -> Result<(), RenderError> {
-        let mut held = Vec::new();
-        for part in loads(spans, CHANGED_TOGETHER).into_iter().flatten() {
-            held.clear();
-            self.read_slots(&[part], |_, slots| held.extend_from_slice(slots))?;
-            self.fill_film(&[part], |number| {
-                let mut slot = held[(number - part.first_slot) as usize];
-                change(number, &mut slot);
-                slot
-            })?;
-        }
-        Ok(())
     }
 
     /// Fills spans of one of the buffers of each band.

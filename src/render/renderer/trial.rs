@@ -6,10 +6,9 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::super::error::RenderError;
-use super::super::film::{MEMBERS, TILE_GROUPS, pixel_of_slot};
+use super::super::film::{MEMBERS, TILE, TILE_GROUPS, pixel_of_slot};
 use super::super::layout::{mode, queue};
 use super::super::plan::{Span, Work};
-use super::super::tiles::TILE;
 use super::Renderer;
 use super::gradients::TriedPair;
 use super::tried::{GroupNoise, TriedGroup};
@@ -50,12 +49,9 @@ fn groups_of_set(first_slot: u32, turns: Range<u32>) -> impl Iterator<Item = u32
 }
 
 impl Renderer {
-    /// A bit for each half of the image, whether its paths serve several pixels; the same for both unless each decides how the
-    /// other is sampled.
-    pub(super) fn reused_halves(&self) -> u32 {
-        let apart = self.settings.adaptive.is_some() && !self.makes_gradients();
-        let trial = if apart { self.reuse } else { self.reuse.together() };
-        trial.halves(self.reuse_is_worth)
+    /// Whether paths serve several pixels.
+    pub(super) fn reuses_paths(&self) -> bool {
+        self.reuse.pays(self.reuse_is_worth)
     }
 
     /// Before a rendering, the film being empty: tries reuse in a few groups of every tile, with other random numbers, so that nothing
@@ -73,7 +69,7 @@ impl Renderer {
         if self.reuse == ReuseTrial::Pending {
             self.reuse = tried.reuse;
         }
-        log::debug!("reuse of paths: {:?}, halves {:02b}", self.reuse, self.reused_halves());
+        log::debug!("reuse of paths: {:?}, {}", self.reuse, self.reuses_paths());
         if self.makes_gradients() {
             self.judge_gradients(&tried.pairs)?;
         }

@@ -2,9 +2,8 @@
 
 use std::ops::Add;
 
-use super::super::film::{MEMBERS, TILE_GROUPS};
+use super::super::film::{MEMBERS, TILE, TILE_GROUPS};
 use super::super::layout::{FilmSlot, GradientSlot};
-use super::super::tiles::TILE;
 
 /// Neighbours on the right and below that a pixel has in its group, in the mean.
 const PAIRS: f64 = 1.25;

@@ -1,0 +1,218 @@
+//! Rendering to a noise, in two halves that share no random numbers ([dual buffers](super::super::dual)).
+//!
+//! A number of samples that depends on these samples biases an image: one that has missed rare bright light looks converged, and
+//! stops early (Kirk and Arvo, "Unbiased sampling techniques for image synthesis", SIGGRAPH 1991). So each half decides from its own
+//! samples how many the other one gets: either has a number of samples that is independent of them, and their mean is without bias,
+//! however they were made. All pixels get the same number of samples.
+
+use std::mem::replace;
+
+use super::super::beam_light::BeamLight;
+use super::super::dual::{DualFilms, Noise, Weighting, change};
+use super::super::error::RenderError;
+use super::super::film::Film;
+use super::super::layout::{FilmSlot, GradientSlot};
+use super::super::settings::Adaptive;
+use super::super::statistics::AdaptiveStatistics;
+use super::super::stopping::Stopping;
+use super::Renderer;
+use super::passes::Watch;
+
+/// What the seed of the second half is changed by (XOR).
+const SEED: u32 = 0x2993_8a61;
+
+/// What the renderer has held of a half.
+struct Parked {
+    film: Vec<FilmSlot>,
+    gradients: Vec<GradientSlot>,
+    light: BeamLight,
+}
+
+/// One of the halves.
+#[derive(Default)]
+struct Half {
+    /// If the renderer works on the other one: what it has held of this one, unless there is nothing yet.
+    parked: Option<Parked>,
+    /// Samples per pixel.
+    samples: u32,
+    /// The film of its last rung, with the samples that it had.
+    last: Option<(u32, Film)>,
+    /// Its variance there, after two rungs.
+    variance: Option<f64>,
+    rungs: u32,
+    /// Samples that the other half is to have.
+    decision: Option<u32>,
+    /// The film with as many as the other one has decided on.
+    done: Option<Film>,
+}
+
+impl Half {
+    /// Has reached a rung. The error of a mean is estimated by what its last samples have changed. Let M be the mean of m samples, M′
+    /// that of n > m, the first m included. For independent samples of variance v, E(M′ − M)² = v(n − m)/(mn), so that
+    /// (M′ − M)² m/(n − m) estimates the variance v/n of M′ without bias. Where scrambled Sobol points converge faster it is too large.
+    fn look(&mut self, film: Film, stopping: &Stopping) {
+        if let Some((before, last)) = &self.last {
+            self.variance = Some(change(last, &film) * f64::from(*before) / f64::from(self.samples - before));
+        }
+        self.rungs += 1;
+        self.decision = stopping.decide(self.samples, self.variance);
+        self.last = Some((self.samples, film));
+    }
+}
+
+/// Both, and which of them the renderer holds.
+#[derive(Default)]
+struct Halves {
+    both: [Half; 2],
+    present: usize,
+}
+
+impl Renderer {
+    /// Renders both halves, until each has decided for the other and has as many samples as that one asks for. The film has the
+    /// variance of its pixels.
+    pub(super) fn render_dual(&mut self, adaptive: &Adaptive, watch: &mut Watch<'_>) -> Result<Film, RenderError> {
+        let seed = self.push.seed;
+        let rendered = self.dual_until(adaptive, watch);
+        self.push.seed = seed;
+        rendered
+    }
+
+    fn dual_until(&mut self, adaptive: &Adaptive, watch: &mut Watch<'_>) -> Result<Film, RenderError> {
+        let stopping = Stopping::of_half(adaptive, self.settings.samples);
+        let mut halves = Halves::default();
+        let complete = self.climb(&mut halves, &stopping, watch)?;
+        let (films, weighting) = match halves.both.each_mut().map(|half| half.done.take()) {
+            [Some(a), Some(b)] => ([a, b], Weighting::Equal),
+            // As far as they have come. Once one has stopped by what it shows, samples must not tell how much either counts.
+            _ => {
+                let by_clock = halves.both.iter().all(|half| half.decision.is_none());
+                let films = [self.develop_half(&mut halves, 0, watch)?, self.develop_half(&mut halves, 1, watch)?];
+                (films, if by_clock { Weighting::BySamples } else { Weighting::Equal })
+            }
+        };
+        let (film, noise) = DualFilms(films).mean(weighting);
+        let parked = halves.both.iter().filter_map(|half| half.parked.as_ref());
+        self.statistics.beams = self.light.beams + parked.map(|parked| parked.light.beams).sum::<u64>();
+        let used: u64 = film.counts().iter().map(|&n| u64::from(n)).sum();
+        self.statistics.stopped = !complete && noise.is_none_or(|noise| noise.image > adaptive.noise);
+        self.statistics.adaptive = noise.map(|Noise { image, noisiest_tile }| AdaptiveStatistics {
+            noise: image,
+            noisiest_tile,
+            rounds: halves.both.iter().map(|half| half.rungs).max().unwrap_or(0),
+            unused_samples: self.statistics.samples.saturating_sub(used),
+        });
+        Ok(film)
+    }
+
+    /// Returns whether both are done; not if the watch says stop.
+    fn climb(&mut self, halves: &mut Halves, stopping: &Stopping, watch: &mut Watch<'_>) -> Result<bool, RenderError> {
+        let pixels = f64::from(self.width) * f64::from(self.height);
+        watch.total = (2.0 * pixels) as u64;
+        for rung in stopping.rungs() {
+            for i in 0..2 {
+                if halves.both[i].decision.is_some() {
+                    continue;
+                }
+                if !self.bring_half(halves, i, rung, watch)? {
+                    return Ok(false);
+                }
+                let film = self.develop_with_light()?;
+                halves.both[i].look(film, stopping);
+            }
+            let expected = halves.both.each_ref().map(|half| match half.decision {
+                Some(samples) => f64::from(samples),
+                None => stopping.expected(half.samples, half.variance),
+            });
+            watch.total = (pixels * (expected[0] + expected[1])) as u64;
+            if halves.both.iter().all(|half| half.decision.is_some()) {
+                break;
+            }
+        }
+        for i in 0..2 {
+            let wanted = halves.both[1 - i].decision.unwrap_or(stopping.most());
+            if halves.both[i].done.is_none() && !self.bring_half(halves, i, wanted, watch)? {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// Brings one of them to so many samples per pixel, and keeps it on the way as it is with those that the other one asks
+    /// for. Returns false if the watch says stop before.
+    fn bring_half(
+        &mut self,
+        halves: &mut Halves,
+        i: usize,
+        samples: u32,
+        watch: &mut Watch<'_>,
+    ) -> Result<bool, RenderError> {
+        self.hold_half(halves, i)?;
+        let pixels = u64::from(self.width) * u64::from(self.height);
+        let wanted = halves.both[1 - i].decision.filter(|&n| n <= samples && halves.both[i].done.is_none());
+        let half = &mut halves.both[i];
+        for end in wanted.into_iter().chain([samples]) {
+            if !self.pass(&self.whole_film(), half.samples, end, watch)?
+                || !self.keep_up_with_beams(pixels * u64::from(end), watch)?
+            {
+                return Ok(false);
+            }
+            half.samples = end;
+            if wanted == Some(end) && half.done.is_none() {
+                let known = half.last.as_ref().filter(|(samples, _)| *samples == end).map(|(_, film)| film.clone());
+                half.done = Some(known.map_or_else(|| self.develop_with_light(), Ok)?);
+            }
+        }
+        Ok(true)
+    }
+
+    /// The half that the renderer holds.
+    fn develop_with_light(&mut self) -> Result<Film, RenderError> {
+        let mut film = self.develop()?;
+        self.light.add_to(&mut film);
+        Ok(film)
+    }
+
+    /// One of them as far as it has come, if it has come to a pixel at all.
+    fn develop_half(&mut self, halves: &mut Halves, i: usize, watch: &mut Watch<'_>) -> Result<Film, RenderError> {
+        self.hold_half(halves, i)?;
+        let mut film = self.develop()?;
+        let samples = film.counts().iter().map(|&n| u64::from(n)).sum();
+        if samples > 0 {
+            self.add_beams(&mut film, samples, watch)?;
+        }
+        Ok(film)
+    }
+
+    /// Makes the renderer hold one of them.
+    fn hold_half(&mut self, halves: &mut Halves, i: usize) -> Result<(), RenderError> {
+        if halves.present == i {
+            return Ok(());
+        }
+        halves.both[halves.present].parked = Some(self.park()?);
+        halves.present = i;
+        self.push.seed ^= SEED;
+        match halves.both[i].parked.take() {
+            Some(Parked { film, gradients, light }) => {
+                self.light = light;
+                let whole = self.whole_film();
+                self.fill_film(&whole, |slot| film[slot as usize])?;
+                if !gradients.is_empty() {
+                    self.fill_gradients(&whole, |slot| gradients[slot as usize])?;
+                }
+                Ok(())
+            }
+            None => self.empty_film(),
+        }
+    }
+
+    /// What the renderer holds. No light of beams is left.
+    fn park(&mut self) -> Result<Parked, RenderError> {
+        let (whole, mut film, mut gradients) = (self.whole_film(), Vec::new(), Vec::new());
+        self.read_slots(&whole, |_, slots| film.extend_from_slice(slots))?;
+        if self.makes_gradients() {
+            self.read_gradients(&whole, |_, slots| gradients.extend_from_slice(slots))?;
+        }
+        let none = self.no_beams();
+        Ok(Parked { film, gradients, light: replace(&mut self.light, none) })
+    }
+}
