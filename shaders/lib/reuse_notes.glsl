@@ -22,15 +22,13 @@ const uint ROW_SECOND_NORMAL = 4u;  // geometric normal; β.b
 const uint ROW_DIRECT = 5u;     // light from x itself, β.r; in memory in the end what its pixel has gathered, see gradient.glsl
 const uint ROW_COUPLINGS = 6u;  // two rows: a(x, y) of its y and each member's x
 const uint ROW_FIRST_UP = 8u;   // with SMOOTH_NORMALS: geometric normal of x
-const uint ROW_APART = 9u;      // light of the sample before its last path, that of glances or of the path before an aimed one
-const uint ROW_LIGHT_AT_FIRST = 10u;    // in memory, with LIGHT_SAMPLES: the mean of the light from x itself
+const uint ROW_LIGHT_AT_FIRST = 9u;    // in memory, with LIGHT_SAMPLES: the mean of the light from x itself
 
 const float PATH_UNWANTED = -1.0;   // its pixel is to get no such sample
 const float PATH_OPEN = 0.0;    // it has not ended
 const float PATH_ENDED = 1.0;   // all its light is its own
 const float PATH_GIVES = 2.0;   // its light leaves y
 const float PATH_MET = 3.0;     // it has x and y, but all its light is its own
-const float PATH_AIMED = 4.0;   // on top of one of these: an aimed path has followed
 
 // Whether lanes share what has been noted, or memory is where it is shared.
 layout(constant_id = 201) const bool SHARED_BY_LANES = false;
@@ -40,46 +38,15 @@ int path_texel(uint path, uint row) { return int(row * (REGIONS << SLOT_BITS) + 
 vec4 path_load(uint path, uint row) { return uintBitsToFloat(imageLoad(path_texels, path_texel(path, row))); }
 void path_store(uint path, uint row, vec4 value) { path_rows[path_texel(path, row)] = value; }
 
-float path_state(float noted) { return AIMS && noted >= PATH_AIMED ? noted - PATH_AIMED : noted; }
-
-// Light of a path, and its state; `aimed` is that of an aimed path after it.
-vec4 noted_light(uint path, out vec3 aimed) {
-    vec4 light = path_load(path, ROW_LIGHT);
-    aimed = vec3(0.0);
-    if (AIMS && light.w >= PATH_AIMED) {
-        aimed = light.xyz;
-        light = vec4(path_load(path, ROW_APART).xyz, path_state(light.w));
-    }
-    return light;
-}
-
-// From where a ray is aimed after a path that has noted its first hit.
-AimFrom noted_aim(uint path) {
-    if (THREADS) {
-        memoryBarrierBuffer();
-        memoryBarrierImage();
-    }
-    vec4 x = path_load(path, ROW_FIRST);
-    vec4 nx = path_load(path, ROW_FIRST_NORMAL);
-    vec3 beta = vec3(path_load(path, ROW_DIRECT).w, path_load(path, ROW_SECOND).w, path_load(path, ROW_SECOND_NORMAL).w);
-    vec3 up = vec3(0.0);
-    if (SMOOTH_NORMALS) up = path_load(path, ROW_FIRST_UP).xyz;
-    return AimFrom(x.xyz, floatBitsToInt(x.w), nx.xyz, up, beta, uint(nx.w));
-}
-
 // Where loops have no budget all paths end, and lanes know which of them are wanted.
-const bool STATES_ARE_CLEARED = LOOP_BUDGET > 0u || !SHARED_BY_LANES;
-const bool NOTES_ARE_CLEARED = STATES_ARE_CLEARED || (GLANCES > 0u && REUSE);
+const bool NOTES_ARE_CLEARED = LOOP_BUDGET > 0u || !SHARED_BY_LANES;
 
 // The path has not begun; `reusing`: it may serve others.
 void path_clear(uint path, bool wanted, bool reusing) {
     // A loop: less code to compile.
-    [[dont_unroll]] for (uint i = 0u; i < 4u; ++i) {
-        uint row = i == 0u ? ROW_LIGHT : (i == 1u ? ROW_FIRST_NORMAL : (i == 2u ? ROW_SECOND_NORMAL : ROW_APART));
-        bool cleared = reusing && !SHARED_BY_LANES;
-        if (i == 0u) cleared = STATES_ARE_CLEARED;
-        if (i == 3u) cleared = GLANCES > 0u && REUSE;
-        if (cleared) path_store(path, row, vec4(0.0, 0.0, 0.0, i == 0u && !wanted ? PATH_UNWANTED : PATH_OPEN));
+    [[dont_unroll]] for (uint i = 0u; i < 3u; ++i) {
+        uint row = i == 0u ? ROW_LIGHT : (i == 1u ? ROW_FIRST_NORMAL : ROW_SECOND_NORMAL);
+        if (i == 0u || (reusing && !SHARED_BY_LANES)) path_store(path, row, vec4(0.0, 0.0, 0.0, i == 0u && !wanted ? PATH_UNWANTED : PATH_OPEN));
     }
 }
 
@@ -127,14 +94,12 @@ ShadowRay connect(uint from, vec3 y, vec3 normal, uint to, out float value) {
 vec4 shared_light(uint path, out vec3 gathered, out vec3 unshared) {
     bool complete = true;
     vec3 own = vec3(0.0);
-    vec3 own_aimed = vec3(0.0);
     vec3 sum = vec3(0.0);
     vec3 given = vec3(0.0);
     uint me = member_of(path);
     [[dont_unroll]] for (uint member = 0u; member < MEMBERS; ++member) {
         uint from = for_member(path, member);
-        vec3 aimed;
-        vec4 light = noted_light(from, aimed);
+        vec4 light = path_load(from, ROW_LIGHT);
         vec4 a = path_load(from, ROW_COUPLINGS);
         vec4 b = path_load(from, ROW_COUPLINGS + 1u);
         vec4 four = me < 4u ? a : b;
@@ -144,10 +109,8 @@ vec4 shared_light(uint path, out vec3 gathered, out vec3 unshared) {
         complete = complete && light.w != PATH_OPEN;
         if (member == me && light.w != PATH_GIVES) own = light.xyz;
         if (member == me && light.w == PATH_GIVES) given = light.xyz;
-        if (member == me) own_aimed = aimed;
         if (light.w == PATH_GIVES && mine > 0.0) sum += light.xyz * (mine / all);
     }
-    if (GLANCES > 0u) own += path_load(path, ROW_APART).xyz;
     gathered = vec3(0.0);
     unshared = vec3(0.0);
     vec4 normal = path_load(path, ROW_FIRST_NORMAL);
@@ -158,10 +121,6 @@ vec4 shared_light(uint path, out vec3 gathered, out vec3 unshared) {
         vec3 beta = vec3(direct_row.w, path_load(path, ROW_SECOND).w, path_load(path, ROW_SECOND_NORMAL).w);
         unshared = beta * given;
         gathered = beta * sum;
-        if (AIMS) {
-            unshared += own_aimed;
-            gathered += own_aimed;
-        }
         // As for lanes (goes_on_from_first).
         if (lights_alike() && uint(normal.w) < MAX_DEPTH) {
             unshared += direct_row.xyz;
@@ -200,8 +159,7 @@ void note_gradients(uint first_path, uint slot) {
 // What has been noted of a path that has ended.
 EndedPath noted_path(uint path) {
     EndedPath ended = ended_none();
-    vec4 light = noted_light(path, ended.apart);
-    if (GLANCES > 0u) ended.apart = path_load(path, ROW_APART).xyz;
+    vec4 light = path_load(path, ROW_LIGHT);
     ended.light = light.xyz;
     ended.there = true;
     if (light.w == PATH_GIVES || light.w == PATH_MET) {
@@ -228,7 +186,7 @@ uint note_light_at_first(uint tile, uint region, uint samples, inout uint shadow
             uint p = min(first + gl_SubgroupInvocationID, work_pixels - 1u);
             uint path = region + s * work_pixels + p;
             uint slot = film_slot(slot_of_tile(tile, p));
-            uint index = index_of_member(index_after(film_state(slot), film_count(slot)) + s, member_of_group(p));
+            uint index = index_of_member(index_after(film_multipliers(slot), film_count(slot)) + s, member_of_group(p));
             Meeting meeting = noted_path(path).meeting;
             uint traced = 0u;
             vec3 light = light_at_first(meeting, key_of_group(corner, p), index, traced, loops);
@@ -264,7 +222,7 @@ uint share_noted(uint tile, uint region, uint samples, inout uint shadow_rays, i
         }
         uint key = key_of_group(corner, p);
         uint count = film_pixel.count;
-        uint target = target_of(film_pixel.state);
+        uint target = target_of(film_pixel.multipliers);
         bool complete = true;
         bool wanted = real && count < target;
         [[dont_unroll]] for (uint s = 0u; s < samples && any_lane(wanted && complete); ++s) {

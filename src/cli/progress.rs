@@ -25,7 +25,7 @@ impl Bar {
 
     /// Moves the bar.
     pub fn set(&self, progress: &Progress) {
-        // Adaptive sampling learns as it goes on how many it will take; so do shares of one sample.
+        // Adaptive sampling learns as it goes on how many it will take; so does the sample map of one sample.
         self.bar.set_length(progress.total);
         self.bar.set_position(progress.done);
         if !self.moved.replace(true) {

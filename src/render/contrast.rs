@@ -7,7 +7,7 @@
 use rayon::prelude::*;
 
 use super::film::{GROUP, GROUPS, MEMBERS, slot_count, tile_corner};
-use super::shares::Tile;
+use super::sample_map::Tile;
 use super::tiles::{TILE, half_of_group};
 
 /// Pairs of neighbours in a group.
@@ -120,7 +120,7 @@ fn variance(groups: &Groups, corner: [u32; 2], half: usize) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::shares::{Grid, Shares};
+    use super::super::sample_map::{Grid, SampleMap};
     use super::*;
 
     const WIDTH: u32 = 64;
@@ -172,8 +172,8 @@ mod tests {
                 if own { strength * random(y * WIDTH + x) } else { 1.0 }
             };
             let [a, b] = tiles_of_halves(&image(noise), WIDTH);
-            let shares = Shares::of_halves([&a, &b], grid);
-            let more = |p: usize| shares.of_pixel(p) != Shares::default().of_pixel(p);
+            let map = SampleMap::of_halves([&a, &b], grid);
+            let more = |p: usize| map.of_pixel(p) != SampleMap::default().of_pixel(p);
             let half = |p: usize| half_of_group(p as u32 % WIDTH / 4, p as u32 / WIDTH / 2);
             assert!((0..4096).any(more) && (0..4096).filter(|p| more(*p)).all(|p| half(p) != noisy && p % 64 < 40));
         }

@@ -2,19 +2,17 @@
 
 mod adaptive;
 mod beams;
-mod beginnings;
 mod buffers;
-mod glances;
+mod emitter_edges;
 mod gradients;
 mod handout;
 mod launch;
 mod parts;
 mod passes;
-mod repeats;
 mod resume;
 mod reuse_policy;
+mod sample_map;
 mod schedule;
-mod shares;
 mod slots;
 mod split;
 mod survey;
@@ -43,13 +41,12 @@ use super::film::{Film, slot_count, slots_of_row};
 use super::layout::Push;
 use super::plan::Pace;
 use super::prepared::Prepared;
+use super::sample_map::SampleMap;
 use super::settings::{Adaptive, Gradients, RenderSettings, Reuse};
-use super::shares::Shares;
 use super::sobol;
 use super::statistics::{Progress, RenderStatistics};
 use super::view::View;
 use beams::BeamTracer;
-use beginnings::Beginnings;
 use buffers::Buffers;
 use gradients::{Certainties, Groups};
 use launch::Launch;
@@ -84,13 +81,11 @@ pub struct Renderer {
     /// Where groups of pixels that share paths are.
     groups: Groups,
     /// How many samples each pixel gets of those that are asked for.
-    shares: Shares,
+    sample_map: SampleMap,
     /// What pixels show, for gradients.
     places: Places,
     /// How certain differences between pixels are, by their class.
     certainties: Certainties,
-    /// How the samples of each pixel begin.
-    beginnings: Beginnings,
     /// Samples per pixel before the part of the rendering that is being done, with groups in one place.
     phase_begin: u32,
     /// What had been done when the rendering was stopped, if it goes on.
@@ -139,7 +134,7 @@ impl Renderer {
             settings: settings.clone(),
             features,
             hidden_lights: tables.hidden_lights(),
-            most_left: verdict::most_left(tables.samples_lights(), launch.aim_targets > 0),
+            most_left: verdict::most_left(tables.samples_lights()),
             tree: tables.tree,
             push,
             width,
@@ -147,10 +142,9 @@ impl Renderer {
             pace: launch.pace(settings),
             gradients: *reuse && settings.gradients == Gradients::Auto && buffers.has_whole_rows(slots_of_row(width)),
             groups: Groups::default(),
-            shares: Shares::default(),
+            sample_map: SampleMap::default(),
             places: Places::default(),
             certainties: Certainties::default(),
-            beginnings: Beginnings::default(),
             phase_begin: 0,
             before: Before::default(),
             light: BeamLight::default(),
@@ -265,12 +259,11 @@ impl Renderer {
         self.clear_film()?;
         let long = self.settings.samples >= self.fewest_reused;
         self.reuse = if long { ReuseTrial::of(self.reuses) } else { ReuseTrial::Never };
-        self.shares = Shares::default();
+        self.sample_map = SampleMap::default();
         self.places = Places::default();
         self.before = Before { seconds: checkpoint.map_or(0.0, Checkpoint::seconds), ..Before::default() };
         self.light = self.no_beams();
-        self.find_beginnings()?;
-        self.try_reuse()?;
+        self.plan_samples()?;
         let done = checkpoint.map_or(Ok(0), |checkpoint| self.take_up(checkpoint))?;
         watch.redone = checkpoint.map_or(0, Checkpoint::samples);
         let film = match self.settings.adaptive {
@@ -284,13 +277,25 @@ impl Renderer {
         Ok(film)
     }
 
+    /// Before a rendering, the film being empty: decides whether paths are reused, and how many samples each pixel gets. It depends on no
+    /// random number of the image.
+    fn plan_samples(&mut self) -> Result<(), RenderError> {
+        let wanted = self.look_for_edges()?.unwrap_or_default();
+        self.try_reuse(&wanted)?;
+        // Adaptive sampling tile by tile goes by the number of samples that are asked for.
+        if self.settings.adaptive.is_none() || self.makes_gradients() {
+            self.map_at_least(&wanted);
+        }
+        self.empty_film()
+    }
+
     /// The samples that are asked for, but for so many per pixel that are done.
     fn render_uniform(&mut self, begin: u32, watch: &mut Watch<'_>) -> Result<Film, RenderError> {
         watch.total = self.samples_of_image(self.settings.samples);
         let mut done = begin;
         for samples in self.samples_between_beams().skip_while(|&samples| samples < begin) {
             let complete = self.pass(&self.whole_film(), done, samples, watch)?;
-            if complete && self.shares_follow() && self.shares.is_even() {
+            if complete && self.map_follows() && self.sample_map.is_even() {
                 self.go_on_where_noisy(watch)?;
             }
             if watch.stop {

@@ -104,8 +104,7 @@ impl BeamTracer {
         let mut specialization = paths.clone();
         specialization
             .uint(constant::WORKGROUP, workgroup)
-            .uint(constant::GLANCES, 0)
-            .bool(constant::REPEATS, false)
+            .bool(constant::SAMPLE_MAP, false)
             .bool(constant::REUSE, false);
         let spirv = kernels::spirv(&LIGHT_TRACE, settings)?;
         Pipeline::new(device, LIGHT_TRACE.name, &spirv, &specialization, layout)
@@ -163,9 +162,20 @@ impl Renderer {
         std::iter::successors(Some(first), move |&n| (n < samples).then(|| n.saturating_mul(2).min(samples)))
     }
 
+    /// The samples that are done, as many as they would be if each pixel got as many as are asked for.
+    fn even_samples(&self) -> u64 {
+        let done = self.statistics.samples;
+        if self.sample_map.is_even() {
+            return done;
+        }
+        let samples = self.settings.samples;
+        let even = u128::from(self.pixels(&self.whole_film())) * u128::from(samples);
+        (u128::from(done) * even / u128::from(self.samples_of_image(samples).max(1))) as u64
+    }
+
     /// Beams of each part, if there are so many for each sample that is done.
     fn beams_of_each(&self, light: &BeamLight, per_sample: f64) -> u64 {
-        beams_for(self.statistics.samples, per_sample / light.parts.len() as f64)
+        beams_for(self.even_samples(), per_sample / light.parts.len() as f64)
     }
 
     /// Traces as many beams as go with the samples that are done.

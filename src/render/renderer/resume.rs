@@ -1,6 +1,6 @@
 //! Going on with a rendering that was stopped, to the same bits.
 //!
-//! Which samples a pixel lacks is told by its slot of the film (shaders/lib/share.glsl), so that the pass that was stopped is done
+//! Which samples a pixel lacks is told by its slot of the film (shaders/lib/sample_map.glsl), so that the pass that was stopped is done
 //! again on the film that it has left. What precedes the samples is found again, and has to be the same.
 
 use std::ops::ControlFlow;
@@ -12,7 +12,6 @@ use super::super::error::RenderError;
 use super::super::film::Film;
 use super::super::kernels::LIGHT_TRACE;
 use super::super::layout::FilmSlot;
-use super::super::shares::STATE_SHARES;
 use super::super::statistics::Progress;
 use super::Renderer;
 use super::passes::Watch;
@@ -136,16 +135,21 @@ impl Renderer {
         if gradients.len() != noted || beams.len() != self.light.first_part().1.len() {
             return Err(other("its image is made in another way"));
         }
-        // How samples begin, and how many each pixel gets, unless the samples tell that.
-        let told = if self.shares_follow() { !STATE_SHARES } else { !0 };
+        // How many samples each pixel gets, unless the samples tell that.
+        let follows = self.map_follows() && self.sample_map.is_even();
         let mut same = true;
         self.read_slots(&spans, |first, slots: &[FilmSlot]| {
-            same &= slots.iter().zip(&film[first as usize..]).all(|(empty, slot)| empty.state == slot.state & told);
+            same &= slots
+                .iter()
+                .zip(&film[first as usize..])
+                .all(|(empty, slot)| follows || empty.multipliers == slot.multipliers);
         })?;
         if !same {
             return Err(other("pixels are sampled in another way"));
         }
-        self.take_up_shares(film);
+        if follows {
+            self.take_up_map(film);
+        }
         let done = u32::try_from(figures.done).ok().filter(|&done| done <= self.settings.samples);
         let begun = done.map(|done| (done, self.samples_of_image(done)));
         let begun = begun.filter(|(_, samples)| *samples <= figures.samples);
