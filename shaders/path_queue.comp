@@ -64,7 +64,6 @@ struct Run {
     uint slot;
     uint key;
     uint index;
-    uint glances;   // how each begins, see glance.glsl
 };
 
 // Runs for the lanes that have none, as long as there are any.
@@ -85,13 +84,12 @@ void draw_runs(uvec2 corner, uint tile, uint samples, inout Run run) {
             uint work_slot = slot_of_tile(tile, p);
             uint slot = film_slot(work_slot);
             uint done = film_count(slot);
-            uint state = film_state(slot);
+            uint multipliers = film_multipliers(slot);
             run.slot = p + first * work_pixels;
             run.key = pixel_key(pixel_number(at));
-            run.index = index_of_member(index_after(state, done) + first, member_of_group(p));
-            run.glances = film_glances(state);
+            run.index = index_of_member(index_after(multipliers, done) + first, member_of_group(p));
             // A pixel that is ahead of the others just ends sooner.
-            uint end = min(target_of(state), done + samples);
+            uint end = min(target_of(multipliers), done + samples);
             bool real = at.x < width && at.y < height && work_slot < end_slot;
             run.left = real && done + first < end ? min(RUN, end - done - first) : 0u;
         }
@@ -166,7 +164,6 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
             if (second) note_second_hit(region + h.slot, h.path, arrival, h.t, direct);
             h.gives = h.gives || (second && arrival.gives);
             h.met = h.met || second;
-            if (AIMS && shades && arrival.aims) h.path.glances |= AIM_FOLLOWS;
         }
         rays += shades ? 1u : 0u;
         uint entry_of_shadow = 0u;    // see tree_entry
@@ -180,30 +177,22 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         }
         bool later = entry_of_shadow != 0u;
         bool ended = held && !alive && !later;
-        bool goes_on = ended && sample_goes_on(h.path.glances);
-        bool parts = REUSE && goes_on && parts_light(h.path.glances);
-        if (ended && (!goes_on || parts)) {
-            bool aimed = is_aimed(h.path.glances);
-            if (!aimed) h.gives = h.gives && is_worth_giving(h.radiance);
+        if (ended) {
+            h.gives = h.gives && is_worth_giving(h.radiance);
             float state = h.gives ? PATH_GIVES : (h.met ? PATH_MET : PATH_ENDED);
-            path_store(region + h.slot, parts ? ROW_APART : ROW_LIGHT, vec4(h.radiance, aimed ? state + PATH_AIMED : state));
+            path_store(region + h.slot, ROW_LIGHT, vec4(h.radiance, state));
         }
 
         // Next rays of living paths and first rays of new ones.
-        bool begins = !alive && !later && !goes_on && run.left > 0u && pocket_room(pocket);
-        h.slot = begins ? run.slot : (alive || later || goes_on ? h.slot : NOTHING);
+        bool begins = !alive && !later && run.left > 0u && pocket_room(pocket);
+        h.slot = begins ? run.slot : (alive || later ? h.slot : NOTHING);
         h.radiance = begins ? vec3(0.0) : h.radiance;
         h.gives = h.gives && !begins;
         h.met = h.met && !begins;
         h.dying = !alive && later;
-        AimFrom from = aim_nowhere();
-        if (AIMS && goes_on) from = noted_aim(region + h.slot);
-        if (parts) h.radiance = vec3(0.0);
-        uint state = begins ? run.glances : (goes_on ? next_state(h.path.glances) : h.path.glances & ~AIMING);
-        uvec2 at = pixel_of_work(corner, goes_on ? p : pixel_of_path(run.slot));
         // From the camera to the first hit the random numbers are the pixel's own.
-        if (GLANCES > 0u && REUSE) key = goes_on ? pixel_key(pixel_number(at)) : key;
-        path_depart(h.path, arrival, alive, camera, at, begins ? run.key : key, begins ? run.index : h.path.index, state, from);
+        uvec2 at = pixel_of_work(corner, pixel_of_path(run.slot));
+        path_depart(h.path, arrival, alive, camera, at, begins ? run.key : key, begins ? run.index : h.path.index);
         run.left -= begins ? 1u : 0u;
         run.slot += begins ? work_pixels : 0u;
         run.index += begins ? 1u : 0u;
@@ -214,7 +203,7 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         h.id = id;
         if (REUSE) h.path.second = h.path.second && reuses();
         uint entry = tree_entry(h.path.origin, h.path.direction, t);
-        entry = alive || begins || goes_on ? entry : 0u;
+        entry = alive || begins ? entry : 0u;
         // The same for a living path, which leaves a diffuse surface as its shadow ray does.
         h.path.origin = later ? shadow.origin : h.path.origin;
         h.path.leaving = later ? shadow.leaving : h.path.leaving;
@@ -285,13 +274,10 @@ void add_noted(uint tile, uint samples, inout Added added) {
             uint film_place = film_slot(slot);
             FilmPixel film_pixel = film_load(film_place);
             uint first = film_pixel.count;
-            uint target = target_of(film_pixel.state);
+            uint target = target_of(film_pixel.multipliers);
             for (uint s = 0u; s < samples; ++s) {
                 uint path = region + s * work_pixels + p;
-                vec3 aimed;
-                vec4 light = noted_light(path, aimed);
-                light.xyz += aimed;
-                if (GLANCES > 0u && REUSE) light.xyz += path_load(path, ROW_APART).xyz;
+                vec4 light = path_load(path, ROW_LIGHT);
                 if (light.w == PATH_OPEN || film_pixel.count >= target) break;
                 bool good = film_add(film_pixel, light.xyz);
                 added.bad += good ? 0u : 1u;
@@ -311,7 +297,7 @@ void trace_tiles(uint tile, Camera camera, inout Counts counts) {
     next_run = 0u;
     // Nobody reads the notes of the last tiles any more.
     if (THREADS) subgroupBarrier();
-    if (NOTES_ARE_CLEARED) {
+    if (STATES_ARE_CLEARED) {
         [[dont_unroll]] for (uint p = gl_SubgroupInvocationID; p < work_pixels; p += gl_SubgroupSize) {
             [[dont_unroll]] for (uint s = 0u; s < samples; ++s) path_clear(region + s * work_pixels + p);
         }
@@ -325,7 +311,7 @@ void trace_tiles(uint tile, Camera camera, inout Counts counts) {
     Held h = held_nothing();
     Pocket pocket = pocket_empty();
     PocketWalk w = pocket_walk_idle();
-    Run run = Run(0u, 0u, 0u, 0u, 0u);
+    Run run = Run(0u, 0u, 0u, 0u);
     do {
         advance(camera, corner, tile, samples, h, pocket, run, w);
         if (HAS_TREE) walk_pockets(pocket, w, run, h);

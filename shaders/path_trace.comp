@@ -48,7 +48,7 @@ void main() [[maximally_reconverges]] {
     Gradients gradients = Gradients(vec4(0.0), vec4(0.0), vec4(0.0));
     if (real && reuses()) gradients = gradients_load(film_place);
     uint first = film_pixel.count;
-    uint samples = real ? samples_lacking(film_pixel.state, first, max_new_samples) : 0u;
+    uint samples = real ? samples_lacking(film_pixel.multipliers, first, max_new_samples) : 0u;
     uvec2 share = REUSE ? uvec2(0u, samples) : split_share(samples);
     uint left = share.y;                    // samples that have not ended
     bool going = left > 0u;                 // with a path
@@ -64,15 +64,13 @@ void main() [[maximally_reconverges]] {
     uint key = pixel_key(pixel_number(at));
     uint shared_key = REUSE ? group_key(pixel_of_tile(tile_corner(slot / TILE), first_of_group(p))) : key;
     Camera camera = frame_camera();
-    Path path = path_begin(camera, at, key, index_of_member(index_after(film_pixel.state, first) + share.x, member_of_group(p)),
-                           film_glances(film_pixel.state));
+    Path path = path_begin(camera, at, key, index_of_member(index_after(film_pixel.multipliers, first) + share.x, member_of_group(p)));
     vec3 radiance = vec3(0.0);
     Counts counts = Counts(0u, 0u, 0u, 0u, 0u, 0u, 0u);
     uint loops = 0u;
     bool within_budget = true;
     Meeting meeting = meeting_none();       // of the path
     vec3 first_up = vec3(0.0);
-    vec3 apart = vec3(0.0);                 // of the sample, by what came before its path, or before an aimed one
     EndedPath ended = ended_none();
     bool waits = false;                     // with a path that has ended too
     if (REUSE || SPLIT == 1u || going) do {
@@ -89,7 +87,6 @@ void main() [[maximally_reconverges]] {
                 shadow.wanted = shadow.wanted && going;
                 if (SMOOTH_NORMALS && arrival.first) first_up = arrival.up;
                 if (second) meeting = meeting_at(path, arrival, hit.t, direct, first_up);
-                if (AIMS && arrival.aims) path.glances |= AIM_FOLLOWS;
             }
             counts.rays += going ? 1u : 0u;
             if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
@@ -101,34 +98,21 @@ void main() [[maximally_reconverges]] {
             // Out of budget: a walk may have ended too early, so that the sample in hand does not count. What the film
             // holds is complete; the next dispatch begins with that sample again.
             within_budget = LOOP_BUDGET == 0u || loops + doubtful_loops < LOOP_BUDGET;
-            bool goes_on = sample_goes_on(path.glances);
-            bool over = going && !alive && within_budget && !goes_on;
+            bool over = going && !alive && within_budget;
             left -= over ? 1u : 0u;
             waits = over && ended.there;
-            if (AIMS && over && is_aimed(path.glances)) {
-                vec3 aimed = radiance;
-                radiance = apart;
-                apart = aimed;
-            }
             if (over && !waits) {
                 if (reusing) {
-                    ended = path_ends(meeting, radiance, apart);
+                    ended = path_ends(meeting, radiance);
                 } else if (!REUSE && SPLIT > 1u) {
                     split_note(share.x, radiance);
                     share.x += 1u;
                 } else {
-                    counts.bad += film_add(film_pixel, REUSE ? radiance + apart : radiance) ? 0u : 1u;
+                    counts.bad += film_add(film_pixel, radiance) ? 0u : 1u;
                 }
                 radiance = vec3(0.0);
-                apart = vec3(0.0);
             }
-            if (REUSE && !alive && goes_on && parts_light(path.glances)) {
-                apart = radiance;
-                radiance = vec3(0.0);
-            }
-            uint state = alive ? path.glances & ~AIMING : (goes_on ? next_state(path.glances) : film_glances(film_pixel.state));
-            path_depart(path, arrival, alive, camera, at, alive || is_aiming(state) ? shared_key : key,
-                        path.index + (alive || goes_on ? 0u : 1u), state, aim_from(meeting));
+            path_depart(path, arrival, alive, camera, at, alive ? shared_key : key, path.index + (alive ? 0u : 1u));
             if (REUSE) path.second = path.second && reusing;
             going = within_budget && left > 0u && !waits;
         } while (going && (!REUSE || group_lacks_path(going, reusing, ended.there)));
@@ -136,9 +120,8 @@ void main() [[maximally_reconverges]] {
             within_budget = share_sample(ended, film_pixel, gradients, shared_key, counts.shadow_rays, loops, counts.bad);
             ended = ended_none();
             if (waits) {
-                ended = path_ends(meeting, radiance, apart);
+                ended = path_ends(meeting, radiance);
                 radiance = vec3(0.0);
-                apart = vec3(0.0);
                 waits = false;
             }
             going = within_budget && left > 0u;

@@ -41,7 +41,7 @@ void film_keep(FilmPixel p) {
     uint row = gl_LocalInvocationID.x;
     kept[row] = uvec4(floatBitsToUint(p.sum), p.count);
     kept[row + gl_WorkGroupSize.x] = floatBitsToUint(vec4(p.compensation, p.trial));
-    kept[row + 2u * gl_WorkGroupSize.x] = uvec4(floatBitsToUint(p.residue), p.state);
+    kept[row + 2u * gl_WorkGroupSize.x] = uvec4(floatBitsToUint(p.residue), p.multipliers);
 }
 
 FilmPixel film_kept() {
@@ -61,8 +61,7 @@ void main() [[maximally_reconverges]] {
     FilmPixel film_pixel = film_empty();
     if (real) film_pixel = film_load(slot);
     uint first = film_pixel.count;
-    uint glances = film_glances(film_pixel.state);
-    uint samples = real ? samples_lacking(film_pixel.state, first, max_new_samples) : 0u;
+    uint samples = real ? samples_lacking(film_pixel.multipliers, first, max_new_samples) : 0u;
     uvec2 share = split_share(samples);
     uint left = share.y;            // samples that have not begun
     if (SPLIT == 1u && left == 0u) return;
@@ -70,7 +69,7 @@ void main() [[maximally_reconverges]] {
 
     uint key = pixel_key(pixel_number(at));
     Camera camera = frame_camera();
-    Path path = path_begin(camera, at, key, first + share.x, glances);
+    Path path = path_begin(camera, at, key, first + share.x);
     bool there = left > 0u;         // the path
     left -= there ? 1u : 0u;
     vec3 radiance = vec3(0.0);
@@ -142,12 +141,10 @@ void main() [[maximally_reconverges]] {
                     entry = shadow.wanted ? entry : 0u;
                     if (shadow.wanted && !hidden && entry == 0u) radiance += shadow.radiance;
                 }
-                bool goes_on = sample_goes_on(path.glances);
-                over = !alive && !goes_on;
+                over = !alive;
                 there = !over || left > 0u;
                 left -= over && there ? 1u : 0u;
-                uint state = alive ? path.glances : (goes_on ? next_state(path.glances) : glances);
-                path_depart(path, arrival, alive, camera, at, key, path.index + (over ? 1u : 0u), state, aim_nowhere());
+                path_depart(path, arrival, alive, camera, at, key, path.index + (over ? 1u : 0u));
                 t = INFINITY;
                 id = -1;
                 closest_constant(ray_of(path), t, id);

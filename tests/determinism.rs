@@ -9,7 +9,7 @@ use std::time::Duration;
 use common::variants::{small_budget, variants};
 use common::{assert_same_bits, context, glass_cat, render, render_counted, shipped};
 use glam::DVec3;
-use photolith::render::{Adaptive, Feature, Glances, Gradients, Reuse, Scheduler, Shares};
+use photolith::render::{Adaptive, Feature, Gradients, Reuse, SampleMap, Scheduler};
 use photolith::scene::{Light, Material, Mesh, Normals, Sphere, Surface};
 use photolith::{Context, Film, RenderSettings, Renderer, Scene};
 
@@ -143,11 +143,11 @@ fn few_samples_in_many_tiles() {
 fn noisy_parts_get_more_samples() {
     let context = context();
     let scene = shipped("cat", (128, 128), 8);
-    same_bits_with_shares(&context, &scene);
+    same_bits_with_a_sample_map(&context, &scene);
     // Of some sets of tiles, and of some groups, parts lie outside.
-    same_bits_with_shares(&context, &shipped("cat", (132, 124), 8));
+    same_bits_with_a_sample_map(&context, &shipped("cat", (132, 124), 8));
     // Of two samples no pixel has less.
-    same_bits_with_shares(&context, &shipped("cat", (128, 128), 2));
+    same_bits_with_a_sample_map(&context, &shipped("cat", (128, 128), 2));
 }
 
 /// Four times as many need a larger table of random numbers.
@@ -162,7 +162,7 @@ fn noisy_parts_get_more_of_hundreds_of_samples() {
     assert_same_bits(&render(&context, &scene, &general), &expected, "general, in parts");
 }
 
-fn same_bits_with_shares(context: &Context, scene: &Scene) {
+fn same_bits_with_a_sample_map(context: &Context, scene: &Scene) {
     let base = RenderSettings::of(scene);
     let (expected, statistics) = render_counted(context, scene, &base);
     let (counts, samples) = (expected.counts(), scene.integrator.samples);
@@ -178,7 +178,7 @@ fn same_bits_with_shares(context: &Context, scene: &Scene) {
     ] {
         assert_same_bits(&render(context, scene, &settings), &expected, &format!("{settings:?}"));
     }
-    let even = render(context, scene, &RenderSettings { shares: Shares::Off, ..base });
+    let even = render(context, scene, &RenderSettings { sample_map: SampleMap::Off, ..base });
     assert!(even.counts().iter().all(|&n| n == samples));
 }
 
@@ -207,7 +207,7 @@ fn a_film_in_bands() {
     let scene = shipped("cornell", (1024, 540), 4);
     let base = RenderSettings { reuse: Reuse::Off, scheduler: Scheduler::Inline, ..RenderSettings::of(&scene) };
     let (expected, statistics) = render_counted(&context, &scene, &base);
-    assert!(statistics.glancing_pixels > 0, "{statistics:?}");
+    assert!(statistics.multiplied_pixels > 0, "{statistics:?}");
     for passage in [None, Some(1 << 20)] {
         let bands = RenderSettings { workgroup_size: Some(8), passage, ..base.clone() };
         assert_same_bits(&render(&context, &scene, &bands), &expected, &format!("in bands, {passage:?}"));
@@ -234,12 +234,15 @@ fn emitters_and_roulette() {
     let [_, expected] = [2, SAMPLES].map(|samples| {
         scene.integrator.samples = samples;
         let (image, statistics) = render_counted(&context, &scene, &RenderSettings::of(&scene));
-        assert!((20..500).contains(&statistics.glancing_pixels), "{statistics:?}");
-        // Without glances, and several paths where glass is seen, other pixels are the same.
-        let off = render(&context, &scene, &RenderSettings { glances: Glances::Off, ..RenderSettings::of(&scene) });
+        // Without a map, other pixels are the same.
+        let even = RenderSettings { sample_map: SampleMap::Off, ..RenderSettings::of(&scene) };
+        let off = render(&context, &scene, &even);
         let differing = image.sums().iter().zip(off.sums()).filter(|(a, b)| a != b).count() as u64;
-        let several = statistics.glancing_pixels + statistics.repeating_pixels;
-        assert!(statistics.repeating_pixels > 20 && (1..=several).contains(&differing), "{differing} of {several}");
+        let multiplied = statistics.multiplied_pixels;
+        assert!(
+            (50..1500).contains(&multiplied) && (1..=multiplied).contains(&differing),
+            "{differing} of {multiplied}"
+        );
         image
     });
     let schedulers = |(what, _): &(String, RenderSettings)| what.contains("Inline") || what.contains("Queue");
@@ -248,7 +251,7 @@ fn emitters_and_roulette() {
     }
 }
 
-/// A lamp behind the camera is seen in a small mirror before it, and looked at several times there, of one sample as of four.
+/// A lamp behind the camera is seen in a small mirror before it, whose edge is found there before one sample as before four.
 #[test]
 fn a_lamp_in_a_small_mirror() {
     let context = context();
@@ -268,8 +271,9 @@ fn a_lamp_in_a_small_mirror() {
         scene.spheres.extend([ball(-10.0, 4.0, first), ball(30.0, 3.0, first + 1)]);
         let surfaces = [Surface::Mirror { reflectance: [0.9; 3] }, Surface::Emitter { radiance: [50.0; 3] }];
         scene.materials.extend(surfaces.map(|surface| Material { name: format!("{surface:?}"), surface }));
-        let (_, statistics) = render_counted(&context, &scene, &RenderSettings::of(&scene));
-        assert!((4..100).contains(&statistics.glancing_pixels), "{statistics:?}");
+        let settings = RenderSettings { reuse: Reuse::Off, ..RenderSettings::of(&scene) };
+        let (_, statistics) = render_counted(&context, &scene, &settings);
+        assert!((4..100).contains(&statistics.multiplied_pixels), "{statistics:?}");
     }
 }
 
@@ -331,9 +335,9 @@ fn a_film_of_n_samples_is_the_start_of_a_longer_one() {
     // Below 2^10 samples, so that all use the same table of the sampler.
     let long = shipped("spheres", (9, 7), 64);
     for reuse in [Reuse::Off, Reuse::Always] {
-        // Gradients and shares go by the number of samples that are asked for.
-        let (gradients, shares) = (Gradients::Off, Shares::Off);
-        let settings = |scene| RenderSettings { reuse, gradients, shares, ..RenderSettings::of(scene) };
+        // Gradients and the sample map go by the number of samples that are asked for.
+        let (gradients, sample_map) = (Gradients::Off, SampleMap::Off);
+        let settings = |scene| RenderSettings { reuse, gradients, sample_map, ..RenderSettings::of(scene) };
         // The limit is over before the first dispatch ends.
         let stopped = RenderSettings {
             samples_per_dispatch: Some(3),

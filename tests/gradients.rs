@@ -4,7 +4,7 @@ mod common;
 
 use common::{context, render_counted, shipped};
 use glam::DVec3;
-use photolith::render::{Gradients, Reuse, Shares};
+use photolith::render::{Gradients, Reuse, SampleMap};
 use photolith::scene::{Material, Mesh, Normals, PixelFilter, Surface};
 use photolith::{RenderSettings, Scene};
 
@@ -48,7 +48,7 @@ fn places_in_pixels_are_spread_over_all_samples() {
                     seed,
                     gradients,
                     reuse: Reuse::Always,
-                    shares: Shares::Off,
+                    sample_map: SampleMap::Off,
                     ..RenderSettings::of(&scene)
                 };
                 let (film, statistics) = render_counted(&context, &scene, &settings);

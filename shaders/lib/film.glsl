@@ -1,5 +1,5 @@
 // The film: per slot, 3 texels: sum.rgb and the sample count (as bits), then compensation.rgb and residue.rgb, each with
-// a number of the pixel's trial (gradient.glsl), and with the state in which its samples begin (glance.glsl, share.glsl).
+// a number of the pixel's trial (gradient.glsl), and with its multipliers (sample_map.glsl).
 //
 // A sum is three floats that overlap by no more than a bit: 72 bits. Two would be 48, which is too few for samples that
 // are alike: at a sum of 1e8 a sample of 0.1 is rounded at 3.5e-7, always to the same side, a drift of 1e-7 after 1e9
@@ -10,7 +10,7 @@
 
 #include "layout.glsl"
 #include "math.glsl"
-#include "share.glsl"
+#include "sample_map.glsl"
 
 struct FilmPixel {
     vec3 sum;
@@ -18,23 +18,20 @@ struct FilmPixel {
     vec3 residue;
     uint count;
     float trial;
-    uint state;
+    uint multipliers;
 };
 
-// How a slot's samples begin, and its shares.
-uint film_state(uint slot) {
-    return MULTIPLE || REUSE ? imageLoad(film_texels, int(FILM_ROWS * (slot - band_first)) + 2).w : 0u;
+// The multipliers of a slot's pixel.
+uint film_multipliers(uint slot) {
+    return SAMPLE_MAP ? imageLoad(film_texels, int(FILM_ROWS * (slot - band_first)) + 2).w : 0u;
 }
-
-// Of that, how they begin.
-uint film_glances(uint state) { return MULTIPLE ? state & ~STATE_SHARES : 0u; }
 
 // Samples of a slot so far.
 uint film_count(uint slot) {
     return imageLoad(film_texels, int(FILM_ROWS * (slot - band_first))).w;
 }
 
-// In the trial the place of the sums has the cost of the samples instead (share.glsl).
+// In the trial the place of the sums has the cost of the samples instead (sample_map.glsl).
 void film_note_cost(uint slot, uint cost) {
     film_words[4u * FILM_ROWS * (slot - band_first)] = cost;
 }
@@ -56,7 +53,7 @@ void film_store(uint slot, FilmPixel p) {
     [[dont_unroll]] for (uint i = 0u; i < FILM_ROWS; ++i) {
         uvec4 value = uvec4(floatBitsToUint(p.sum), p.count);
         if (i == 1u) value = floatBitsToUint(vec4(p.compensation, p.trial));
-        if (i == 2u) value = uvec4(floatBitsToUint(p.residue), p.state);
+        if (i == 2u) value = uvec4(floatBitsToUint(p.residue), p.multipliers);
         film_rows[row + i] = value;
     }
 }

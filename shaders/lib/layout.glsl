@@ -36,11 +36,7 @@ const bool SINGLE_POINT = LIGHT_COUNT == 1u && EMITTER_COUNT == 0u;        // th
 layout(constant_id = 22) const uint LIGHT_KINDS = 0u;      // kinds of lights that there are, a bit each, see light/light.glsl
 layout(constant_id = 27) const uint REGIONS = 64u;         // for notes of paths, which workgroups share; a multiple of 32
 layout(constant_id = 28) const uint ENOUGH_LANES = 5u;     // with fewer at work, a subgroup turns to what else there is
-layout(constant_id = 63) const bool REPEATS = false;       // a sample may be several whole paths, see glance.glsl
-layout(constant_id = 62) const uint GLANCES = 0u;          // of a sample, where a lamp's edge is seen, see glance.glsl
-layout(constant_id = 216) const uint AIM_TARGETS = 0u;     // spheres at which a sample's second path is aimed, see aim.glsl; 0: none
-const bool AIMS = AIM_TARGETS > 0u;
-const bool MULTIPLE = GLANCES > 0u || REPEATS || AIMS;     // of several paths of any kind
+layout(constant_id = 62) const bool SAMPLE_MAP = false;    // numbers of samples differ between pixels, see sample_map.glsl
 layout(constant_id = 57) const bool REUSE = false;         // paths serve several pixels, see reuse.glsl
 layout(constant_id = 202) const uint LIGHT_SAMPLES = 1u;   // where such paths first meet a diffuse surface: up to 4
 layout(constant_id = 31) const uint FACET_COUNT = 0u;      // constant flat polygons, see intersect/facet.glsl
@@ -75,11 +71,8 @@ const uint MUTATE_INVERSE = 21u;
 const uint MUTATE_REUSE = 22u;
 const uint MUTATE_DOUBT = 23u;
 const uint MUTATE_ALL_MARGINS = 24u;
-const uint MUTATE_GLANCES = 25u;
 const uint MUTATE_GRADIENTS = 26u;
 const uint MUTATE_BEAMS = 27u;
-const uint MUTATE_REPEATS = 28u;
-const uint MUTATE_AIMS = 29u;
 
 // ---- bindings
 // All texels are bits, of numbers too: lavapipe compiles five functions for each format that it meets, and small integers
@@ -101,7 +94,7 @@ layout(std430, binding = 5) buffer Counters { uint counters[]; };         // two
 layout(std430, binding = 6) coherent buffer Paths { vec4 path_rows[]; };    // PATH_ROWS a path, see reuse_notes.glsl
 layout(rgba32ui, binding = 8) coherent readonly uniform uimageBuffer path_texels;
 layout(std430, binding = 7) coherent buffer QueuePool { uint pool[]; };
-const uint PATH_ROWS = 8u;
+const uint PATH_ROWS = 7u;
 // With REUSE: GRADIENT_ROWS texels a slot, see gradient.glsl.
 layout(rgba32ui, binding = 9) readonly uniform uimageBuffer gradient_texels;
 layout(std430, binding = 13) writeonly buffer GradientRows { vec4 gradient_rows[]; };
@@ -116,7 +109,6 @@ layout(std140, binding = 11) uniform SceneValues {
     vec4 point_position;        // of the only light, if that is a point
     vec4 point_intensity;
     vec4 light_grid;            // centre of the lights' grid, and its size
-    vec4 aim_targets[8];        // centre, radius, see aim.glsl
     uint record_count;          // of the tree
     uint root_order;            // last word of the root's record: in which order to visit its children, see node.glsl
     uint first_material;        // texels of the table of primitives, see geometry.glsl
@@ -147,14 +139,14 @@ layout(push_constant, std430) uniform Push {
     uint seed;
     uint first_slot;        // slots (see pixel_order.glsl) of this dispatch
     uint end_slot;
-    uint target_samples;    // per pixel, in all, see share.glsl
+    uint target_samples;    // per pixel, in all, see sample_map.glsl
     uint max_new_samples;   // per pixel, in this dispatch
     uint band_first;        // first slot of the film buffer
     uint tile_step;         // every n-th tile of 64 slots is worked on
     uint piece_stride;      // piece i of n of the work is that of number i·stride mod n, see work.glsl
     uint modes;             // MODE_…
     uint band_rows;         // of pixels, in the film buffer, if groups may be shifted
-    uint other_samples;     // of the samples per pixel, those in groups that lie elsewhere, see share.glsl
+    uint other_samples;     // of the samples per pixel, those in groups that lie elsewhere, see sample_map.glsl
     float beam_scale;       // 0: paths leave no light to beams, see light/beam.glsl
     uint tile_bits;         // log2 of the tiles of a workgroup of path_queue.comp
 };
@@ -164,7 +156,8 @@ const uint MODE_ALIKE = 2u;         // pixels of a group sample lights alike, se
 const uint MODE_SURVEY = 4u;        // a sample is the place at its pixel's centre, see gradient.glsl
 const uint MODE_SCATTERED = 8u;     // one group of every tile is worked on, see pixel_order.glsl
 const uint MODE_REUSED = 16u;       // paths serve several pixels, see reuse.glsl
-const uint MODES_TURN = 5u;         // bits from there on: of these, which
+const uint MODE_EMITTERS = 32u;     // a sample is what its ray sees of emitters, mirrors and glass, see sample_map.glsl
+const uint MODES_TURN = 6u;         // bits from there on: of these, which
 
 bool in_mode(uint mode) { return (modes & mode) != 0u; }
 

@@ -7,7 +7,6 @@
 #include "math.glsl"
 #include "sampler.glsl"
 #include "camera.glsl"
-#include "glance.glsl"
 #include "surface.glsl"
 #include "bsdf/diffuse.glsl"
 #include "bsdf/mirror.glsl"
@@ -27,7 +26,6 @@ struct Path {
     float x2;           // with beams: square of the distance at which the camera sees the first hit, if that is diffuse, else
                         // 0: no beams compete with it, see light/beam.glsl
     bool second;        // the ray starts at the first diffuse hit
-    uint glances;       // its state, see glance.glsl
 };
 
 // A shadow ray and the light that arrives if nothing is in its way.
@@ -46,15 +44,16 @@ Ray ray_of(ShadowRay ray) { return Ray(ray.origin, ray.direction, ray.leaving); 
 // Whether a path is followed one hit further than MAX_DEPTH, for light that it meets there.
 const bool LIGHT_AFTER_LAST_HIT = HAS_BACKGROUND || HAS_EMITTER;
 
-// Whether glances go on from a surface of that kind, the path's hit of number `hits`.
-bool glances_leave(float kind, uint hits) { return HAS_MIRROR && kind == KIND_MIRROR && hits <= GLANCE_MIRRORS; }
+// Samples that are no light, but tell what the camera sees, directly or in mirrors: the place of a diffuse surface
+// (gradient.glsl), or what decides about the sample map (sample_map.glsl).
+bool finds_places() { return REUSE && in_mode(MODE_SURVEY); }
+bool finds_emitters() { return SAMPLE_MAP && in_mode(MODE_EMITTERS); }
 
 // The numbers of a sample's place in its pixel are the pixel's own, and do without the member that it is of its group. When groups
 // move (pixel_order.glsl) that changes; the places go on as they began, and are spread as well as if groups had not moved.
-Path path_begin(Camera camera, uvec2 at, uint key, uint index, uint glances) {
-    uvec2 sequence = glance_sequence(glances, key, index_of_sample(index));
-    vec2 u = sample_pair(sequence.x, sequence.y, PAIR_PIXEL, 0u);
-    return Path(vec3(0.0), camera_direction(camera, at, u), -1, vec3(path_weight(glances)), 0u, index, vec3(0.0), 0.0, 0.0, false, glances);
+Path path_begin(Camera camera, uvec2 at, uint key, uint index) {
+    vec2 u = sample_pair(key, index_of_sample(index), PAIR_PIXEL, 0u);
+    return Path(vec3(0.0), camera_direction(camera, at, u), -1, vec3(1.0), 0u, index, vec3(0.0), 0.0, 0.0, false);
 }
 
 // Whether the members of a group of pixels sample lights alike where they first meet a diffuse surface (reuse.glsl), and the
@@ -73,7 +72,6 @@ struct Arrival {
     bool front;
     bool last;          // the next ray can only meet light
     bool first;         // with REUSE: nothing diffuse was met before
-    bool aims;          // with AIMS: from the first hit, behind this one, a ray is aimed as well
     bool gives;         // a second hit that other pixels can use as well: the path goes on with throughput 1
     uint hits;
 };
@@ -134,21 +132,21 @@ ShadowRay direct_light(Arrival a, uint index, uint key, uint count) {
 bool path_arrive(Path path, Hit hit, uint key, uint light_samples, inout vec3 radiance, out Arrival a,
                  out ShadowRay shadow) {
     bool met = hit.primitive >= 0;
+    vec3 seen = radiance;
     vec3 throughput = path.throughput;
     // A direction that its pixel gets no light from, although it does from what is shared.
     if (REUSE && SMOOTH_NORMALS && any(lessThan(throughput, vec3(0.0)))) throughput = vec3(0.0);
-    if (HAS_BACKGROUND && !met && !is_glance(path.glances) && !is_aiming(path.glances)) radiance += throughput * background.rgb;
+    if (HAS_BACKGROUND && !met) radiance += throughput * background.rgb;
     a.self_id = hit.self_id;
     a.surface = surface_at(hit, ray_of(path));
     a.front = dot(path.direction, a.surface.normal) <= 0.0;
     a.hits = path.hits + 1u;
-    a.aims = false;
     float kind = a.surface.kind;
     bool glows = HAS_EMITTER && met && kind == KIND_EMITTER && a.front;
     bool by_beams = HAS_BEAMS && glows && path.pdf == 0.0 && path.x2 > 0.0 && path.hits <= BEAM_HITS && a.surface.light >= 0;
     if (HAS_BEAMS) count_doubtful(by_beams ? BEAM_TARGETS : 0u);
     if (glows) {
-        float weight = glance_weight(path.glances);
+        float weight = 1.0;
         if (EMITTER_COUNT > 0u && path.pdf > 0.0 && a.surface.light >= 0) {
             float cos_light = -dot(path.direction, a.surface.normal);
             float of_light = light_pdf(path.origin, a.surface.light, hit.t, cos_light);
@@ -168,24 +166,12 @@ bool path_arrive(Path path, Hit hit, uint key, uint light_samples, inout vec3 ra
     bool diffuse = HAS_DIFFUSE && kind == KIND_DIFFUSE;
     a.first = REUSE && path.normal == vec3(0.0);
     bool alive = met && a.hits <= MAX_DEPTH && kind != KIND_EMITTER;
-    if (is_glance(path.glances)) alive = alive && glances_leave(kind, a.hits);
-    if (AIMS) {
-        // What is met by an aimed ray, and where one is aimed, is for that alone.
-        bool specular = kind != KIND_DIFFUSE;
-        if (is_aiming(path.glances)) alive = alive && specular;
-        a.aims = path.second && in_mode(MODE_ALIKE);
-        if (a.aims && specular && alive) {
-            alive = !is_aimed_at(path.origin, path.normal, path.direction) || MUTATION == MUTATE_AIMS;
-        }
+    if (finds_places()) radiance = alive && diffuse ? a.surface.position : vec3(0.0);
+    if (finds_emitters()) {
+        float emitted = glows ? brightness(throughput * a.surface.color) : 0.0;
+        radiance = seen + vec3(emitted, alive && kind == KIND_MIRROR ? 1.0 : 0.0, alive && kind > 0.0 ? 1.0 : 0.0);
     }
-    if (REUSE && in_mode(MODE_SURVEY)) {
-        radiance = alive && diffuse ? a.surface.position : vec3(0.0);
-        alive = alive && HAS_MIRROR && kind == KIND_MIRROR;
-    }
-    if (REPEATS && in_mode(MODE_SURVEY)) {
-        radiance = vec3(alive && !diffuse ? (kind == KIND_MIRROR ? 1.0 : 2.0) : 0.0);
-        alive = false;
-    }
+    if (finds_places() || finds_emitters()) alive = alive && HAS_MIRROR && kind == KIND_MIRROR;
     vec3 weight = HAS_DIELECTRIC && kind > 0.0 ? vec3(1.0) : a.surface.color;
     if (MUTATION == MUTATE_ALBEDO) weight *= 1.01;
     a.gives = REUSE && path.second && diffuse && alive && throughput != vec3(0.0);
@@ -198,43 +184,30 @@ bool path_arrive(Path path, Hit hit, uint key, uint light_samples, inout vec3 ra
 
     // A path of MAX_DEPTH hits may still meet light with its last ray. Further samples of lights are for those that go on otherwise.
     a.last = a.hits == MAX_DEPTH || (!INDIRECT && diffuse);
-    uvec2 sequence = glance_sequence(path.glances, key, path.index);
     shadow = ShadowRay(vec3(0.0), vec3(0.0, 0.0, 1.0), 0.0, -1, vec3(0.0), false);
     if (HAS_DIFFUSE) {
-        shadow = direct_light(a, sequence.y, sequence.x, a.first ? light_samples : 1u);
+        shadow = direct_light(a, path.index, key, a.first ? light_samples : 1u);
         shadow.wanted = shadow.wanted && alive && diffuse;
     }
     alive = alive && (LIGHT_AFTER_LAST_HIT || !a.last);
     // Where it gets further light the throughput must be what light counts.
-    bool may_end = !(REUSE && in_mode(MODE_SURVEY)) && !(light_samples > 1u && a.first && diffuse);
-    // By constants alone, so that nothing of it is left where there is no roulette (src/gpu/prune.rs).
-    if (ROULETTE_DEPTH > 0u || AIMS) {
-        bool ends = ROULETTE_DEPTH > 0u && a.hits >= ROULETTE_DEPTH && may_end;
-        // Few directions being aimed at, little of the light of an aimed path comes from further surfaces.
-        if (AIMS) ends = ends || (is_aimed(path.glances) && diffuse);
-        if (ends) {
-            // A path is safe while its throughput is above ¼: ending strong paths costs more in noise than it saves. That of an aimed
-            // path is small from the beginning: it is safe above 1/16.
-            float safety = is_aimed(path.glances) ? 16.0 : 4.0;
-            float survive = lower(safety * strongest / path_weight(path.glances), 0.95);
-            alive = alive && sample_independent(sequence.x, sequence.y, a.hits) < survive;
-            a.throughput *= 1.0 / survive;
-        }
+    bool may_end = !finds_places() && !finds_emitters() && !(light_samples > 1u && a.first && diffuse);
+    // The constant comes first, so that nothing of it is left where there is no roulette (src/gpu/prune.rs).
+    if (ROULETTE_DEPTH > 0u && a.hits >= ROULETTE_DEPTH && may_end) {
+        // A path is safe while its throughput is above ¼: ending strong paths costs more in noise than it saves.
+        float survive = lower(4.0 * strongest, 0.95);
+        alive = alive && sample_independent(key, path.index, a.hits) < survive;
+        a.throughput *= 1.0 / survive;
     }
     if (MAX_DEPTH == 1u && !LIGHT_AFTER_LAST_HIT) alive = false;
     return alive;
 }
 
-// Turns the path into its next ray; or, if it is not alive, into the first ray of sample `index` of the pixel at `at`, in
-// the state `glances`, which may be one that is aimed from a first hit.
+// Turns the path into its next ray; or, if it is not alive, into the first ray of sample `index` of the pixel at `at`.
 // One evaluation of the sampler serves all, so that lanes of either kind share the work.
-void path_depart(inout Path path, Arrival a, bool alive, Camera camera, uvec2 at, uint key, uint index,
-                 uint glances, AimFrom from) {
-    bool aims = is_aiming(glances);
+void path_depart(inout Path path, Arrival a, bool alive, Camera camera, uvec2 at, uint key, uint index) {
     uint hit = alive ? a.hits : 0u;
-    if (AIMS) hit = aims ? from.hits : hit;
-    uvec2 sequence = glance_sequence(glances, key, alive || aims ? index : index_of_sample(index));
-    vec2 u = sample_pair(sequence.x, sequence.y, hit, hit);
+    vec2 u = sample_pair(key, alive ? index : index_of_sample(index), hit, hit);
     vec3 first = camera_direction(camera, at, u);
     vec3 next = vec3(0.0);
     bool crossed = false;
@@ -251,23 +224,12 @@ void path_depart(inout Path path, Arrival a, bool alive, Camera camera, uvec2 at
     path.origin = alive ? start : vec3(0.0);
     path.direction = alive ? next : first;
     path.leaving = alive ? leaving_id(a.self_id, a.surface, a.front != crossed) : -1;
-    path.throughput = alive ? a.throughput : vec3(path_weight(glances));
+    path.throughput = alive ? a.throughput : vec3(1.0);
     path.hits = alive ? (a.last ? MAX_DEPTH : a.hits) : 0u;
     path.index = index;
-    bool scattered = alive && glances != 0u && !is_repeated(glances) && !glances_leave(kind, a.hits);
-    if (MULTIPLE) path.glances = glances | (scattered ? SCATTERED : 0u);
     path.second = REUSE && alive && a.first && kind == KIND_DIFFUSE;
     if (REUSE) path.normal = alive && (kind == KIND_DIFFUSE || !a.first) ? a.normal : vec3(0.0);
     if (EMITTER_COUNT > 0u) path.pdf = alive && kind == KIND_DIFFUSE ? diffuse_pdf(dot(a.normal, next)) : 0.0;
-    if (AIMS && aims) {
-        float weight;
-        path.direction = aim_sample(from, u, weight);
-        path.origin = from.x;
-        path.leaving = from.leaving;
-        path.throughput = from.beta * weight;
-        path.hits = from.hits;
-        path.normal = from.normal;
-    }
     if (HAS_BEAMS) {
         if (hit == 1u && kind == KIND_DIFFUSE) path.x2 = dot(a.outside, a.outside);
         if (hit == 0u) path.x2 = 0.0;

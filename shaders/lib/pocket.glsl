@@ -45,7 +45,6 @@ struct Pocket {
     vec4 light[PLACES];         // its radiance, index of the sample
     vec4 normal[PLACES];        // for reuse: normal; for emitters: density
     float x2[PLACES];           // for beams
-    uint glances[PLACES];       // state of glances
     uint entry[PLACES];         // where the ray enters the tree (tree_entry), and above that the shadow ray
 };
 
@@ -59,7 +58,7 @@ struct PocketWalk {
 };
 
 Held held_nothing() {
-    Path path = Path(vec3(0.0), vec3(0.0, 0.0, 1.0), -1, vec3(0.0), 0u, 0u, vec3(0.0), 0.0, 0.0, false, 0u);
+    Path path = Path(vec3(0.0), vec3(0.0, 0.0, 1.0), -1, vec3(0.0), 0u, 0u, vec3(0.0), 0.0, 0.0, false);
     return Held(path, vec3(0.0), NOTHING, 0.0, -1, false, false, false);
 }
 
@@ -70,7 +69,7 @@ Pocket pocket_empty() {
     p.origin[n] = p.direction[n] = p.throughput[n] = p.radiance[n] = p.toward[n] = p.light[n] = vec4(0.0); \
     p.normal[n] = vec4(0.0);                                                                              \
     p.x2[n] = 0.0;                                                                                        \
-    p.glances[n] = p.entry[n] = 0u;
+    p.entry[n] = 0u;
     FOR_EACH_PLACE(CLEAR)
 #undef CLEAR
     return p;
@@ -112,7 +111,6 @@ void pocket_put(inout Pocket p, Held h, ShadowRay shadow, uint entry, uint entry
         p.light[n] = light;                         \
         p.entry[n] = entry | (entry_of_shadow << 4); \
         if (REUSE) p.normal[n].xyz = h.path.normal; \
-        if (MULTIPLE) p.glances[n] = h.path.glances; \
         if (EMITTER_COUNT > 0u) p.normal[n].w = h.path.pdf; \
         if (HAS_BEAMS) p.x2[n] = h.path.x2;         \
     }
@@ -131,7 +129,6 @@ void pocket_take(inout Pocket p, inout Held h) {
         vec4 light = p.light[0];
         vec4 normal = p.normal[0];
         float x2 = p.x2[0];
-        uint glances = p.glances[0];
 #define TAKE(n)                                                        \
     if (n > 0) {                                                       \
         bvec4 here = bvec4(place == (1u << n));                        \
@@ -141,7 +138,6 @@ void pocket_take(inout Pocket p, inout Held h) {
         radiance = mix(radiance, p.radiance[n], here);                 \
         light = mix(light, p.light[n], here);                          \
         if (REUSE) normal.xyz = mix(normal.xyz, p.normal[n].xyz, here.xyz); \
-        if (MULTIPLE) glances = here.x ? p.glances[n] : glances; \
         if (EMITTER_COUNT > 0u) normal.w = here.w ? p.normal[n].w : normal.w; \
         if (HAS_BEAMS) x2 = here.x ? p.x2[n] : x2;                     \
     }
@@ -150,7 +146,7 @@ void pocket_take(inout Pocket p, inout Held h) {
         uint bits = floatBitsToUint(radiance.w);
         h.slot = bits & ((1u << SLOT_BITS) - 1u);
         h.path = Path(origin.xyz, direction.xyz, floatBitsToInt(throughput.w), throughput.xyz, bits >> HITS_SHIFT,
-                      floatBitsToUint(light.w), normal.xyz, normal.w, x2, (bits & SECOND_BIT) != 0u, glances);
+                      floatBitsToUint(light.w), normal.xyz, normal.w, x2, (bits & SECOND_BIT) != 0u);
         h.t = origin.w;
         h.id = floatBitsToInt(direction.w);
         h.radiance = radiance.xyz;

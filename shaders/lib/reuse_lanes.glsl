@@ -33,21 +33,18 @@ Meeting meeting_at(Path p, Arrival a, float t, vec3 direct, vec3 first_up) {
                    a.gives ? a.up : vec3(0.0), direct, a.gives);
 }
 
-AimFrom aim_from(Meeting m) { return AimFrom(m.x, m.leaving, m.nx, m.up, m.beta, uint(m.hit)); }
-
 // A path that waits for the others of its group.
 struct EndedPath {
     Meeting meeting;
     vec3 light;     // of the path from its second hit on, or all if there is none: what leaves y if that is given away
-    vec3 apart;     // of the same sample, by glances or by an aimed path
     bool there;
 };
 
-EndedPath ended_none() { return EndedPath(meeting_none(), vec3(0.0), vec3(0.0), false); }
+EndedPath ended_none() { return EndedPath(meeting_none(), vec3(0.0), false); }
 
 // A path ends with the light that it has gathered, and the lane may begin another.
-EndedPath path_ends(inout Meeting meeting, vec3 light, vec3 apart) {
-    EndedPath ended = EndedPath(meeting, light, apart, true);
+EndedPath path_ends(inout Meeting meeting, vec3 light) {
+    EndedPath ended = EndedPath(meeting, light, true);
     meeting = meeting_none();
     return ended;
 }
@@ -161,12 +158,6 @@ vec3 shared_light(EndedPath ended, uint key, uint index, inout uint shadow_rays,
     vec3 own = gives ? vec3(0.0) : ended.light;
     unshared = m.beta * given;
     gathered = m.beta * sum;
-    if (AIMS) {
-        unshared += ended.apart;
-        gathered += ended.apart;
-    } else if (GLANCES > 0u) {
-        own += ended.apart;
-    }
     // (Of a last hit it is the pixel's own: whether there is a meeting depends on what else is compiled.)
     if (lights_alike() && goes_on_from_first(m)) {
         unshared += m.direct;
@@ -185,7 +176,7 @@ bool share_sample(EndedPath ended, inout FilmPixel film_pixel, inout Gradients g
     loops = subgroupMax(loops) + 1u;
     doubtful_loops = subgroupMax(doubtful_loops);
     vec3 gathered, unshared;
-    uint index = index_of_member(index_after(film_pixel.state, film_pixel.count), gl_SubgroupInvocationID % MEMBERS);
+    uint index = index_of_member(index_after(film_pixel.multipliers, film_pixel.count), gl_SubgroupInvocationID % MEMBERS);
     vec3 light = shared_light(ended, key, index, shadow_rays, loops, gathered, unshared);
     bool within_budget = LOOP_BUDGET == 0u || subgroupMax(loops + doubtful_loops) < LOOP_BUDGET;
     // What is not finite counts as black, and tells nothing of the noise.

@@ -18,54 +18,23 @@ const uint ROW_SECOND = 3u;     // y; β.g
 const uint ROW_SECOND_NORMAL = 4u;  // geometric normal; β.b
 const uint ROW_DIRECT = 5u;     // light from x itself, β.r
 const uint ROW_FIRST_UP = 6u;   // with SMOOTH_NORMALS: geometric normal of x
-const uint ROW_APART = 7u;      // light of the sample before its last path, that of glances or of the path before an aimed one
 
 const float PATH_OPEN = 0.0;    // it has not ended
 const float PATH_ENDED = 1.0;   // all its light is its own
 const float PATH_GIVES = 2.0;   // its light leaves y
 const float PATH_MET = 3.0;     // it has x and y, but all its light is its own
-const float PATH_AIMED = 4.0;   // on top of one of these: an aimed path has followed
 
 // A row of all paths after another: lanes write next to each other.
 int path_texel(uint path, uint row) { return int(row * (REGIONS << SLOT_BITS) + path); }
 vec4 path_load(uint path, uint row) { return uintBitsToFloat(imageLoad(path_texels, path_texel(path, row))); }
 void path_store(uint path, uint row, vec4 value) { path_rows[path_texel(path, row)] = value; }
 
-float path_state(float noted) { return AIMS && noted >= PATH_AIMED ? noted - PATH_AIMED : noted; }
-
-// Light of a path, and its state; `aimed` is that of an aimed path after it.
-vec4 noted_light(uint path, out vec3 aimed) {
-    vec4 light = path_load(path, ROW_LIGHT);
-    aimed = vec3(0.0);
-    if (AIMS && light.w >= PATH_AIMED) {
-        aimed = light.xyz;
-        light = vec4(path_load(path, ROW_APART).xyz, path_state(light.w));
-    }
-    return light;
-}
-
-// From where a ray is aimed after a path that has noted its first hit.
-AimFrom noted_aim(uint path) {
-    if (THREADS) {
-        memoryBarrierBuffer();
-        memoryBarrierImage();
-    }
-    vec4 x = path_load(path, ROW_FIRST);
-    vec4 nx = path_load(path, ROW_FIRST_NORMAL);
-    vec3 beta = vec3(path_load(path, ROW_DIRECT).w, path_load(path, ROW_SECOND).w, path_load(path, ROW_SECOND_NORMAL).w);
-    vec3 up = vec3(0.0);
-    if (SMOOTH_NORMALS) up = path_load(path, ROW_FIRST_UP).xyz;
-    return AimFrom(x.xyz, floatBitsToInt(x.w), nx.xyz, up, beta, uint(nx.w));
-}
-
 // Only where loops have a budget some paths may not end.
 const bool STATES_ARE_CLEARED = LOOP_BUDGET > 0u;
-const bool NOTES_ARE_CLEARED = STATES_ARE_CLEARED || (GLANCES > 0u && REUSE);
 
 // The path has not begun.
 void path_clear(uint path) {
     if (STATES_ARE_CLEARED) path_store(path, ROW_LIGHT, vec4(0.0, 0.0, 0.0, PATH_OPEN));
-    if (GLANCES > 0u && REUSE) path_store(path, ROW_APART, vec4(0.0));
 }
 
 // The pixel of the workgroup's tiles that a path is of, and the number of its sample.
@@ -88,8 +57,7 @@ void note_second_hit(uint path, Path p, Arrival a, float t, vec3 direct) {
 // What has been noted of a path that has ended.
 EndedPath noted_path(uint path) {
     EndedPath ended = ended_none();
-    vec4 light = noted_light(path, ended.apart);
-    if (GLANCES > 0u) ended.apart = path_load(path, ROW_APART).xyz;
+    vec4 light = path_load(path, ROW_LIGHT);
     ended.light = light.xyz;
     ended.there = true;
     if (light.w == PATH_GIVES || light.w == PATH_MET) {
@@ -126,7 +94,7 @@ uint share_noted(uint tile, uint region, uint samples, inout uint shadow_rays, i
         }
         uint key = key_of_group(corner, p);
         uint count = film_pixel.count;
-        uint target = target_of(film_pixel.state);
+        uint target = target_of(film_pixel.multipliers);
         bool complete = true;
         bool wanted = real && count < target;
         [[dont_unroll]] for (uint s = 0u; s < samples && any_lane(wanted && complete); ++s) {

@@ -3,8 +3,8 @@
 use std::str::FromStr;
 
 use crate::render::{
-    Accel, Adaptive, Aims, Beams, Choice, Feature, Glances, Gradients, LightSamples, RenderSettings, Reuse, Sampler,
-    Scheduler, Shares, TriangleTest,
+    Accel, Adaptive, Beams, Choice, Feature, Gradients, LightSamples, RenderSettings, Reuse, SampleMap, Sampler,
+    Scheduler, TriangleTest,
 };
 
 use super::error::BenchError;
@@ -32,7 +32,7 @@ impl Configuration {
 /// A setting and the values it takes, written `KEY=VALUE,VALUE…`.
 ///
 /// Keys and values are those of the options of `photolith render` (`sampler`, `accel`, `intersection`, `scheduler`, `reuse`,
-/// `gradients`, `shares`, `light-samples`, `glances`, `beams`, `aims`: see [`Choice`]), and `sampling` (uniform, dual: in two
+/// `gradients`, `sample-map`, `light-samples`, `beams`: see [`Choice`]), and `sampling` (uniform, dual: in two
 /// independent halves), `features` (specialised, general, or `+` and one of [`Feature::ALL`] that is compiled although not
 /// needed), `roulette` (off, or the first hit), `device` (index, name or UUID).
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -49,29 +49,25 @@ enum Key {
     Scheduler,
     Reuse,
     Gradients,
-    Shares,
+    SampleMap,
     LightSamples,
-    Glances,
     Beams,
-    Aims,
     Sampling,
     Features,
     Roulette,
     Device,
 }
 
-const KEYS: [(&str, Key); 15] = [
+const KEYS: [(&str, Key); 13] = [
     ("sampler", Key::Sampler),
     ("accel", Key::Accel),
     ("intersection", Key::Intersection),
     ("scheduler", Key::Scheduler),
     ("reuse", Key::Reuse),
     ("gradients", Key::Gradients),
-    ("shares", Key::Shares),
+    ("sample-map", Key::SampleMap),
     ("light-samples", Key::LightSamples),
-    ("glances", Key::Glances),
     ("beams", Key::Beams),
-    ("aims", Key::Aims),
     ("sampling", Key::Sampling),
     ("features", Key::Features),
     ("roulette", Key::Roulette),
@@ -104,11 +100,9 @@ impl Key {
             Self::Scheduler => one_of::<Scheduler>(),
             Self::Reuse => one_of::<Reuse>(),
             Self::Gradients => one_of::<Gradients>(),
-            Self::Shares => one_of::<Shares>(),
+            Self::SampleMap => one_of::<SampleMap>(),
             Self::LightSamples => one_of::<LightSamples>(),
-            Self::Glances => one_of::<Glances>(),
             Self::Beams => one_of::<Beams>(),
-            Self::Aims => one_of::<Aims>(),
             Self::Sampling => "uniform or dual".to_owned(),
             Self::Features => {
                 let names = Feature::ALL.map(|(name, _)| name).join(", ");
@@ -129,11 +123,9 @@ impl Key {
             (Self::Scheduler, name) => return choose(&mut s.scheduler, name),
             (Self::Reuse, name) => return choose(&mut s.reuse, name),
             (Self::Gradients, name) => return choose(&mut s.gradients, name),
-            (Self::Shares, name) => return choose(&mut s.shares, name),
+            (Self::SampleMap, name) => return choose(&mut s.sample_map, name),
             (Self::LightSamples, name) => return choose(&mut s.light_samples, name),
-            (Self::Glances, name) => return choose(&mut s.glances, name),
             (Self::Beams, name) => return choose(&mut s.beams, name),
-            (Self::Aims, name) => return choose(&mut s.aims, name),
             (Self::Sampling, "uniform") => s.adaptive = None,
             // All samples, in two halves.
             (Self::Sampling, "dual") => s.adaptive = Some(Adaptive { noise: 0.0 }),

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use serde::Serialize;
 
 use crate::Context;
-use crate::render::{RenderError, RenderSettings, Renderer, Shares};
+use crate::render::{RenderError, RenderSettings, Renderer, SampleMap};
 use crate::scene::{MAX_DEPTH, MAX_IMAGE_SIDE, Scene};
 
 use super::error::BenchError;
@@ -218,7 +218,7 @@ fn row(
 ) -> Result<GrowthRow, RenderError> {
     let steps_per_ray = {
         // Counting takes time, so it has a pipeline of its own, and one sample is enough.
-        let counting = RenderSettings { count_steps: true, samples: 1, shares: Shares::Off, ..settings.clone() };
+        let counting = RenderSettings { count_steps: true, samples: 1, sample_map: SampleMap::Off, ..settings.clone() };
         let mut renderer = Renderer::new(context, scene, &counting)?;
         renderer.render(|_| go_on())?;
         let s = renderer.statistics();

@@ -30,9 +30,7 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::NoDoubt => &["triangles/quick-facets"],
         Mutation::NoMargins => &["tree/axis-aligned", "tree/brute-force"],
         Mutation::InvertedGradients => &["gradients/paths", "gradients/lanes"],
-        Mutation::WholeRepeats => &["oracle/caustics", "oracle/caustics-within"],
-        Mutation::DoubleAims => &["aims/paths", "aims/lanes"],
         Mutation::DoubleBeams => &["oracle/caustics", "oracle/caustics-within"],
-        Mutation::DoubleGlances => &["oracle/lamps", "emitters/glances"],
+        Mutation::OwnSampleMap => &["emitters/edges-of-glass"],
     }
 }

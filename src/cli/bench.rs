@@ -62,7 +62,7 @@ pub struct BenchArgs {
     max_depth: Option<u32>,
 
     /// Set a setting, or several values of it side by side; may be repeated. Keys: sampler, accel, intersection,
-    /// scheduler (auto, inline, turns, queue), reuse (auto, always, off), gradients, shares, glances, beams, aims (auto,
+    /// scheduler (auto, inline, turns, queue), reuse (auto, always, off), gradients, sample-map, beams (auto,
     /// off), light-samples (auto, one), sampling (uniform, dual), features (specialised, general, +mirror and the like),
     /// roulette (off, N), device
     #[arg(long, value_name = "KEY=VALUE,...")]

@@ -7,8 +7,7 @@ use anyhow::Context as _;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use photolith::render::{
-    Accel, Aims, Beams, Choice, Glances, Gradients, LightSamples, MAX_SAMPLES, Reuse, Sampler, Scheduler, Shares,
-    TriangleTest,
+    Accel, Beams, Choice, Gradients, LightSamples, MAX_SAMPLES, Reuse, SampleMap, Sampler, Scheduler, TriangleTest,
 };
 use photolith::scene::Scene;
 use photolith::{ContextOptions, RenderSettings, Validation, user_cache};
@@ -96,25 +95,17 @@ pub struct SceneOptions {
     #[arg(long, value_parser = choice::<Gradients>(), default_value = Gradients::default().name())]
     pub gradients: Gradients,
 
-    /// Whether noisy parts of the image get more samples than others
-    #[arg(long, value_parser = choice::<Shares>(), default_value = Shares::default().name())]
-    pub shares: Shares,
+    /// Whether noisy parts of the image, edges of lamps and what is seen through glass get more samples than the rest
+    #[arg(long, value_parser = choice::<SampleMap>(), default_value = SampleMap::default().name())]
+    pub sample_map: SampleMap,
 
     /// How many samples of lights paths take where they first meet a diffuse surface
     #[arg(long, value_parser = choice::<LightSamples>(), default_value = LightSamples::default().name())]
     pub light_samples: LightSamples,
 
-    /// Whether samples look several times at lamps whose edges are seen, and at what is seen through glass
-    #[arg(long, value_parser = choice::<Glances>(), default_value = Glances::default().name())]
-    pub glances: Glances,
-
     /// Whether light is also traced from lamps, through glass and by mirrors
     #[arg(long, value_parser = choice::<Beams>(), default_value = Beams::default().name())]
     pub beams: Beams,
-
-    /// Whether rays are aimed at glass and mirrors from what the camera sees
-    #[arg(long, value_parser = choice::<Aims>(), default_value = Aims::default().name())]
-    pub aims: Aims,
 
     /// Compile every feature, needed or not (changes no bit of the image)
     #[arg(long)]
@@ -155,10 +146,8 @@ impl SceneOptions {
             reuse: self.reuse,
             gradients: self.gradients,
             light_samples: self.light_samples,
-            shares: self.shares,
-            glances: self.glances,
+            sample_map: self.sample_map,
             beams: self.beams,
-            aims: self.aims,
             general: self.general,
             ..RenderSettings::of(&scene)
         };

@@ -164,7 +164,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         let most = settings.samples;
         let done = samples(statistics);
         let beams = if statistics.beams > 0 { format!(" and {} beams", statistics.beams) } else { String::new() };
-        // Where all pixels have what was asked for, beams are lacking, or what noisy parts have more (`Shares`).
+        // Where all pixels have what was asked for, beams are lacking, or what noisy parts have more (`SampleMap`).
         let lacking = statistics.beams == 0 && statistics.samples_per_pixel >= most;
         let more = if lacking { "; noisy parts were to have more" } else { "" };
         output::tell(&format!("{why} after {done} of {most} samples per pixel{beams}{more}; writing what there is"));
@@ -289,11 +289,9 @@ fn push_settings(m: &mut Metadata, scene: &Scene, settings: &RenderSettings, con
     m.push("Accel", settings.accel.name());
     m.push("Reuse", settings.reuse.name());
     m.push("Gradients", settings.gradients.name());
-    m.push("Shares", settings.shares.name());
+    m.push("SampleMap", settings.sample_map.name());
     m.push("LightSamples", settings.light_samples.name());
-    m.push("Glances", settings.glances.name());
     m.push("Beams", settings.beams.name());
-    m.push("Aims", settings.aims.name());
     m.push("Filter", format!("{:?}", scene.film.filter));
     m.push("Device", &context.info().name);
     m.push("Driver", &context.info().driver);
@@ -329,8 +327,7 @@ fn report(
         "rays": s.rays,
         "shadow_rays": s.shadow_rays,
         "reused_samples": s.reused_samples,
-        "glancing_pixels": s.glancing_pixels,
-        "repeating_pixels": s.repeating_pixels,
+        "multiplied_pixels": s.multiplied_pixels,
         "gradients": s.gradients,
         "beams": s.beams,
         "reuse_gain": s.reuse_gain,

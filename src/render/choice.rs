@@ -1,8 +1,6 @@
 //! The names of values, as options and tables spell them.
 
-use super::settings::{
-    Accel, Aims, Beams, Glances, Gradients, LightSamples, Reuse, Sampler, Scheduler, Shares, TriangleTest,
-};
+use super::settings::{Accel, Beams, Gradients, LightSamples, Reuse, SampleMap, Sampler, Scheduler, TriangleTest};
 
 /// A setting of a few values that have names.
 pub trait Choice: Copy + PartialEq + Default + Send + Sync + 'static {
@@ -73,13 +71,13 @@ impl Choice for Gradients {
     ];
 }
 
-impl Choice for Shares {
+impl Choice for SampleMap {
     const ALL: &'static [(&'static str, Self, &'static str)] = &[
         (
             "auto",
             Self::Auto,
-            "Where it pays: half, twice or four times --samples, in the time of as many everywhere; with --samples 1 to 3 \
-             nowhere fewer, and up to 1.4 times as many in all",
+            "Where it pays: half, twice or four times --samples, in the time of as many everywhere (with --samples 1 to 3 \
+             nowhere fewer, and up to 1.4 times as many in all); up to 16 times at edges of bright lamps",
         ),
         ("off", Self::Off, "Never"),
     ];
@@ -92,31 +90,9 @@ impl Choice for LightSamples {
     ];
 }
 
-impl Choice for Glances {
-    const ALL: &'static [(&'static str, Self, &'static str)] = &[
-        (
-            "auto",
-            Self::Auto,
-            "In the pixels that need it; with 1 sample per pixel only if half of the image at most may show lamps or mirrors",
-        ),
-        ("off", Self::Off, "Never"),
-    ];
-}
-
 impl Choice for Beams {
     const ALL: &'static [(&'static str, Self, &'static str)] =
         &[("auto", Self::Auto, "In scenes with lamps, and glass or mirrors"), ("off", Self::Off, "Never")];
-}
-
-impl Choice for Aims {
-    const ALL: &'static [(&'static str, Self, &'static str)] = &[
-        (
-            "auto",
-            Self::Auto,
-            "On CPUs, with gradients, in scenes without lamps where a few bodies are most of the glass and mirrors",
-        ),
-        ("off", Self::Off, "Never"),
-    ];
 }
 
 #[cfg(test)]
@@ -142,7 +118,7 @@ mod tests {
         assert_eq!(names::<Scheduler>(), ["auto", "inline", "turns", "queue"]);
         assert_eq!(names::<Reuse>(), ["auto", "always", "off"]);
         assert_eq!(names::<LightSamples>(), ["auto", "one"]);
-        for names in [names::<Gradients>(), names::<Shares>(), names::<Glances>(), names::<Beams>(), names::<Aims>()] {
+        for names in [names::<Gradients>(), names::<SampleMap>(), names::<Beams>()] {
             assert_eq!(names, ["auto", "off"]);
         }
     }

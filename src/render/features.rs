@@ -196,14 +196,6 @@ impl Features {
             && !self.brute_force
     }
 
-    /// Whether rays may be aimed at glass and mirrors, where images are made from gradients. (Where there are lamps, light that these
-    /// send there is most of the noise, which beams lower.)
-    pub fn may_aim(&self) -> bool {
-        // From a first hit by a mirror to what lies beyond, or to the background.
-        let bring_light = self.max_depth > 2 || self.background;
-        self.can_reuse() && (self.dielectric || self.mirror) && !self.emitter && bring_light
-    }
-
     /// Each feature: its name, whether it is compiled in, and why.
     pub fn explain(&self) -> Vec<(&'static str, bool, String)> {
         let plain = |name, on, yes: &str, no: &str| (name, on, if on { yes } else { no }.to_owned());
@@ -290,16 +282,10 @@ impl Features {
                 "only where paths are reused",
             ),
             plain(
-                "glances",
-                self.emitter,
-                "unless switched off, where edges of bright lamps are seen directly or in mirrors; with 1 sample only if half of the image at most may show lamps or mirrors",
-                "no surface emits",
-            ),
-            plain(
-                "several paths",
-                self.may_have_beams() && self.dielectric,
-                "of a sample, unless beams or glances are switched off, in pixels that show glass or a mirror",
-                "beams and glass are not both there",
+                "sample map",
+                self.emitter || (self.can_reuse() && !self.has_caustics()),
+                "unless switched off: more samples at edges of bright lamps, through glass where beams are traced, and in noisy parts where paths are reused",
+                "no surface emits, and no paths are reused",
             ),
             plain(
                 "beams",
@@ -309,16 +295,6 @@ impl Features {
                     "not with smooth normals, without indirect light or a hierarchy"
                 } else {
                     "no lamps together with glass or mirrors"
-                },
-            ),
-            plain(
-                "aimed rays",
-                self.may_aim(),
-                "at the eight largest bodies of glass and mirrors, unless switched off, with gradients, on CPUs, if these bodies are most of it and do not fill the view",
-                if self.emitter && (self.dielectric || self.mirror) {
-                    "not with lamps"
-                } else {
-                    "no glass or mirror beside diffuse surfaces that light each other, or paths end before its light"
                 },
             ),
             plain("brute force", self.brute_force, "no hierarchy was asked for", "the hierarchy is used"),

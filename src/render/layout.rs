@@ -45,8 +45,7 @@ pub(crate) mod constant {
     pub const LIGHT_ENTRIES: u32 = 59;
     pub const LIGHT_CELLS: u32 = 60;
     pub const LIGHT_DEPTH: u32 = 61;
-    pub const GLANCES: u32 = 62;
-    pub const REPEATS: u32 = 63;
+    pub const SAMPLE_MAP: u32 = 62;
     pub const REUSE: u32 = 57;
     pub const SUBGROUP_LANES: u32 = 58;
     pub const FACET_COUNT: u32 = 31;
@@ -65,9 +64,6 @@ pub(crate) mod constant {
     pub const FACETS_ACROSS_Y: u32 = 209;
     pub const BEAM_TARGETS: u32 = 214;
     pub const BEAM_TEXELS: u32 = 215;
-    pub const AIM_TARGETS: u32 = 216;
-    /// Spheres that there is room for.
-    pub const MAX_AIM_TARGETS: usize = 8;
 }
 
 /// Binding numbers.
@@ -126,8 +122,6 @@ pub(crate) struct SceneValues {
     pub point_position: [f32; 4],
     pub point_intensity: [f32; 4],
     pub light_grid: [f32; 4],
-    /// Centre, radius.
-    pub aim_targets: [[f32; 4]; constant::MAX_AIM_TARGETS],
     pub record_count: u32,
     /// The last word of the root's record, which says in which order to visit its children.
     pub root_order: u32,
@@ -171,7 +165,8 @@ pub(crate) mod mode {
     pub const SURVEY: u32 = 4;
     pub const SCATTERED: u32 = 8;
     pub const REUSED: u32 = 16;
-    pub const TURN_SHIFT: u32 = 5;
+    pub const EMITTERS: u32 = 32;
+    pub const TURN_SHIFT: u32 = 6;
 }
 
 /// Material kinds; a positive kind is a dielectric's index of refraction.
@@ -198,8 +193,8 @@ pub(crate) struct FilmSlot {
     /// How far the first two samples are apart in the light that does not come by what groups share.
     pub trial: f32,
     pub residue: [f32; 3],
-    /// The state in which the pixel's samples begin, and its shares (src/render/shares.rs).
-    pub state: u32,
+    /// The pixel's multipliers (src/render/sample_map.rs).
+    pub multipliers: u32,
 }
 
 /// A pixel that a beam lights (shaders/light_trace.comp).
@@ -220,18 +215,14 @@ impl BeamNote {
     pub const UNFINISHED: u32 = u32::MAX - 1;
 }
 
-/// States of a path (shaders/lib/glance.glsl).
-pub(crate) mod glance {
-    /// Glances of a sample, where there are any.
-    pub const GLANCES: u32 = 16;
-    /// A glance, with the number of those that follow.
-    pub const GLANCING: u32 = 1 << 31;
-    /// With a path after the last of them.
-    pub const PATH_FOLLOWS: u32 = 1 << 29;
-    /// One of several whole paths, with the number of those that follow.
-    pub const REPEATED: u32 = 1 << 27;
-    /// Of so many.
-    pub const REPEATS_SHIFT: u32 = 16;
+/// Where a film's slot has its pixel's multipliers (shaders/lib/sample_map.glsl).
+pub(crate) mod multiplier {
+    /// Of either.
+    pub const BITS: u32 = 4;
+    /// In groups as they are.
+    pub const PLAIN: u32 = 0;
+    /// In shifted ones.
+    pub const SHIFTED: u32 = 4;
 }
 
 /// What shaders/path_queue.comp is written for.
@@ -241,7 +232,7 @@ pub(crate) mod queue {
     /// Paths of a workgroup in one dispatch.
     pub const PATHS: u32 = 2048;
     /// Texels of a path's notes.
-    pub const PATH_ROWS: u32 = 8;
+    pub const PATH_ROWS: u32 = 7;
     /// Tiles of which a scattered one is made.
     pub const SCATTERED_TILES: u32 = 8;
     /// Samples of the trial whether it pays to reuse paths.

@@ -1,6 +1,5 @@
 //! From a scene to a film: what the scene needs, how it is cut into dispatches, and the loop that runs them.
 
-mod aims;
 mod alias;
 mod aliased;
 mod beam_light;
@@ -31,9 +30,9 @@ mod plan;
 mod prepared;
 mod rectangles;
 pub(crate) mod renderer;
+mod sample_map;
 mod screened_poisson;
 mod settings;
-mod shares;
 mod sides;
 pub(crate) mod sobol;
 pub(crate) mod space;
@@ -55,8 +54,7 @@ pub use mutation::Mutation;
 pub use prepared::Prepared;
 pub use renderer::Renderer;
 pub use settings::{
-    Accel, Adaptive, Aims, Beams, Glances, Gradients, LightSamples, RenderSettings, Reuse, Sampler, Scheduler, Shares,
-    TriangleTest,
+    Accel, Adaptive, Beams, Gradients, LightSamples, RenderSettings, Reuse, SampleMap, Sampler, Scheduler, TriangleTest,
 };
 pub use sobol::MAX_SAMPLES;
 pub use statistics::{AdaptiveStatistics, Progress, RenderStatistics};

@@ -52,21 +52,17 @@ pub enum Mutation {
     NoDoubt = 23,
     /// Boxes are not widened at all.
     NoMargins = 24,
-    /// Light of lamps that glances gather counts for their paths too.
-    DoubleGlances = 25,
+    /// The image's own first samples decide how many a pixel gets (on the host).
+    OwnSampleMap = 25,
     /// Differences from the pixels below have the wrong sign.
     InvertedGradients = 26,
     /// Beams count all light of their chains, although paths find a part of it.
     DoubleBeams = 27,
-    /// Each of several paths of a sample counts as much as a whole sample.
-    WholeRepeats = 28,
-    /// Paths too count what rays are aimed at.
-    DoubleAims = 29,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 29] = [
+    pub const ALL: [Self; 27] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -91,11 +87,9 @@ impl Mutation {
         Self::BlindReuse,
         Self::NoDoubt,
         Self::NoMargins,
-        Self::DoubleGlances,
+        Self::OwnSampleMap,
         Self::InvertedGradients,
         Self::DoubleBeams,
-        Self::WholeRepeats,
-        Self::DoubleAims,
     ];
 
     /// What is broken, in words.
@@ -125,11 +119,9 @@ impl Mutation {
             Self::BlindReuse => "light reused without regard to visibility",
             Self::NoDoubt => "facets not tested exactly where rounding may decide",
             Self::NoMargins => "boxes not widened at all",
-            Self::DoubleGlances => "light of lamps that glances gather counted for their paths too",
+            Self::OwnSampleMap => "numbers of samples decided by the image's own first ones",
             Self::InvertedGradients => "differences from the pixels below with the wrong sign",
             Self::DoubleBeams => "all light of caustics counted for beams, a part of it for paths too",
-            Self::WholeRepeats => "several paths of a sample counted as so many samples",
-            Self::DoubleAims => "light of bodies that rays are aimed at counted for paths too",
         }
     }
 }

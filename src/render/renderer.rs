@@ -1,20 +1,18 @@
 //! A scene on the device, ready to be rendered.
 
 mod beams;
-mod beginnings;
 mod buffers;
 mod dual;
-mod glances;
+mod emitter_edges;
 mod gradients;
 mod handout;
 mod launch;
 mod parts;
 mod passes;
-mod repeats;
 mod resume;
 mod reuse_policy;
+mod sample_map;
 mod schedule;
-mod shares;
 mod slots;
 mod split;
 mod survey;
@@ -41,13 +39,12 @@ use super::film::{Film, slot_count, slots_of_row};
 use super::layout::Push;
 use super::plan::Pace;
 use super::prepared::Prepared;
+use super::sample_map::SampleMap;
 use super::settings::{Gradients, RenderSettings, Reuse};
-use super::shares::Shares;
 use super::sobol;
 use super::statistics::{Progress, RenderStatistics};
 use super::view::View;
 use beams::BeamTracer;
-use beginnings::Beginnings;
 use buffers::Buffers;
 use gradients::{Certainties, Groups};
 use launch::Launch;
@@ -82,13 +79,11 @@ pub struct Renderer {
     /// Where groups of pixels that share paths are.
     groups: Groups,
     /// How many samples each pixel gets of those that are asked for.
-    shares: Shares,
+    sample_map: SampleMap,
     /// What pixels show, for gradients.
     places: Places,
     /// How certain differences between pixels are, by their class.
     certainties: Certainties,
-    /// How the samples of each pixel begin.
-    beginnings: Beginnings,
     /// Samples per pixel before the part of the rendering that is being done, with groups in one place.
     phase_begin: u32,
     /// What had been done when the rendering was stopped, if it goes on.
@@ -137,7 +132,7 @@ impl Renderer {
             settings: settings.clone(),
             features,
             hidden_lights: tables.hidden_lights(),
-            most_left: verdict::most_left(tables.samples_lights(), launch.aim_targets > 0),
+            most_left: verdict::most_left(tables.samples_lights()),
             tree: tables.tree,
             push,
             width,
@@ -145,10 +140,9 @@ impl Renderer {
             pace: launch.pace(settings),
             gradients: *reuse && settings.gradients == Gradients::Auto && buffers.has_whole_rows(slots_of_row(width)),
             groups: Groups::default(),
-            shares: Shares::default(),
+            sample_map: SampleMap::default(),
             places: Places::default(),
             certainties: Certainties::default(),
-            beginnings: Beginnings::default(),
             phase_begin: 0,
             before: Before::default(),
             light: BeamLight::default(),
@@ -251,12 +245,11 @@ impl Renderer {
         self.clear_film()?;
         let long = self.settings.samples >= self.fewest_reused;
         self.reuse = if long { ReuseTrial::of(self.reuses) } else { ReuseTrial::Never };
-        self.shares = Shares::default();
+        self.sample_map = SampleMap::default();
         self.places = Places::default();
         self.before = Before { seconds: checkpoint.map_or(0.0, Checkpoint::seconds), ..Before::default() };
         self.light = self.no_beams();
-        self.find_beginnings()?;
-        self.try_reuse()?;
+        self.plan_samples()?;
         let done = checkpoint.map_or(Ok(0), |checkpoint| self.take_up(checkpoint))?;
         watch.redone = checkpoint.map_or(0, Checkpoint::samples);
         let film = match self.settings.adaptive {
@@ -269,6 +262,18 @@ impl Renderer {
         Ok(film)
     }
 
+    /// Before a rendering, the film being empty: decides whether paths are reused, and how many samples each pixel gets. It depends on no
+    /// random number of the image.
+    fn plan_samples(&mut self) -> Result<(), RenderError> {
+        let wanted = self.look_for_edges()?.unwrap_or_default();
+        self.try_reuse(&wanted)?;
+        // Adaptive sampling tile by tile goes by the number of samples that are asked for.
+        if self.settings.adaptive.is_none() || self.makes_gradients() {
+            self.map_at_least(&wanted);
+        }
+        self.empty_film()
+    }
+
     /// The samples that are asked for, but for so many per pixel that are done.
     fn render_uniform(&mut self, begin: u32, watch: &mut Watch<'_>) -> Result<Film, RenderError> {
         watch.total = self.samples_of_image(self.settings.samples);
@@ -278,12 +283,12 @@ impl Renderer {
             if watch.stop {
                 break;
             }
-            self.keep_up_with_beams(self.statistics.samples, watch)?;
+            self.keep_up_with_beams(self.even_samples(), watch)?;
             done = samples;
         }
         self.statistics.stopped = self.statistics.samples < watch.total;
         let mut film = self.develop()?;
-        self.statistics.stopped |= !self.add_beams(&mut film, self.statistics.samples, watch)?;
+        self.statistics.stopped |= !self.add_beams(&mut film, self.even_samples(), watch)?;
         self.statistics.beams = self.light.beams;
         Ok(film)
     }

@@ -88,13 +88,15 @@ pub enum Gradients {
     Off,
 }
 
-/// Whether parts of the image that are noisy get more samples than others (shaders/lib/share.glsl): a half, twice or four times as
-/// many as are asked for, in the time that these would take (of two or three samples, as many at least, and up to 1.4 times the samples).
-/// It stays exact in the mean.
+/// Whether pixels get different numbers of samples (shaders/lib/sample_map.glsl). Where it is tried whether paths should be reused,
+/// noisy parts of the image get twice or four times as many as are asked for, others a half, in the time that these would take (of two or
+/// three samples, as many at least, and up to 1.4 times the samples). Besides, edges of bright emitters that are seen directly or in mirrors
+/// get 2 to 32 times as many; and, where light is traced from lamps ([`Beams`]) and there is glass, pixels that show glass 4 times, those
+/// that show a mirror twice. The image stays exact in the mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Shares {
-    /// Where it is tried whether paths should be reused, unless an image is rendered to a noise, little is to be gained, or there are more
-    /// than 2²⁷ samples.
+pub enum SampleMap {
+    /// Where it pays: neither with more than 2²⁷ samples, nor, with 1 sample per pixel, for edges of emitters if more than half of the image
+    /// may show lamps or mirrors.
     #[default]
     Auto,
     /// Nowhere.
@@ -112,38 +114,12 @@ pub enum LightSamples {
     One,
 }
 
-/// Whether samples look several times at lamps whose edges are seen, and, where beams are traced, at what is seen through
-/// glass (shaders/lib/glance.glsl). Images stay exact in the mean.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Glances {
-    /// In scenes with emitters, in the pixels that need it: 16 short rays where the edge of a lamp is seen (with 1 sample per pixel
-    /// only if half of the image at most may show lamps or mirrors); else, where beams are traced, 4 paths where glass is, and 2
-    /// where a mirror is if there is glass as well.
-    #[default]
-    Auto,
-    /// Nowhere.
-    Off,
-}
-
 /// Whether light is traced from lamps through glass and by mirrors to diffuse surfaces (shaders/lib/light/beam.glsl), where
 /// paths from the camera find it by chance only. Images stay exact in the mean; bright dots of caustics go.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Beams {
     /// In scenes with lamps, and glass or mirrors, and diffuse surfaces that light each other; but neither with smooth normals,
     /// [`Reuse::Always`], nor [`Accel::None`].
-    #[default]
-    Auto,
-    /// Nowhere.
-    Off,
-}
-
-/// Whether, where images are made from gradients, rays from what the camera sees are aimed at glass and mirrors as well
-/// (shaders/lib/aim.glsl). Images stay exact in the mean; light that comes by way of these has a fifth of its noise and less.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Aims {
-    /// On CPUs, or with [`Reuse::Always`], in scenes without emitters: at the eight largest bodies of glass or mirrors, if these are
-    /// most of what there is and the camera sees no such body under more than a right angle; but not where meshes of glass fill the
-    /// view, nor where there is glass on lavapipe before Mesa 23.1, nor in paths of two hits without a background.
     #[default]
     Auto,
     /// Nowhere.
@@ -186,7 +162,7 @@ impl Adaptive {
 /// Settings of a rendering. [`RenderSettings::of`] takes them from the scene; the default has no samples.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RenderSettings {
-    /// Samples per pixel, in noisy parts more and elsewhere fewer (see [`Shares`]); with [`Adaptive`], the most that a pixel
+    /// Samples per pixel, in noisy parts more and elsewhere fewer (see [`SampleMap`]); with [`Adaptive`], the most that a pixel
     /// gets in both halves.
     pub samples: u32,
     /// Sample to a noise.
@@ -205,16 +181,12 @@ pub struct RenderSettings {
     pub reuse: Reuse,
     /// Whether differences between neighbouring pixels are used.
     pub gradients: Gradients,
-    /// Whether noisy parts of the image get more samples.
-    pub shares: Shares,
+    /// Whether pixels get different numbers of samples.
+    pub sample_map: SampleMap,
     /// Samples of lights.
     pub light_samples: LightSamples,
-    /// Whether samples look several times at the edges of lamps.
-    pub glances: Glances,
     /// Whether light is traced from lamps.
     pub beams: Beams,
-    /// Whether rays are aimed at glass and mirrors.
-    pub aims: Aims,
     /// Stop after this time, or once every pixel has a sample if that takes longer.
     pub time_limit: Option<Duration>,
     /// Compile every feature, needed or not: for tests and benchmarks, the image is the same.
@@ -226,7 +198,7 @@ pub struct RenderSettings {
     /// Invocations of a workgroup; `None`: the device's default. Changes no bit of the image.
     pub workgroup_size: Option<u32>,
     /// Loop iterations of an invocation; `None`: what the driver is known to allow. Changes no bit of the image, unless it is too
-    /// small for the trial of [`Shares`].
+    /// small for the trial of [`SampleMap`].
     pub loop_budget: Option<u32>,
     /// Whether lanes walk the tree as the threads of a GPU do, each on its own; `None`: as suits the device. Changes no bit of the image.
     pub threads: Option<bool>,

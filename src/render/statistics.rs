@@ -61,11 +61,9 @@ pub struct RenderStatistics {
     /// The image was made from differences between neighbouring pixels (see [`Gradients`](super::Gradients)). The survey for
     /// that is in no other number but the times.
     pub gradients: bool,
-    /// Pixels whose samples look several times at lamps (see [`Glances`](super::Glances)). How they were found is in no
-    /// other number but the times.
-    pub glancing_pixels: u64,
-    /// Pixels whose samples are several paths (see [`Glances`](super::Glances)), which other numbers count as one.
-    pub repeating_pixels: u64,
+    /// Pixels that get more samples than are asked for (see [`SampleMap`](super::SampleMap)). How they were found is in no other number but
+    /// the times.
+    pub multiplied_pixels: u64,
     /// Beams of light traced from lamps (see [`Beams`](super::Beams)).
     pub beams: u64,
     /// Closest-hit rays.

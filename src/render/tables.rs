@@ -10,7 +10,6 @@ use crate::accel::{self, Aabb, Leaf, Packed, Primitive, TreeStatistics};
 use crate::gpu::Specialization;
 use crate::scene::Scene;
 
-use super::aims;
 use super::beams::BeamTable;
 use super::driver::DriverFacts;
 use super::facets::{self, Facet};
@@ -22,7 +21,7 @@ use super::layout::{SceneValues, constant};
 use super::lights::{Light, LightShape, LightTable};
 use super::mutation::Mutation;
 use super::rectangles;
-use super::settings::{Aims, Beams, Glances, LightSamples, RenderSettings, Sampler};
+use super::settings::{Beams, LightSamples, RenderSettings, SampleMap, Sampler};
 use super::space::RenderSpace;
 use super::spheres::ConstantSphere;
 use super::view::{Rectangle, View};
@@ -41,8 +40,6 @@ pub(crate) struct Tables {
     pub beams: BeamTable,
     /// Texels of lights before it.
     beam_texels: u32,
-    /// What rays are aimed at.
-    pub aim_targets: Vec<[f32; 4]>,
     light_count: u32,
     emitter_count: u32,
     /// The pixels that may show emitters, directly or in mirrors.
@@ -95,17 +92,13 @@ impl Tables {
             single_point: (points == 1 && lights.len() == 1).then(|| lights[0]),
             light_count: lights.len() as u32,
             emitter_count: (lights.len() - points) as u32,
-            lamp_places: match settings.glances {
-                Glances::Off => Vec::new(),
-                Glances::Auto => lamp_places(scene, space, &view, &lights[points..]),
+            lamp_places: match settings.sample_map {
+                SampleMap::Off => Vec::new(),
+                SampleMap::Auto => lamp_places(scene, space, &view, &lights[points..]),
             },
             lights: light_table,
             beams,
             beam_texels,
-            aim_targets: match settings.aims {
-                Aims::Auto if lights.len() == points => aims::targets(scene, space),
-                _ => Vec::new(),
-            },
             seen_from_outside,
             tree: tree.map(|_| TreeStatistics { build_seconds, ..packed.statistics }),
             packed,
@@ -192,7 +185,6 @@ impl Tables {
             values.point_intensity = rgb(radiance, 0.0);
         }
         let grid = &self.lights.grid;
-        values.aim_targets[..self.aim_targets.len()].copy_from_slice(&self.aim_targets);
         values.light_grid = grid.center.extend(grid.size).as_vec4().to_array();
         values
     }

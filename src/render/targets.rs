@@ -1,5 +1,4 @@
-//! Spheres around bodies of glass and mirrors, to which light is traced (shaders/lib/light/beam.glsl) and rays are aimed
-//! (shaders/lib/aim.glsl).
+//! Spheres around bodies of glass and mirrors, to which light is traced (shaders/lib/light/beam.glsl).
 
 use glam::DVec3;
 

@@ -12,7 +12,7 @@ use std::ops::{ControlFlow, Deref};
 use std::path::PathBuf;
 
 use glam::DVec3;
-use photolith::render::{RenderStatistics, Reuse, Shares};
+use photolith::render::{RenderStatistics, Reuse, SampleMap};
 use photolith::scene::{Material, Normals, Sphere, Surface};
 use photolith::{Context, ContextOptions, Film, RenderSettings, Renderer, Scene, Validation};
 
@@ -77,12 +77,12 @@ pub fn render_counted(context: &Context, scene: &Scene, settings: &RenderSetting
     let film = renderer.render(|_| ControlFlow::Continue(())).expect("a film");
     let statistics = renderer.statistics().clone();
     assert_eq!(statistics.bad_samples, 0, "{}: samples that are not finite", scene.source);
-    // Where paths may be reused noisy parts may get up to four times as many, others at least half (`Shares`). One sample is too few to
-    // try.
+    // Where paths may be reused noisy parts may get up to four times as many, others at least half; and edges of lamps up to 32 times
+    // (`SampleMap`). One sample is too few to try.
     let tried = settings.samples > 1 && (settings.reuse == Reuse::Always || statistics.reuse_gain.is_some());
-    let shared = settings.shares == Shares::Auto && tried;
+    let mapped = settings.sample_map == SampleMap::Auto && (tried || statistics.multiplied_pixels > 0);
     let samples =
-        if shared { settings.samples.div_ceil(2)..=4 * settings.samples } else { settings.samples..=settings.samples };
+        if mapped { settings.samples.div_ceil(2)..=32 * settings.samples } else { settings.samples..=settings.samples };
     assert!(film.counts().iter().all(|n| samples.contains(n)), "{}: pixels lack samples", scene.source);
     (film, statistics)
 }

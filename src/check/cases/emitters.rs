@@ -10,7 +10,7 @@ use crate::check::rng::Rng;
 use crate::check::scenes::{Build, diffuse, emitter, empty, glass, grid, icosphere, mirror, v};
 use crate::check::statistics::{mean_and_error, worst, z_score};
 use crate::check::{Case, CheckError, Lab, Measured};
-use crate::render::{Glances, RenderSettings, Renderer};
+use crate::render::{RenderSettings, Renderer, SampleMap};
 use crate::scene::Scene;
 
 pub(super) const CASES: &[Case] = &[
@@ -70,17 +70,17 @@ pub(super) const CASES: &[Case] = &[
         measure: enclosed_body,
     },
     Case {
-        name: "emitters/glances",
-        what: "small lamps, seen directly and in mirrors and glass, looked at several times a sample",
+        name: "emitters/edges",
+        what: "edges of small lamps, seen directly and in mirrors and glass, which get more samples",
         oracle: "the same without",
         quantity: "deviation of the image's mean in standard errors",
         threshold: 4.0,
         full_only: false,
-        measure: glances,
+        measure: edges,
     },
     Case {
         name: "emitters/edges-of-glass",
-        what: "edges of small balls of glass and mirror, where the first hits of a survey decide how pixels are sampled",
+        what: "edges of small balls of glass and mirror, where first hits of other samples decide how many pixels get",
         oracle: "the same without",
         quantity: "deviation of the image's mean in standard errors",
         threshold: 4.0,
@@ -89,7 +89,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "emitters/mirrored",
-        what: "a lamp in a mirror box, seen after thousands of reflections, looked at several times a sample",
+        what: "a lamp in a mirror box, seen after thousands of reflections, whose edges get more samples",
         oracle: "the same without",
         quantity: "deviation of the image's mean in standard errors",
         threshold: 4.0,
@@ -169,36 +169,37 @@ fn furnace(lab: &Lab) -> Result<Measured, CheckError> {
         let (positions, triangles) = icosphere(v(0.0, -1.5, -5.0), 0.75, 2);
         scene.mesh(&positions, &triangles, mirror(1.0));
         scene.size(32, lab.size(16, 1024) as u32);
-        // With glances, what is seen through glass and what is seen directly are sampled apart.
-        let settings = RenderSettings { glances: Glances::Off, ..lab.settings(&scene) };
-        off = worst(lab.render_with(&scene, &settings)?.channel(1).iter().map(|x| (x - 1.0).abs()).chain([off]));
+        off = worst(lab.render(&scene)?.channel(1).iter().map(|x| (x - 1.0).abs()).chain([off]));
     }
     Ok(Measured::new(off, "2 × 1024 pixels"))
 }
 
-/// How far the means of a scene with glances and without are apart, from images of several seeds.
+/// How far the means of a scene with a sample map and without are apart, from images of several seeds.
 fn with_and_without(lab: &Lab, scene: &Scene) -> Result<Measured, CheckError> {
-    let mut looked = 0;
-    let mut means = |glances: Glances| -> Result<Vec<f64>, CheckError> {
-        let settings = RenderSettings { glances, ..lab.settings(scene) };
+    let mut multiplied = 0;
+    let mut means = |sample_map: SampleMap| -> Result<Vec<f64>, CheckError> {
+        let settings = RenderSettings { sample_map, ..lab.settings(scene) };
         let mut renderer = Renderer::new(&lab.context, scene, &settings)?;
         let mut mean = |seed: u32| {
             renderer.set_seed(seed);
             let rendered = Rendered::by(&mut renderer)?;
-            looked += rendered.statistics.glancing_pixels + rendered.statistics.repeating_pixels;
+            multiplied += rendered.statistics.multiplied_pixels;
             Ok(rendered.mean()[1])
         };
         (0..12).map(&mut mean).collect()
     };
-    let (with, without) = (means(Glances::Auto)?, means(Glances::Off)?);
-    if looked == 0 {
-        return Ok(Measured::new(f64::INFINITY, "no pixel is looked at"));
+    let (with, without) = (means(SampleMap::Auto)?, means(SampleMap::Off)?);
+    if multiplied == 0 {
+        return Ok(Measured::new(f64::INFINITY, "no pixel gets more samples"));
     }
     let differences: Vec<f64> = with.iter().zip(&without).map(|(a, b)| a - b).collect();
-    Ok(Measured::new(z_score(&differences, 0.0).abs(), format!("12 seeds, {} pixels looked at", looked / 12)))
+    Ok(Measured::new(
+        z_score(&differences, 0.0).abs(),
+        format!("12 seeds, {} pixels with more samples", multiplied / 12),
+    ))
 }
 
-fn glances(lab: &Lab) -> Result<Measured, CheckError> {
+fn edges(lab: &Lab) -> Result<Measured, CheckError> {
     let mut scene = empty();
     scene.quad([v(-4.0, -2.0, 1.0), v(4.0, -2.0, 1.0), v(4.0, -2.0, -9.0), v(-4.0, -2.0, -9.0)], diffuse(0.5));
     scene.quad([v(-4.0, -2.0, -9.0), v(4.0, -2.0, -9.0), v(4.0, 3.0, -9.0), v(-4.0, 3.0, -9.0)], mirror(0.75));
@@ -222,7 +223,7 @@ fn edges_of_glass(lab: &Lab) -> Result<Measured, CheckError> {
         let surface = if i % 8 == 0 { glass(1.5) } else { mirror(0.0) };
         scene.sphere(v(rng.between(-1.7, 1.7), rng.between(-1.7, 1.7), -5.0), 0.06, surface);
     }
-    // Behind the camera: what makes samples several paths.
+    // Behind the camera: that light is traced from lamps.
     scene.sphere(v(0.0, 3.0, 3.0), 0.5, emitter(10.0));
     scene.sphere(v(3.0, 3.0, 4.0), 0.5, diffuse(0.5));
     scene.size(32, lab.size(4, 16) as u32);

@@ -10,7 +10,7 @@ use crate::check::scenes::{Build, diffuse, emitter, empty, glass, v};
 use crate::check::statistics::{mean_and_error, worst, z_score};
 use crate::check::{Case, CheckError, Lab, Measured};
 use crate::oracle;
-use crate::render::{Glances, RenderSettings};
+use crate::render::{RenderSettings, SampleMap};
 use crate::scene::Scene;
 
 pub(super) const CASES: &[Case] = &[
@@ -225,12 +225,11 @@ fn index(lab: &Lab, ior: f64) -> Result<Measured, CheckError> {
     }
     scene.background = [0.3; 3];
     scene.size(32, 256);
-    // Glances end at glass: the pixels would not have the same random numbers.
-    let render =
-        |scene: &Scene| lab.render_with(scene, &RenderSettings { glances: Glances::Off, ..lab.settings(scene) });
-    let without = render(&scene)?;
+    // Pixels that show glass would have other random numbers.
+    let settings = |scene: &Scene| RenderSettings { sample_map: SampleMap::Off, ..lab.settings(scene) };
+    let without = lab.render_with(&scene, &settings(&scene))?;
     scene.sphere(v(0.1, 0.05, -4.0), 1.5, glass(ior));
-    let with = render(&scene)?;
+    let with = lab.render_with(&scene, &settings(&scene))?;
     let (a, b) = (with.channel(0), without.channel(0));
     let mean = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).sum::<f64>() / a.len() as f64;
     Ok(Measured::new(mean, format!("{}×{} pixels", 32, 32)))

@@ -1,10 +1,10 @@
 //! Paths that serve several pixels, and images made from differences between these, against the same without.
 
 use crate::check::lab::Rendered;
-use crate::check::scenes::{Build, diffuse, divided_room, glass, icosphere, lamps, mirrored_wall, screened_room, v};
+use crate::check::scenes::{Build, diffuse, divided_room, icosphere, lamps, mirrored_wall, screened_room, v};
 use crate::check::statistics::z_score;
 use crate::check::{Case, CheckError, Lab, Measured};
-use crate::render::{Aims, Gradients, LightSamples, RenderSettings, Renderer, Reuse, Scheduler, Shares};
+use crate::render::{Gradients, LightSamples, RenderSettings, Renderer, Reuse, SampleMap, Scheduler};
 use crate::scene::{Normals, Scene};
 
 pub(super) const CASES: &[Case] = &[
@@ -99,7 +99,7 @@ pub(super) const CASES: &[Case] = &[
         measure: |lab| contrast(lab, lamps(), Meet::Lanes, [COMPARED, ALONE]),
     },
     Case {
-        name: "shares/paths",
+        name: "sample-map/paths",
         what: "the room with lamps, whose noisy parts get more samples than others: by the notes of the queue",
         oracle: "as many samples everywhere",
         quantity: "the same",
@@ -108,7 +108,7 @@ pub(super) const CASES: &[Case] = &[
         measure: |lab| contrast(lab, lamps(), Meet::Notes, [UNEVEN, COMPARED]),
     },
     Case {
-        name: "shares/lanes",
+        name: "sample-map/lanes",
         what: "the same in the lanes of a subgroup",
         oracle: "as many samples everywhere",
         quantity: "the same",
@@ -117,7 +117,7 @@ pub(super) const CASES: &[Case] = &[
         measure: |lab| contrast(lab, lamps(), Meet::Lanes, [UNEVEN, COMPARED]),
     },
     Case {
-        name: "shares/notes",
+        name: "sample-map/notes",
         what: "the same by the notes of the queue",
         oracle: "each path by itself, as many everywhere",
         quantity: "the same",
@@ -126,7 +126,7 @@ pub(super) const CASES: &[Case] = &[
         measure: |lab| contrast(lab, lamps(), Meet::Notes, [UNEVEN, ALONE]),
     },
     Case {
-        name: "shares/two",
+        name: "sample-map/two",
         what: "the same of two samples, of which no pixel has less: by the notes of the queue",
         oracle: "two samples everywhere",
         quantity: "the same",
@@ -152,43 +152,7 @@ pub(super) const CASES: &[Case] = &[
         full_only: false,
         measure: |lab| contrast_and_mean(lab, lamps(), Meet::Lanes, [COMPARED, ONE_LIGHT]),
     },
-    Case {
-        name: "aims/paths",
-        what: "the room with cells, a mirror and a ball of glass, at which rays are aimed: by the notes of the queue",
-        oracle: "paths that find them by chance",
-        quantity: "the same",
-        threshold: 4.0,
-        full_only: false,
-        measure: |lab| contrast_and_mean(lab, with_glass(divided_room()), Meet::Notes, [COMPARED, UNAIMED]),
-    },
-    Case {
-        name: "aims/lanes",
-        what: "the same without a tree, in the lanes of a subgroup",
-        oracle: "paths that find them by chance",
-        quantity: "the same",
-        threshold: 4.0,
-        full_only: false,
-        measure: |lab| contrast_and_mean(lab, with_glass(screened_room()), Meet::Lanes, [COMPARED, UNAIMED]),
-    },
-    Case {
-        name: "aims/notes",
-        what: "the same with a body with smooth normals, fetched from memory by the lanes of a subgroup",
-        oracle: "each path by itself",
-        quantity: "the same",
-        threshold: 4.0,
-        full_only: false,
-        measure: |lab| {
-            let scene = with_glass(with_body(screened_room(), Normals::Smooth));
-            contrast_and_mean(lab, scene, Meet::Notes, [COMPARED, ALONE])
-        },
-    },
 ];
-
-/// With a ball of glass.
-fn with_glass(mut scene: Scene) -> Scene {
-    scene.sphere(v(1.5, -1.0, -6.0), 0.5, glass(1.5));
-    scene
-}
 
 /// With a body of few triangles.
 fn with_body(mut scene: Scene, normals: Normals) -> Scene {
@@ -216,9 +180,8 @@ enum Meet {
 struct Way {
     reuse: Reuse,
     gradients: Gradients,
-    shares: Shares,
+    sample_map: SampleMap,
     light_samples: LightSamples,
-    aims: Aims,
     /// Per pixel, if not as many as usual.
     samples: Option<u32>,
 }
@@ -226,16 +189,14 @@ struct Way {
 const SHARED: Way = Way {
     reuse: Reuse::Always,
     gradients: Gradients::Off,
-    shares: Shares::Off,
+    sample_map: SampleMap::Off,
     light_samples: LightSamples::Auto,
-    aims: Aims::Auto,
     samples: None,
 };
 const ALONE: Way = Way { reuse: Reuse::Off, light_samples: LightSamples::One, ..SHARED };
 const COMPARED: Way = Way { gradients: Gradients::Auto, ..SHARED };
-const UNEVEN: Way = Way { shares: Shares::Auto, ..COMPARED };
+const UNEVEN: Way = Way { sample_map: SampleMap::Auto, ..COMPARED };
 const UNEVEN_OF_TWO: Way = Way { samples: Some(2), ..UNEVEN };
-const UNAIMED: Way = Way { aims: Aims::Off, ..COMPARED };
 const ONE_LIGHT: Way = Way { light_samples: LightSamples::One, ..COMPARED };
 
 const SEEDS: u32 = 12;
@@ -258,8 +219,8 @@ fn compare(
     [one, another]: [Way; 2],
     and_mean: bool,
 ) -> Result<Measured, CheckError> {
-    // What noise a tile has is told by 25 tiles: in an image of few, all would get the same samples. Nor are there shares of many.
-    let (side, few, many) = if one.shares == Shares::Auto { (96, 8, 64) } else { (32, 40, 1024) };
+    // What noise a tile has is told by 25 tiles: in an image of few, all would get the same samples. Nor are there maps of many.
+    let (side, few, many) = if one.sample_map == SampleMap::Auto { (96, 8, 64) } else { (32, 40, 1024) };
     scene.size(side, one.samples.unwrap_or(lab.size(few, many) as u32));
     let scheduler = match meet {
         Meet::Lanes => Scheduler::Inline,
@@ -267,9 +228,9 @@ fn compare(
     };
     let mut unused = false;
     let mut images = |way: Way, first_seed: u32| -> Result<Vec<Vec<f64>>, CheckError> {
-        let Way { reuse, gradients, shares, light_samples, aims, .. } = way;
+        let Way { reuse, gradients, sample_map, light_samples, .. } = way;
         let settings =
-            RenderSettings { reuse, gradients, shares, light_samples, aims, scheduler, ..lab.settings(&scene) };
+            RenderSettings { reuse, gradients, sample_map, light_samples, scheduler, ..lab.settings(&scene) };
         let mut renderer = Renderer::new(&lab.context, &scene, &settings)?;
         let (mut compared, mut uneven) = (false, false);
         let mut image = |seed| {
@@ -280,7 +241,7 @@ fn compare(
             Ok(rendered.channel(1))
         };
         let images = (first_seed..first_seed + SEEDS).map(&mut image).collect();
-        unused |= (gradients == Gradients::Auto && !compared) || (shares == Shares::Auto && !uneven);
+        unused |= (gradients == Gradients::Auto && !compared) || (sample_map == SampleMap::Auto && !uneven);
         images
     };
     let (with, without, other) = (images(one, 0)?, images(another, 0)?, images(another, SEEDS)?);

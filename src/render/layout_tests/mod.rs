@@ -9,10 +9,9 @@ use std::mem::offset_of;
 use super::film;
 use super::kernels::{LIGHT_TRACE, PATH_KERNELS};
 use super::layout::{
-    BeamNote, Counters, FilmSlot, GradientSlot, Push, SceneValues, binding, constant, flag, glance, kind, mode, queue,
+    BeamNote, Counters, FilmSlot, GradientSlot, Push, SceneValues, binding, constant, flag, kind, mode, multiplier, queue,
 };
 use super::mutation::Mutation;
-use super::shares::{PLAIN_SHARE, SHIFTED_SHARE};
 use super::sobol;
 use super::spheres::MAX_CONSTANT_SPHERES;
 use super::{lights, tables};
@@ -48,8 +47,7 @@ fn expected_constants() -> BTreeMap<String, u32> {
         ("EMITTER_COUNT", constant::EMITTER_COUNT),
         ("PATH_STATS", constant::PATH_STATS),
         ("REGIONS", constant::REGIONS),
-        ("GLANCES", constant::GLANCES),
-        ("REPEATS", constant::REPEATS),
+        ("SAMPLE_MAP", constant::SAMPLE_MAP),
         ("REUSE", constant::REUSE),
         ("SUBGROUP_LANES", constant::SUBGROUP_LANES),
         ("DRAWS_WORK", constant::DRAWS_WORK),
@@ -70,7 +68,6 @@ fn expected_constants() -> BTreeMap<String, u32> {
         ("FACETS_ACROSS_Y", constant::FACETS_ACROSS_Y),
         ("BEAM_TARGETS", constant::BEAM_TARGETS),
         ("BEAM_TEXELS", constant::BEAM_TEXELS),
-        ("AIM_TARGETS", constant::AIM_TARGETS),
     ];
     let mut all: BTreeMap<_, _> = features.into_iter().map(|(name, id)| (name.to_owned(), id)).collect();
     let mut add = |prefix: &str, base: u32, names: &[&str]| {
@@ -183,7 +180,6 @@ fn scene_values() {
         ("point_position", offset_of!(SceneValues, point_position)),
         ("point_intensity", offset_of!(SceneValues, point_intensity)),
         ("light_grid", offset_of!(SceneValues, light_grid)),
-        ("aim_targets", offset_of!(SceneValues, aim_targets)),
         ("record_count", offset_of!(SceneValues, record_count)),
         ("root_order", offset_of!(SceneValues, root_order)),
         ("first_material", offset_of!(SceneValues, first_material)),
@@ -219,28 +215,21 @@ fn records() {
     assert_eq!((offset_of!(GradientSlot, right), offset_of!(GradientSlot, down)), (16, 32));
     assert!(layout.contains(&format!("const uint GRADIENT_ROWS = {}u;", size_of::<GradientSlot>() / 16)));
     assert!(order.contains(&format!("const uint SCATTERED_TILES = {}u;", queue::SCATTERED_TILES)));
-    let share = include_str!("../../../shaders/lib/share.glsl");
-    assert!(share.contains(&format!("const uint PLAIN_SHARE = {PLAIN_SHARE}u;")));
-    assert!(share.contains(&format!("const uint SHIFTED_SHARE = {SHIFTED_SHARE}u;")));
-    let shares = 3 << PLAIN_SHARE | 3 << SHIFTED_SHARE;
-    assert!(share.contains(&format!("const uint STATE_SHARES = {shares:#x}u;")));
+    let map = include_str!("../../../shaders/lib/sample_map.glsl");
+    assert!(map.contains(&format!("const int MULTIPLIER_BITS = {};", multiplier::BITS)));
+    assert!(map.contains(&format!("const int PLAIN_MULTIPLIER = {};", multiplier::PLAIN)));
+    assert!(map.contains("const int SHIFTED_MULTIPLIER = MULTIPLIER_BITS;") && multiplier::SHIFTED == multiplier::BITS);
     for (name, bit) in [
         ("MODE_SHIFTED", mode::SHIFTED),
         ("MODE_ALIKE", mode::ALIKE),
         ("MODE_SURVEY", mode::SURVEY),
         ("MODE_SCATTERED", mode::SCATTERED),
         ("MODE_REUSED", mode::REUSED),
+        ("MODE_EMITTERS", mode::EMITTERS),
         ("MODES_TURN", mode::TURN_SHIFT),
     ] {
         assert!(layout.contains(&format!("const uint {name} = {bit}u;")), "{name}");
     }
-    let glances = include_str!("../../../shaders/lib/glance.glsl");
-    assert!(glances.contains(&format!("const uint GLANCING = {:#x}u;", glance::GLANCING)));
-    assert!(glances.contains(&format!("const uint PATH_FOLLOWS = {:#x}u;", glance::PATH_FOLLOWS)));
-    assert!(glances.contains(&format!("const uint REPEATED = {:#010x}u;", glance::REPEATED)));
-    assert!(glances.contains(&format!("const uint REPEATS_SHIFT = {}u;", glance::REPEATS_SHIFT)));
-    // A block of the sampler's table holds the glances, or the paths, of a whole number of samples.
-    assert!(glances.contains("uint samples = 1024u / of_sample;") && 1024 % glance::GLANCES == 0);
     assert!(layout.contains(&format!("const uint PATH_ROWS = {}u;", queue::PATH_ROWS)));
     let light_trace = include_str!("../../../shaders/light_trace.comp");
     assert!(light_trace.contains(&format!("const uint NO_PIXEL = {:#x}u;", BeamNote::NO_PIXEL)));

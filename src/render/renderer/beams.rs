@@ -99,8 +99,7 @@ impl BeamTracer {
         let mut specialization = paths.clone();
         specialization
             .uint(constant::WORKGROUP, workgroup)
-            .uint(constant::GLANCES, 0)
-            .bool(constant::REPEATS, false)
+            .bool(constant::SAMPLE_MAP, false)
             .bool(constant::REUSE, false);
         let spirv = kernels::spirv(&LIGHT_TRACE, settings)?;
         Pipeline::new(device, LIGHT_TRACE.name, &spirv, &specialization, layout)
@@ -156,6 +155,17 @@ impl Renderer {
         let samples = self.settings.samples;
         let first = if self.beams.is_some() { FIRST_BEAMS.min(samples) } else { samples };
         std::iter::successors(Some(first), move |&n| (n < samples).then(|| n.saturating_mul(2).min(samples)))
+    }
+
+    /// The samples that are done, as many as they would be if each pixel got as many as are asked for.
+    pub(super) fn even_samples(&self) -> u64 {
+        let done = self.statistics.samples;
+        if self.sample_map.is_even() {
+            return done;
+        }
+        let samples = self.settings.samples;
+        let even = u128::from(self.pixels(&self.whole_film())) * u128::from(samples);
+        (u128::from(done) * even / u128::from(self.samples_of_image(samples).max(1))) as u64
     }
 
     /// Traces as many beams as go with so many samples, over all pixels, or fewer if the watch says stop. Returns whether all are traced.

@@ -8,8 +8,8 @@ use super::super::error::RenderError;
 use super::super::film::{Film, MEMBERS, pixel_of_slot, rows_of_blocks, to_pixels};
 use super::super::layout::queue;
 use super::super::plan::Span;
+use super::super::sample_map::Multiplier;
 use super::super::screened_poisson::{Known, System};
-use super::super::shares::Share;
 use super::super::stopping::Stopping;
 use super::Renderer;
 use super::passes::Watch;
@@ -84,15 +84,15 @@ impl Phases {
         [plain + rest.min(length), plain + rest.saturating_sub(length)]
     }
 
-    /// The same for a pixel with such shares, as far as gradients are noted.
-    fn noted(self, count: u32, shares: [Share; 2]) -> [u32; 2] {
+    /// The same for a pixel with such multipliers, as far as gradients are noted.
+    fn noted(self, count: u32, multipliers: [Multiplier; 2]) -> [u32; 2] {
         let mut left = count.min(queue::MOST_GRADIENTS);
         let (mut of_one, mut noted) = ([0; 2], [0; 2]);
         while left > 0 {
             let done = of_one[0] + of_one[1];
             let kind = usize::from(self.is_shifted(done));
             of_one[kind] += self.end(done) - done;
-            let more = (shares[kind].of(of_one[kind]) - noted[kind]).min(left);
+            let more = (multipliers[kind].of(of_one[kind]) - noted[kind]).min(left);
             noted[kind] += more;
             left -= more;
         }
@@ -145,7 +145,7 @@ impl Renderer {
     /// Samples, over all pixels, of an image that has `samples` per pixel in the mean.
     pub(super) fn samples_of_image(&self, samples: u32) -> u64 {
         let pixels = self.pixels(&self.whole_film());
-        let of_kind = |(kind, n)| self.shares.samples(kind, n, pixels);
+        let of_kind = |(kind, n)| self.sample_map.samples(kind, n, pixels);
         self.phases().samples(samples).into_iter().enumerate().map(of_kind).sum()
     }
 
@@ -216,7 +216,7 @@ impl Renderer {
         let phases = self.phases();
         let pixels = slots.par_iter_mut().zip(film.counts()).enumerate();
         let phases = pixels.map(|(pixel, ([light, ..], &count))| {
-            let noted = phases.noted(count, self.shares.of_pixel(pixel));
+            let noted = phases.noted(count, self.sample_map.of_pixel(pixel));
             *light /= noted_count(noted);
             noted
         });
@@ -363,23 +363,23 @@ mod tests {
     }
 
     #[test]
-    fn shares_of_phases_are_taken_one_after_the_other() {
-        let all = Share::ALL;
+    fn multipliers_of_phases_are_taken_one_after_the_other() {
+        let all = Multiplier::ALL;
         let pairs = all.iter().flat_map(|plain| all.map(|shifted| [*plain, shifted]));
-        for (phases, shares) in pairs.flat_map(|s| {
+        for (phases, multipliers) in pairs.flat_map(|s| {
             [(Phases::of(5, false), s), (Phases::of(16, false), s), (Phases::of(64, true), s), (Phases::OfDoublings, s)]
         }) {
-            // Sample by sample that is asked for, the pixel takes its share of all of that kind.
+            // Sample by sample that is asked for, the pixel takes its multiple of all of that kind.
             let (mut asked, mut taken) = ([0; 2], Vec::new());
             for sample in 0..64 {
                 let kind = usize::from(phases.is_shifted(sample));
                 asked[kind] += 1;
                 let of_kind = taken.iter().filter(|k| **k == kind).count() as u32;
-                taken.extend((of_kind..shares[kind].of(asked[kind])).map(|_| kind));
+                taken.extend((of_kind..multipliers[kind].of(asked[kind])).map(|_| kind));
             }
             for count in 0..=taken.len() {
                 let expected = [0, 1].map(|kind| taken[..count].iter().filter(|k| **k == kind).count() as u32);
-                assert_eq!(phases.noted(count as u32, shares), expected, "{phases:?} {shares:?} {count}");
+                assert_eq!(phases.noted(count as u32, multipliers), expected, "{phases:?} {multipliers:?} {count}");
             }
         }
     }

@@ -7,7 +7,7 @@ use super::super::error::RenderError;
 use super::super::features::Features;
 use super::super::film::{slot_count, slots_of_row};
 use super::super::kernels::Schedule;
-use super::super::layout::{FilmSlot, constant, glance, queue};
+use super::super::layout::{FilmSlot, constant, queue};
 use super::super::plan::{Pace, Rounds};
 use super::super::prepared::Prepared;
 use super::super::settings::RenderSettings;
@@ -16,7 +16,7 @@ use super::buffers::Shape;
 use super::handout::Handout;
 use super::schedule::Job;
 use super::split::{self, Split};
-use super::{beams, repeats, reuse_policy, shares};
+use super::{beams, emitter_edges, reuse_policy, sample_map};
 
 /// What an invocation of path_turns.comp keeps where its workgroup shares memory: a slot of the film.
 const KEPT_BYTES: u32 = size_of::<FilmSlot>() as u32;
@@ -44,10 +44,10 @@ pub(super) struct Launch {
     pub lamp_places: Vec<Rectangle>,
     /// Targets that beams go to; 0 without beams.
     pub beam_targets: u32,
-    /// Targets that rays are aimed at; 0: none are.
-    pub aim_targets: u32,
-    /// Whether samples may be several paths.
-    pub repeats: bool,
+    /// Whether glass and mirrors that the camera sees get more samples.
+    pub glass: bool,
+    /// Whether numbers of samples may differ between pixels.
+    pub sample_map: bool,
     /// Workgroups of a dispatch, at most.
     most_workgroups: u32,
     /// Threads of a CPU device.
@@ -78,6 +78,8 @@ impl Launch {
             samples: f64::from(scene.film.width) * f64::from(scene.film.height) * f64::from(settings.samples),
             reuse,
         };
+        let glass = emitter_edges::looks_for_glass(&needed, beam_targets);
+        let sample_map = sample_map::wants_sample_map(settings) && (reuse || glass || !tables.lamp_places.is_empty());
         let schedule = job.schedule(settings.scheduler);
         let (limits, subgroup) = (&device.limits, device.info.subgroup_size);
         // Of invocations in a workgroup: what they keep there has to fit too.
@@ -143,15 +145,11 @@ impl Launch {
             loop_budget,
             handout,
             slots_per_piece: if schedule == Schedule::Queue { queue::TILE } else { workgroup / split.invocations },
-            sobol_levels: shares::levels_of_table(features, settings, reuse),
+            sobol_levels: sample_map::levels_of_table(features, settings, sample_map),
             lamp_places: tables.lamp_places.clone(),
             beam_targets,
-            aim_targets: if reuse && reuse_policy::may_aim(scene, &needed, settings, &facts) {
-                tables.aim_targets.len() as u32
-            } else {
-                0
-            },
-            repeats: repeats::may_repeat(&needed, beam_targets, settings),
+            glass,
+            sample_map,
             most_workgroups,
             cpu_threads,
             needed,
@@ -204,13 +202,11 @@ impl Launch {
             .uint(constant::LOOP_BUDGET, self.loop_budget)
             .uint(constant::REGIONS, self.regions())
             .uint(constant::ENOUGH_LANES, enough)
-            .uint(constant::GLANCES, if self.lamp_places.is_empty() { 0 } else { glance::GLANCES })
             .uint(constant::LIGHT_SAMPLES, light_samples)
             .uint(constant::BEAM_TARGETS, self.beam_targets)
-            .uint(constant::AIM_TARGETS, self.aim_targets)
             .bool(constant::DRAWS_WORK, self.handout.is_drawn())
             .bool(constant::REUSE, self.reuse)
-            .bool(constant::REPEATS, self.repeats);
+            .bool(constant::SAMPLE_MAP, self.sample_map);
         specialization
     }
 

@@ -9,7 +9,6 @@ use super::super::error::RenderError;
 use super::super::film::{TILE, pixels_in, rows_of_blocks};
 use super::super::layout::{Counters, Push, mode};
 use super::super::plan::{Plan, Span, Work, tile_spans};
-use super::super::shares::Share;
 use super::super::statistics::{Progress, RenderStatistics};
 use super::buffers::Band;
 use super::resume::Keeping;
@@ -101,11 +100,11 @@ impl Renderer {
     }
 
     /// Samples, over all pixels, that bring those of `spans` from `done` samples to `samples` with the groups of pixels where they
-    /// are. Where pixels have shares, `spans` are the whole film.
+    /// are. Where numbers of samples differ between pixels, `spans` are the whole film.
     fn samples_between(&self, spans: &[Span], done: u32, samples: u32) -> u64 {
         let (kind, other) = (usize::from(self.groups.shifted), self.groups.other_samples);
         let pixels = self.pixels(spans);
-        let of = |count: u32| self.shares.samples(kind, count - other, pixels);
+        let of = |count: u32| self.sample_map.samples(kind, count - other, pixels);
         of(samples) - of(done)
     }
 
@@ -205,9 +204,9 @@ impl Renderer {
         Ok(repeated)
     }
 
-    /// Takes a sample of each pixel of some spans. Not to be stopped: what is stopped should have samples of the image.
-    pub(super) fn sample_once(&mut self, spans: &[Span]) -> Result<(), RenderError> {
-        self.steady_pass(spans, 0, 1, &mut Watch::new(None, &mut |_| ControlFlow::Continue(())))?;
+    /// Takes so many samples of each pixel of some spans. Not to be stopped: what is stopped should have samples of the image.
+    pub(super) fn take_samples(&mut self, spans: &[Span], samples: u32) -> Result<(), RenderError> {
+        self.steady_pass(spans, 0, samples, &mut Watch::new(None, &mut |_| ControlFlow::Continue(())))?;
         Ok(())
     }
 
@@ -249,12 +248,12 @@ impl Renderer {
         let reused = if self.reuses_paths() { mode::REUSED } else { 0 };
         let common = Push {
             target_samples: work.target_samples,
-            // As many as for the largest share, if that is possible at once; if not, the pass is repeated. Where loops have a
-            // budget it is: what runs out of it is done for nothing.
-            max_new_samples: if self.shares.is_even() || self.launch.loop_budget > 0 {
+            // As many as for the largest multiplier, if that is possible at once; if not, the pass is repeated. Where loops have a
+            // budget it is: work that exceeds it is done for nothing.
+            max_new_samples: if self.launch.loop_budget > 0 {
                 work.new_samples
             } else {
-                work.new_samples.saturating_mul(Share::MOST).min(self.pace.most_samples())
+                self.sample_map.most().of(work.new_samples).min(self.pace.most_samples()).max(work.new_samples)
             },
             tile_step: work.tile_step,
             modes: self.push.modes | shifted | alike | reused,

@@ -1,6 +1,6 @@
 //! Going on with a rendering that was stopped, to the same bits.
 //!
-//! Which samples a pixel lacks is told by its slot of the film (shaders/lib/share.glsl), so that the pass that was stopped is done
+//! Which samples a pixel lacks is told by its slot of the film (shaders/lib/sample_map.glsl), so that the pass that was stopped is done
 //! again on the film that it has left. What precedes the samples is found again, and has to be the same.
 
 use std::ops::ControlFlow;
@@ -135,10 +135,10 @@ impl Renderer {
         if gradients.len() != noted || beams.len() != self.light.sums.len() {
             return Err(other("its image is made in another way"));
         }
-        // How samples begin, and how many each pixel gets.
+        // How many samples each pixel gets.
         let mut same = true;
         self.read_slots(&spans, |first, slots: &[FilmSlot]| {
-            same &= slots.iter().zip(&film[first as usize..]).all(|(empty, slot)| empty.state == slot.state);
+            same &= slots.iter().zip(&film[first as usize..]).all(|(empty, slot)| empty.multipliers == slot.multipliers);
         })?;
         if !same {
             return Err(other("pixels are sampled in another way"));

@@ -4,8 +4,7 @@ use crate::scene::Scene;
 
 use super::super::driver::{DriverFacts, Sharers};
 use super::super::features::{Features, glass_fills_view};
-use super::super::settings::{Gradients, RenderSettings, Reuse};
-use super::gradients::FEWEST_SAMPLES;
+use super::super::settings::{RenderSettings, Reuse};
 
 /// Whether paths may serve several pixels, in a scene that needs these features, on such a device. It depends on neither
 /// scheduler nor on what else is compiled, so that the image does not.
@@ -32,17 +31,6 @@ pub(super) fn may_reuse(scene: &Scene, needed: &Features, settings: &RenderSetti
                     && !(needed.tree && (needed.emitter || (needed.dielectric && glass_fills_view(scene))))
             }
         }
-}
-
-/// Whether rays are aimed at glass and mirrors if images are made from gradients. Where meshes of glass fill the view most paths have crossed
-/// them before, and aimed ones take longer than they gain (a dragon 1.05 to 1.3 of time × squared error). On GPUs it has not been
-/// measured.
-pub(super) fn may_aim(scene: &Scene, needed: &Features, settings: &RenderSettings, facts: &DriverFacts) -> bool {
-    needed.may_aim()
-        && settings.gradients == Gradients::Auto
-        && settings.samples >= FEWEST_SAMPLES
-        && (settings.reuse == Reuse::Always || facts.reuse == Sharers::Lanes)
-        && !(needed.tree && needed.dielectric && glass_fills_view(scene))
 }
 
 /// Samples per pixel that a rendering has at least for it to be tried.

@@ -100,7 +100,7 @@ impl Renderer {
         self.beforehand(|renderer| {
             renderer.push.modes |= mode::SURVEY;
             renderer.reuse = ReuseTrial::Never;
-            renderer.sample_once(&whole)
+            renderer.take_samples(&whole, 1)
         })?;
         let mut all: Vec<Vec3> = zeroed_vec(self.width as usize * self.height as usize);
         let place = |slot: &FilmSlot| DVec3::from_array(std::array::from_fn(|axis| slot.total(axis))).as_vec3();

@@ -9,6 +9,7 @@ use super::super::error::RenderError;
 use super::super::film::{MEMBERS, TILE, TILE_GROUPS, pixel_of_slot};
 use super::super::layout::{mode, queue};
 use super::super::plan::{Span, Work};
+use super::super::sample_map::Multiplier;
 use super::Renderer;
 use super::gradients::TriedPair;
 use super::tried::{GroupNoise, TriedGroup};
@@ -56,15 +57,17 @@ impl Renderer {
 
     /// Before a rendering, the film being empty: tries reuse in a few groups of every tile, with other random numbers, so that nothing
     /// that is decided depends on the image's.
-    pub(super) fn try_reuse(&mut self) -> Result<(), RenderError> {
-        let wanted = self.reuse == ReuseTrial::Pending || (self.reuse == ReuseTrial::Always && self.makes_gradients());
-        if !wanted || self.settings.samples < queue::TRIAL {
+    /// Pixels of which more samples are `wanted` for what they see, row by row, have no say.
+    pub(super) fn try_reuse(&mut self, wanted: &[Multiplier]) -> Result<(), RenderError> {
+        let due = self.reuse == ReuseTrial::Pending || (self.reuse == ReuseTrial::Always && self.makes_gradients());
+        if !due || self.settings.samples < queue::TRIAL {
             return Ok(());
         }
+        self.clear_film()?;
         let tried = self.beforehand(|renderer| {
             renderer.push.seed ^= SEED;
             renderer.push.modes |= mode::SCATTERED;
-            renderer.samples_of_trial()
+            renderer.samples_of_trial(wanted)
         })?;
         if self.reuse == ReuseTrial::Pending {
             self.reuse = tried.reuse;
@@ -73,19 +76,19 @@ impl Renderer {
         if self.makes_gradients() {
             self.judge_gradients(&tried.pairs)?;
         }
-        if self.may_share() {
-            self.divide_samples(&tried);
+        if self.may_allocate() {
+            self.allocate_samples(&tried);
         }
-        self.empty_film()
+        Ok(())
     }
 
     /// How many of the eight groups of each tile take part: more than one only tell which tiles are to have more samples than
     /// others.
     fn turns(&self) -> u32 {
-        if self.may_share() && self.settings.time_limit.is_none() { turns(self.settings.samples) } else { 1 }
+        if self.may_allocate() && self.settings.time_limit.is_none() { turns(self.settings.samples) } else { 1 }
     }
 
-    fn samples_of_trial(&mut self) -> Result<Tried, RenderError> {
+    fn samples_of_trial(&mut self, wanted: &[Multiplier]) -> Result<Tried, RenderError> {
         let mut spans = Vec::new();
         for span in self.whole_film() {
             let first_slot = span.first_slot;
@@ -111,15 +114,20 @@ impl Renderer {
             tried.repeated |= self.work_until(work, end)?;
         }
         for span in spans {
-            let groups = self.groups_of_span(span, turns)?;
+            let mut groups = self.groups_of_span(span, turns)?;
+            let (width, height) = (self.width, self.height);
+            groups.par_iter_mut().for_each(|group| {
+                let pixel = |member| pixel_of_slot(group.slot(member), width, height);
+                let is_wanted = |pixel: usize| wanted.get(pixel).is_some_and(|wanted| *wanted != Multiplier::ONE);
+                group.left_out = std::array::from_fn(|member| pixel(member).is_none_or(is_wanted));
+            });
             tried.reuse.judge(&groups);
             if self.makes_gradients() {
                 // One group of each tile tells enough.
                 let first: Vec<_> = groups.chunk_by(|a, b| a.tile() == b.tile()).map(|of_tile| &of_tile[0]).collect();
                 tried.pairs.extend(self.pairs_of(&first));
             }
-            let inside = |slot| pixel_of_slot(slot, self.width, self.height).is_some();
-            tried.groups.par_extend(groups.par_iter().map(|group| group.noise_of_pixels(inside)));
+            tried.groups.par_extend(groups.par_iter().map(TriedGroup::noise_of_pixels));
         }
         Ok(tried)
     }
@@ -132,6 +140,7 @@ impl Renderer {
                 first_slot: first + group,
                 film: members_of(slots, group),
                 gradients: Default::default(),
+                left_out: Default::default(),
             }));
         })?;
         let mut rest = &mut groups[..];

@@ -18,6 +18,8 @@ pub(super) struct TriedGroup {
     pub first_slot: u32,
     pub film: [FilmSlot; MEMBERS],
     pub gradients: [GradientSlot; MEMBERS],
+    /// Those that are outside the image, or get more samples for what they see.
+    pub left_out: [bool; MEMBERS],
 }
 
 /// What the samples of a pixel have of variance, as far as two of them can tell.
@@ -85,10 +87,11 @@ impl TriedGroup {
         }
     }
 
-    /// What shares of the samples are made from, its pixels being those of the slots `inside` the image.
-    pub fn noise_of_pixels(&self, inside: impl Fn(u32) -> bool) -> GroupNoise {
-        let pixels = (0..MEMBERS).filter(|member| inside(self.slot(*member))).count();
-        let noise = (0..MEMBERS).map(|member| self.noise(member)).fold(Noise::default(), Noise::add);
+    /// What samples are allocated by.
+    pub fn noise_of_pixels(&self) -> GroupNoise {
+        let members = || (0..MEMBERS).filter(|member| !self.left_out[*member]);
+        let pixels = members().count();
+        let noise = members().map(|member| self.noise(member)).fold(Noise::default(), Noise::add);
         let cost = self.film.iter().map(|slot| f64::from(slot.sum[0].to_bits())).sum();
         GroupNoise { tile: self.tile(), pixels: pixels as u32, noise, cost }
     }
@@ -99,7 +102,7 @@ impl TriedGroup {
 pub(super) struct GroupNoise {
     /// That it is in.
     pub tile: u32,
-    /// Those in the image.
+    /// Those that are not left out.
     pixels: u32,
     /// Of all together.
     noise: Noise,

@@ -21,11 +21,6 @@ const MOST_LEFT: f64 = 0.8;
 /// and 1.10 (height fields under lamps), with .86 .97 and .85 (an armadillo), with .81 .76 and .73 (a dragon in a room), with .70 to .72
 /// .97 to .51 (a dragon on a plane, an armadillo in a room).
 const MOST_LEFT_ALIKE: f64 = 0.87;
-/// The same where rays are aimed at glass and mirrors if images are made from gradients, which takes 1.2 to 1.4 times the time. With .79 of
-/// it gradients and aimed rays together take 1.1 times as long to the same error as neither (balls of mirror and glass), with .74 and .76
-/// .9 to 1.0 (meshes of them), with .10 to .58 .24 to .7 (balls, a mesh and a ball).
-const MOST_LEFT_AIMED: f64 = 0.77;
-
 /// Groups that are judged together.
 const GROUPS_TOGETHER: usize = 256;
 
@@ -66,14 +61,9 @@ impl Tally {
     }
 }
 
-/// The part of variance that gradients may leave, as far as the trial tells, where all pixels of a group sample lights alike, and where
-/// rays are aimed as well.
-pub(super) fn most_left(lights_alike: bool, aims: bool) -> f64 {
-    match (aims, lights_alike) {
-        (true, _) => MOST_LEFT_AIMED,
-        (false, true) => MOST_LEFT_ALIKE,
-        (false, false) => MOST_LEFT,
-    }
+/// The part of variance that gradients may leave, as far as the trial tells, where all pixels of a group sample lights alike, and elsewhere.
+pub(super) fn most_left(lights_alike: bool) -> f64 {
+    if lights_alike { MOST_LEFT_ALIKE } else { MOST_LEFT }
 }
 
 impl ReuseTrial {
@@ -125,10 +115,10 @@ impl ReuseTrial {
 ///
 /// What n pixels gather from the same second hits has the noise of one path divided by n in common. (That of lights which
 /// all sample alike is not divided, but spread over many pixels by gradients, by which it falls at least as much.) What
-/// each has besides shows in the differences between neighbours, to which two contribute. Pixels with glances are left
-/// out: the noise of a lamp's edge falls faster with further samples.
+/// each has besides shows in the differences between neighbours, to which two contribute. Pixels that get more samples for
+/// what they see are left out: the noise of a lamp's edge falls faster with further samples.
 fn judge(group: &TriedGroup) -> Tally {
-    let members = || (0..MEMBERS).filter(|member| group.film[*member].state == 0);
+    let members = || (0..MEMBERS).filter(|member| !group.left_out[*member]);
     let left = members().map(|member| group.noise(member)).fold(Noise::default(), Noise::add).left_by_gradients();
     members().fold(Tally::default(), |tally, member| {
         let noise = group.noise(member);
@@ -146,7 +136,12 @@ mod tests {
     fn groups(own: f32, light: f32, difference: f32) -> Vec<TriedGroup> {
         let film = FilmSlot { trial: own, ..FilmSlot::default() };
         let gradients = GradientSlot { trial_light: light, trial_down: difference, ..GradientSlot::default() };
-        let group = |first_slot| TriedGroup { first_slot, film: [film; MEMBERS], gradients: [gradients; MEMBERS] };
+        let group = |first_slot| TriedGroup {
+            first_slot,
+            film: [film; MEMBERS],
+            gradients: [gradients; MEMBERS],
+            left_out: [false; MEMBERS],
+        };
         (0..16).map(group).collect()
     }
 
@@ -169,10 +164,9 @@ mod tests {
         let suits = |own| judge(&groups(own, 1.0, 0.0)).suits_gradients(MOST_LEFT);
         assert_eq!([0.2, 0.3, 0.5].map(suits), [true, true, false]);
         let suits = |difference| {
-            [most_left(true, false), most_left(false, false), most_left(true, true)]
-                .map(|most| judge(&groups(0.1, 1.0, difference)).suits_gradients(most))
+            [true, false].map(most_left).map(|most| judge(&groups(0.1, 1.0, difference)).suits_gradients(most))
         };
-        assert_eq!([0.2, 0.45, 0.8].map(suits), [[true; 3], [true, false, false], [false; 3]]);
+        assert_eq!([0.2, 0.45, 0.8].map(suits), [[true; 2], [true, false], [false; 2]]);
         assert!(ReuseTrial::Always.suits_gradients(MOST_LEFT));
         assert!(!judge(&groups(0.0, 0.0, 0.0)).suits_gradients(MOST_LEFT));
     }
