@@ -56,11 +56,11 @@ fn bounds(scene: &Scene) -> Bounds {
 }
 
 fn kind(surface: &Surface) -> &'static str {
-    match surface {
-        Surface::Diffuse { .. } => "diffuse",
-        Surface::Mirror { .. } => "mirror",
-        Surface::Dielectric { .. } => "dielectric",
-        Surface::Emitter { .. } => "emitter",
+    match surface.bsdf {
+        Bsdf::Diffuse { .. } => "diffuse",
+        Bsdf::Mirror { .. } => "mirror",
+        Bsdf::Dielectric { .. } => "dielectric",
+        Bsdf::Black => "emitter",
     }
 }
 

@@ -226,15 +226,15 @@ fn light_texel(light: i32) -> [f32; 4] {
 
 fn material_texel(material: &Material) -> [f32; 4] {
     match material.surface {
-        Surface::Diffuse { reflectance } => rgb(reflectance, kind::DIFFUSE),
-        Surface::Mirror { reflectance } => rgb(reflectance, kind::MIRROR),
-        Surface::Dielectric { ior } => rgb([1.0; 3], ior as f32),
-        Surface::Emitter { radiance } => rgb(radiance, kind::EMITTER),
+        Surface::diffuse(reflectance) => rgb(reflectance, kind::DIFFUSE),
+        Surface::mirror(reflectance) => rgb(reflectance, kind::MIRROR),
+        Surface::dielectric(ior) => rgb([1.0; 3], ior as f32),
+        Surface::emitter(radiance) => rgb(radiance, kind::EMITTER),
     }
 }
 
 fn point_light(light: &scene::Light, space: &RenderSpace) -> Light {
     let scene::Light::Point { position, power } = *light;
-    let per = 1.0 / (4.0 * std::f64::consts::PI * std::f64::consts::PI);
+    let per = 1.0 / (4.0 * std::f64::consts::PI);
     Light { shape: LightShape::Point(space.point(position)), radiance: power.map(|x| space.power(x) * per) }
 }

@@ -69,7 +69,7 @@ mod tests {
         let mut scene = terrain(100_000);
         assert_eq!(pay(&scene), [false, false, true]);
         assert_eq!(pay(&terrain(10_000)), [false; 3]);
-        scene.materials.iter_mut().for_each(|material| material.surface = Surface::Dielectric { ior: 1.5 });
+        scene.materials.iter_mut().for_each(|material| material.surface = Surface::dielectric(1.5));
         assert_eq!(pay(&scene), [false, true, true]);
     }
 
