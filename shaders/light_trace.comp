@@ -12,7 +12,7 @@
 
 #include "lib/path.glsl"
 #include "lib/counting.glsl"
-#include "lib/trace.glsl"
+#include "lib/scene.glsl"
 
 layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
 
@@ -176,16 +176,14 @@ void main() [[maximally_reconverges]] {
         bool travels = alive;
         beam.hits += 1u;
         counts.rays += travels ? 1u : 0u;
-        float t;
-        int id = closest_hit(beam.origin, beam.toward, beam.leaving, t, loops);
-        bool met = id >= 0;
-        id = met ? id : SOME_ID;
-        Surface surface = surface_at(id, beam.origin, beam.toward, met ? t : 0.0);
+        Ray way = Ray(beam.origin, beam.toward, beam.leaving);
+        Hit hit = intersect(way, loops);
+        Surface surface = surface_at(hit, way);
         bool front = dot(beam.toward, surface.normal) <= 0.0;
         vec3 up = front ? surface.normal : -surface.normal;
         vec3 outside = surface.position + up * surface.offset;
         float kind = surface.kind;
-        alive = alive && met && kind != KIND_EMITTER;
+        alive = alive && hit.primitive >= 0 && kind != KIND_EMITTER;
 
         // What it lights is seen if it has met glass or a mirror first; other light is left to paths.
         float x2 = dot(outside, outside);
@@ -197,12 +195,8 @@ void main() [[maximally_reconverges]] {
         bool diffuse = kind == KIND_DIFFUSE;
         alive = alive && !(diffuse && beam.hits == 1u);
         bool shows = alive && diffuse && pixel != NO_PIXEL && facing > 0.0;
-        int leaving = leaving_id(id, surface, front);
-        ShadowRay ray = ShadowRay(outside, to_camera, sqrt(x2), leaving, vec3(0.0), shows);
         counts.shadow_rays += shows ? 1u : 0u;
-        bool hidden = true;
-        uint entry = shows ? segment_entry(ray, hidden) : 0u;
-        hidden = hidden_in_scene(ray, entry, hidden, loops);
+        bool hidden = occluded(Ray(outside, to_camera, leaving_id(hit.self_id, surface, front)), sqrt(x2), shows, loops);
         count_doubtful(shows && !hidden ? BEAM_TARGETS : 0u);
         if (shows && !hidden) {
             float r = beams_per_path(beam.light, beam.y, beam.direction, beam.cos_light, x2);
@@ -235,7 +229,7 @@ void main() [[maximally_reconverges]] {
         beam.power *= share;
         beam.origin = crossed ? surface.position - up * surface.offset : outside;
         beam.toward = onward;
-        beam.leaving = leaving_id(id, surface, front != crossed);
+        beam.leaving = leaving_id(hit.self_id, surface, front != crossed);
         // A walk may have ended too early.
         if (LOOP_BUDGET > 0u) doubtful_loops = subgroupMax(doubtful_loops);
         if (LOOP_BUDGET > 0u && loops + doubtful_loops >= LOOP_BUDGET) {

@@ -38,7 +38,8 @@
 
 layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
 
-#include "lib/trace.glsl"
+#include "lib/intersect/bvh/bvh.glsl"
+#include "lib/scene.glsl"
 #include "lib/pocket.glsl"
 
 const uint PATHS = 1u << SLOT_BITS;     // paths of a workgroup in one dispatch
@@ -161,7 +162,8 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         vec3 radiance = second ? vec3(0.0) : h.radiance;
         vec3 direct = h.radiance;
         uint light_samples = reuses(p) ? LIGHT_SAMPLES : 1u;
-        bool alive = path_arrive(h.path, shades ? h.id : -1, h.t, key, light_samples, radiance, arrival, shadow) && shades;
+        Hit hit = hit_of(ray_of(h.path), shades ? h.id : -1, h.t);
+        bool alive = path_arrive(h.path, hit, key, light_samples, radiance, arrival, shadow) && shades;
         h.radiance = shades ? radiance : h.radiance;
         if (REUSE) {
             if (SMOOTH_NORMALS && shades && arrival.first) {
@@ -178,7 +180,7 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
             bool wanted = shades && shadow.wanted;
             shadow_rays += wanted ? 1u : 0u;
             bool hidden;
-            entry_of_shadow = shadow_entry(shadow, hidden);
+            entry_of_shadow = shadow_entry(ray_of(shadow), shadow.distance, shadow.wanted, hidden);
             entry_of_shadow = wanted ? entry_of_shadow : 0u;
             if (wanted && !hidden && entry_of_shadow == 0u) h.radiance += shadow.radiance;
         }
@@ -213,7 +215,7 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         run.index += begins ? 1u : 0u;
         float t = INFINITY;
         int id = -1;
-        closest_constant(h.path.origin, h.path.direction, h.path.leaving, t, id);
+        closest_constant(ray_of(h.path), t, id);
         h.t = t;
         h.id = id;
         if (REUSE) h.path.second = h.path.second && reuses(p);
@@ -258,7 +260,7 @@ void connect_paths(inout Pocket pocket, inout Run run, PocketWalk w) {
         bool wanted = gives && ray.wanted;
         shadow_rays += wanted ? 1u : 0u;
         bool hidden;
-        uint entry = segment_entry(ray, hidden);
+        uint entry = segment_entry(ray_of(ray), ray.distance, ray.wanted, hidden);
         entry = wanted ? entry : 0u;
         if (MUTATION == MUTATE_REUSE) {
             hidden = false;

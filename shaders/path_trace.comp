@@ -22,7 +22,7 @@ layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
 #include "lib/work.glsl"
 #include "lib/split.glsl"
 #include "lib/counting.glsl"
-#include "lib/trace.glsl"
+#include "lib/scene.glsl"
 #include "lib/reuse_lanes.glsl"
 
 // Whether to go on before paths are shared: some lane that shares them has none that has ended, or no lane shares any, as is known
@@ -79,27 +79,25 @@ void main() [[maximally_reconverges]] {
     bool waits = false;                     // with a path that has ended too
     if (REUSE || SPLIT == 1u || going) do {
         do {
-            float t;
-            int id = closest_hit(path.origin, path.direction, path.leaving, t, loops);
+            Hit hit = intersect(ray_of(path), loops);
             Arrival arrival;
             ShadowRay shadow;
             bool second = REUSE && path.second;
             vec3 direct = radiance;
             radiance = second ? vec3(0.0) : radiance;
-            bool alive = path_arrive(path, id, t, shared_key, reusing ? LIGHT_SAMPLES : 1u, radiance, arrival, shadow);
+            bool alive = path_arrive(path, hit, shared_key, reusing ? LIGHT_SAMPLES : 1u, radiance, arrival, shadow);
             if (REUSE) {
                 alive = alive && going;
                 shadow.wanted = shadow.wanted && going;
                 if (SMOOTH_NORMALS && arrival.first) first_up = arrival.up;
-                if (second) meeting = meeting_at(path, arrival, t, direct, first_up);
+                if (second) meeting = meeting_at(path, arrival, hit.t, direct, first_up);
                 if (AIMS && arrival.aims) path.glances |= AIM_FOLLOWS;
             }
             counts.rays += going ? 1u : 0u;
             if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
                 counts.shadow_rays += shadow.wanted ? 1u : 0u;
-                bool hidden = true;
-                uint entry = shadow.wanted ? shadow_entry(shadow, hidden) : 0u;
-                radiance += hidden_in_scene(shadow, entry, hidden, loops) ? vec3(0.0) : shadow.radiance;
+                bool hidden = light_occluded(ray_of(shadow), shadow.distance, shadow.wanted, loops);
+                radiance += shadow.wanted && !hidden ? shadow.radiance : vec3(0.0);
             }
             loops += 1u + HIT_LOOPS;
             // Out of budget: a walk may have ended too early, so that the sample in hand does not count. What the film

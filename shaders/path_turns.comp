@@ -25,7 +25,8 @@ layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
 #include "lib/work.glsl"
 #include "lib/split.glsl"
 #include "lib/counting.glsl"
-#include "lib/trace.glsl"
+#include "lib/intersect/bvh/bvh.glsl"
+#include "lib/scene.glsl"
 #include "lib/votes.glsl"
 
 // What a lane's walk is for.
@@ -79,7 +80,7 @@ void main() [[maximally_reconverges]] {
 
     float t = INFINITY;             // how far the path's ray reaches
     int id = -1;                    // and what it meets there
-    closest_constant(path.origin, path.direction, path.leaving, t, id);
+    closest_constant(ray_of(path), t, id);
     uint path_entry = there ? tree_entry(path.origin, path.direction, t) : 0u;
     bool over = false;              // the sample before it, but for the shadow ray of its last hit
     vec3 awaited = vec3(0.0);       // light of that ray
@@ -131,13 +132,13 @@ void main() [[maximally_reconverges]] {
                 }
                 Arrival arrival;
                 ShadowRay shadow;
-                bool alive = path_arrive(path, id, t, key, 1u, radiance, arrival, shadow);
+                bool alive = path_arrive(path, hit_of(ray_of(path), id, t), key, 1u, radiance, arrival, shadow);
                 counts.rays += 1u;
                 uint entry = 0u;        // of the shadow ray
                 if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
                     counts.shadow_rays += shadow.wanted ? 1u : 0u;
                     bool hidden;
-                    entry = shadow_entry(shadow, hidden);
+                    entry = shadow_entry(ray_of(shadow), shadow.distance, shadow.wanted, hidden);
                     entry = shadow.wanted ? entry : 0u;
                     if (shadow.wanted && !hidden && entry == 0u) radiance += shadow.radiance;
                 }
@@ -149,7 +150,7 @@ void main() [[maximally_reconverges]] {
                 path_depart(path, arrival, alive, camera, at, key, path.index + (over ? 1u : 0u), state, aim_nowhere());
                 t = INFINITY;
                 id = -1;
-                closest_constant(path.origin, path.direction, path.leaving, t, id);
+                closest_constant(ray_of(path), t, id);
                 path_entry = there ? tree_entry(path.origin, path.direction, t) : 0u;
                 bool of_shadow = entry != 0u;
                 walk_of = of_shadow ? SHADOW : (path_entry != 0u ? PATH : NOTHING);

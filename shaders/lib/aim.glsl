@@ -12,7 +12,7 @@
 #define AIM_GLSL
 
 #include "cone.glsl"
-#include "intersect/unroll.glsl"
+#include "unroll.glsl"
 #include "layout.glsl"
 #include "math.glsl"
 

@@ -32,6 +32,7 @@ layout(constant_id = 21) const uint TREE_BOX_COUNT = 0u;   // boxes around the c
 layout(constant_id = 23) const uint TREE_LEVELS = 64u;     // entries that its walk needs on the stack
 layout(constant_id = 24) const uint MUTATION = 0u;         // tests only: breaks one thing, see render/mutation.rs
 layout(constant_id = 25) const uint EMITTER_COUNT = 0u;    // emitters among them
+const bool SINGLE_POINT = LIGHT_COUNT == 1u && EMITTER_COUNT == 0u;        // the only light is a point
 layout(constant_id = 22) const uint LIGHT_KINDS = 0u;      // kinds of lights that there are, a bit each, see light/light.glsl
 layout(constant_id = 27) const uint REGIONS = 64u;         // for notes of paths, which workgroups share; a multiple of 32
 layout(constant_id = 28) const uint ENOUGH_LANES = 5u;     // with fewer at work, a subgroup turns to what else there is
@@ -45,7 +46,7 @@ layout(constant_id = 202) const uint LIGHT_SAMPLES = 1u;   // where such paths f
 layout(constant_id = 31) const uint FACET_COUNT = 0u;      // constant flat polygons, see intersect/facet.glsl
 layout(constant_id = 30) const uint LIGHT_LOOPS = 0u;      // loop iterations that choosing lights takes at a hit
 layout(constant_id = 26) const bool PATH_STATS = false;    // count rays and traversal steps
-layout(constant_id = 35) const bool THREADS = false;       // lanes are threads of a GPU, see intersect/tree.glsl
+layout(constant_id = 35) const bool THREADS = false;       // lanes are threads of a GPU, see intersect/bvh/traversal.glsl
 layout(constant_id = 36) const bool SHUFFLES = false;      // lanes read each other's registers in one instruction; without THREADS there are eight
 layout(constant_id = 33) const bool DRAWS_WORK = false;    // pieces of work are drawn, see work.glsl
 layout(constant_id = 58) const uint SUBGROUP_LANES = 8u;   // of each subgroup; where paths are reused, whole groups
@@ -83,11 +84,10 @@ const uint MUTATE_AIMS = 29u;
 // ---- bindings
 // All texels are bits, of numbers too: lavapipe compiles five functions for each format that it meets, and small integers
 // among numbers cannot be taken for denormal ones.
-layout(binding = 0) uniform usamplerBuffer tree_texels;    // 3 texels a record, then 4, see intersect/node.glsl, surface.glsl
-layout(binding = 1) uniform usamplerBuffer shape_texels;   // spheres and materials, see surface.glsl
+layout(binding = 0) uniform usamplerBuffer tree_texels;    // 3 texels a record, then 1 a record, see intersect/bvh/
+layout(binding = 1) uniform usamplerBuffer geometry_texels;    // primitives, materials and vertices, see geometry.glsl
 layout(binding = 2) uniform usamplerBuffer sobol_texels;   // see sampler.glsl
 layout(binding = 3) uniform usamplerBuffer light_texels;   // see light/
-vec4 shape_texel(int row) { return uintBitsToFloat(texelFetch(shape_texels, row)); }
 vec4 light_texel(int row) { return uintBitsToFloat(texelFetch(light_texels, row)); }
 // What kernels both read and write is texels to read and an array to write. On lavapipe a vec4 of an array is 4 scalar accesses for
 // each lane, all of them unrolled: much to compile, so that such a write should be in one place. A texel is one call, which
@@ -121,6 +121,9 @@ layout(std140, binding = 11) uniform SceneValues {
     vec4 aim_targets[8];        // centre, radius, see aim.glsl
     uint record_count;          // of the tree
     uint root_order;            // last word of the root's record: in which order to visit its children, see node.glsl
+    uint first_material;        // texels of the table of primitives, see geometry.glsl
+    uint first_position;
+    uint first_normal;
 };
 
 // What is counted (src/render/layout.rs).

@@ -40,6 +40,9 @@ struct ShadowRay {
     bool wanted;
 };
 
+Ray ray_of(Path path) { return Ray(path.origin, path.direction, path.leaving); }
+Ray ray_of(ShadowRay ray) { return Ray(ray.origin, ray.direction, ray.leaving); }
+
 // Whether a path is followed one hit further than MAX_DEPTH, for light that it meets there.
 const bool LIGHT_AFTER_LAST_HIT = HAS_BACKGROUND || HAS_EMITTER;
 
@@ -54,17 +57,6 @@ Path path_begin(Camera camera, uvec2 at, uint key, uint index, uint glances) {
     return Path(vec3(0.0), camera_direction(camera, at, u), -1, vec3(path_weight(glances)), 0u, index, vec3(0.0), 0.0, 0.0, false, glances);
 }
 
-// The only light is a point light.
-const bool SINGLE_POINT = LIGHT_COUNT == 1u && EMITTER_COUNT == 0u;
-
-// Whether a constant sphere lies between the start of a shadow ray and the light.
-bool spheres_occlude(ShadowRay ray) {
-    if (SINGLE_POINT) {
-        return any_sphere_before_point(ray.direction, ray.distance, ray.leaving);
-    }
-    return any_sphere(ray.origin, ray.direction, ray.distance, ray.leaving);
-}
-
 // Whether the members of a group of pixels sample lights alike where they first meet a diffuse surface (reuse.glsl), and the
 // index of their numbers there.
 bool lights_alike() { return REUSE && LIGHT_COUNT > 0u && !SINGLE_POINT && in_mode(MODE_ALIKE); }
@@ -73,7 +65,7 @@ uint index_at_first(uint index) { return lights_alike() ? index_of_sample(index)
 // What arriving at a surface leaves for the departure.
 struct Arrival {
     Surface surface;
-    int id;
+    int self_id;        // of the hit
     vec3 normal;        // shading normal on the side from which the ray came
     vec3 up;            // geometric normal on that side
     vec3 outside;       // the hit, moved off the surface by its error bound
@@ -134,20 +126,20 @@ ShadowRay direct_light(Arrival a, uint index, uint key, uint count) {
     if (LIGHT_COUNT > 0u && !SINGLE_POINT) {
         n = light_numbers(key, a.first ? index_at_first(index) : index, a.hits, 0u, count > 1u && !a.last);
     }
-    return light_ray(a.outside, a.normal, a.up, leaving_id(a.id, a.surface, a.front), a.throughput, n, count);
+    return light_ray(a.outside, a.normal, a.up, leaving_id(a.self_id, a.surface, a.front), a.throughput, n, count);
 }
 
-// The path's ray meets surface `id` at distance t (id < 0: it leaves the scene). Adds emitted light to `radiance` and
+// The path's ray meets a surface, or leaves the scene. Adds emitted light to `radiance` and
 // gives a shadow ray. A first diffuse hit gets `light_samples` samples of lights. Returns false when the path ends here.
-bool path_arrive(Path path, int id, float t, uint key, uint light_samples, inout vec3 radiance, out Arrival a,
+bool path_arrive(Path path, Hit hit, uint key, uint light_samples, inout vec3 radiance, out Arrival a,
                  out ShadowRay shadow) {
-    bool met = id >= 0;
+    bool met = hit.primitive >= 0;
     vec3 throughput = path.throughput;
     // A direction that its pixel gets no light from, although it does from what is shared.
     if (REUSE && SMOOTH_NORMALS && any(lessThan(throughput, vec3(0.0)))) throughput = vec3(0.0);
     if (HAS_BACKGROUND && !met && !is_glance(path.glances) && !is_aiming(path.glances)) radiance += throughput * background.rgb;
-    a.id = met ? id : SOME_ID;
-    a.surface = surface_at(a.id, path.origin, path.direction, met ? t : 0.0);
+    a.self_id = hit.self_id;
+    a.surface = surface_at(hit, ray_of(path));
     a.front = dot(path.direction, a.surface.normal) <= 0.0;
     a.hits = path.hits + 1u;
     a.aims = false;
@@ -159,13 +151,13 @@ bool path_arrive(Path path, int id, float t, uint key, uint light_samples, inout
         float weight = glance_weight(path.glances);
         if (EMITTER_COUNT > 0u && path.pdf > 0.0 && a.surface.light >= 0) {
             float cos_light = -dot(path.direction, a.surface.normal);
-            float of_light = light_pdf(path.origin, a.surface.light, t, cos_light);
+            float of_light = light_pdf(path.origin, a.surface.light, hit.t, cos_light);
             if (path.second) of_light *= float(light_samples);
             weight *= mis_weight(path.pdf, of_light);
         }
         // The constant lets the program drop this before the driver sees it (src/gpu/prune.rs).
         if (HAS_BEAMS && by_beams) {
-            vec3 y = path.origin + t * path.direction;
+            vec3 y = path.origin + hit.t * path.direction;
             float cos_light = -dot(path.direction, a.surface.normal);
             weight /= 1.0 + beams_per_path(a.surface.light, y, -path.direction, cos_light, path.x2);
         }
@@ -258,7 +250,7 @@ void path_depart(inout Path path, Arrival a, bool alive, Camera camera, uvec2 at
     vec3 start = HAS_DIELECTRIC && crossed ? a.surface.position - a.up * a.surface.offset : a.outside;
     path.origin = alive ? start : vec3(0.0);
     path.direction = alive ? next : first;
-    path.leaving = alive ? leaving_id(a.id, a.surface, a.front != crossed) : -1;
+    path.leaving = alive ? leaving_id(a.self_id, a.surface, a.front != crossed) : -1;
     path.throughput = alive ? a.throughput : vec3(path_weight(glances));
     path.hits = alive ? (a.last ? MAX_DEPTH : a.hits) : 0u;
     path.index = index;

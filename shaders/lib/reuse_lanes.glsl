@@ -6,7 +6,6 @@
 
 #include "gradient.glsl"
 #include "reuse.glsl"
-#include "trace.glsl"
 #include "votes.glsl"
 
 // A path's first two hits. A normal of 0 stands for a hit that is not there.
@@ -93,12 +92,10 @@ void differences(vec3 gathered, bool there, out vec3 right, out vec3 down) {
 }
 
 // Whether nothing hides what a ray aims at, if that is wanted. For all lanes to call. (Not for the only light, a point, which has a
-// test of its own for spheres: shadow_entry.)
+// test of its own for spheres: light_occluded.)
 bool arrives(ShadowRay ray, inout uint shadow_rays, inout uint loops) {
     shadow_rays += ray.wanted ? 1u : 0u;
-    bool hidden;
-    uint entry = segment_entry(ray, hidden);
-    hidden = hidden_in_scene(ray, ray.wanted ? entry : 0u, hidden, loops);
+    bool hidden = occluded(ray_of(ray), ray.distance, ray.wanted, loops);
     return ray.wanted && (!hidden || MUTATION == MUTATE_REUSE);
 }
 

@@ -1,22 +1,13 @@
 // What a ray meets: position, normals and material at a hit.
-//
-// shape_texels: for each constant sphere three texels: (centre, 1/radius with the normal's sign), its material, and the
-// number of its light; for each facet the same with (unit normal n, n·p of its points) first; then for each facet four
-// texels with its corners, and those four numbers again; then materials and vertex normals, one texel each. A material
-// is (rgb, kind): rgb is reflectance or radiance, and kind is one of the numbers below or, if positive, the index of
-// refraction of a dielectric.
 
 #ifndef SURFACE_GLSL
 #define SURFACE_GLSL
 
+#include "geometry.glsl"
 #include "lane_table.glsl"
 #include "layout.glsl"
 #include "math.glsl"
-#include "intersect/tree.glsl"
-
-const float KIND_DIFFUSE = 0.0;
-const float KIND_MIRROR = -1.0;
-const float KIND_EMITTER = -2.0;
+#include "intersect/intersect.glsl"
 
 struct Surface {
     vec3 position;
@@ -32,21 +23,22 @@ struct Surface {
 // A unit vector but for rounding: one Newton step of 1/sqrt restores its length to 1 ulp.
 vec3 renormalize(vec3 n) { return n * (1.5 - 0.5 * dot(n, n)); }
 
-// The three texels of a constant shape.
+// A constant sphere or facet.
 struct Constant {
-    vec4 shape;
-    vec4 material;
+    vec4 shape;         // centre, 1/radius with the normal's sign; or normal, n·p of its points
+    Material material;
     int light;
 };
 
-Constant fetch_constant(int id) {
-    int light = -1;
-    if (EMITTER_COUNT > 0u) light = floatBitsToInt(shape_texel(3 * id + 2).x);
-    return Constant(shape_texel(3 * id), shape_texel(3 * id + 1), light);
+Constant fetch_constant(int primitive) {
+    uvec4 shape = primitive_shape(primitive);
+    uvec4 attributes = primitive_attributes(primitive);
+    bool flat_ = FACET_COUNT > 0u && primitive >= int(SPHERE_COUNT);
+    uvec4 bits = flat_ ? uvec4(attributes.xyz, shape.y) : uvec4(shape.xyz, attributes.y);
+    return Constant(uintBitsToFloat(bits), fetch_material(material_index(shape.w)), int(attributes.w));
 }
 
 // Tables of eight, see lane_table.glsl.
-const uint CONSTANTS = SPHERE_COUNT + FACET_COUNT;
 const bool CONSTANTS_IN_LANES = LANE_TABLES && CONSTANTS <= 4u * TABLE_ROWS;
 Constant constants_0, constants_8, constants_16, constants_24;
 
@@ -61,11 +53,14 @@ void load_constants() {
 
 Constant constant_of_table(Constant table, int row) {
     int light = EMITTER_COUNT > 0u ? table_value(table.light, row) : table.light;
-    return Constant(table_value(table.shape, row), table_value(table.material, row), light);
+    Material material = Material(table_value(table.material.color, row), table_value(table.material.kind, row));
+    return Constant(table_value(table.shape, row), material, light);
 }
 
 Constant either_constant(bool second, Constant b, Constant a) {
-    return Constant(second ? b.shape : a.shape, second ? b.material : a.material, second ? b.light : a.light);
+    vec3 color = second ? b.material.color : a.material.color;
+    float kind = second ? b.material.kind : a.material.kind;
+    return Constant(second ? b.shape : a.shape, Material(color, kind), second ? b.light : a.light);
 }
 
 Constant constant_of(int id) {
@@ -78,75 +73,67 @@ Constant constant_of(int id) {
     return c;
 }
 
-Surface surface_of_constant(int id, vec3 p) {
-    Constant constant = constant_of(id);
+Surface surface_of_constant(int primitive, vec3 p) {
+    Constant constant = constant_of(primitive);
     vec4 shape = constant.shape;
-    vec4 material = constant.material;
     vec3 n = renormalize((p - shape.xyz) * shape.w);
     float curvature = shape.w;
     float offset = 0.0;
     if (FACET_COUNT > 0u) {
-        bool flat_ = id >= int(SPHERE_COUNT);
+        bool flat_ = primitive >= int(SPHERE_COUNT);
         n = flat_ ? shape.xyz : n;
         curvature = flat_ ? 0.0 : curvature;
         // Back onto the plane; then the error is that of the sums n·p and p, bounded by γ(7) times their terms.
         p = flat_ && MUTATION != MUTATE_PROJECTION ? p - n * (dot(n, p) - shape.w) : p;
         offset = flat_ ? GAMMA_7 * (dot(abs(n), abs(p)) + abs(shape.w)) : 0.0;
     }
-    return Surface(p, n, n, material.rgb, material.w, offset, curvature, constant.light);
+    return Surface(p, n, n, constant.material.color, constant.material.kind, offset, curvature, constant.light);
 }
 
-// Of the primitive TREE_ID + slot. Besides its record it has two texels apart: normal | surface, and attributes, light, kind (2 of a
-// sphere), and for how many turns of its corners they are in the order of the record.
-Surface surface_of_slot(int slot, vec3 o, vec3 d, float t) {
-    TreeRecord q = tree_record(slot >> 1);
-    uvec4 apart = texelFetch(tree_texels, 3 * int(record_count) + 2 * slot);
-    uvec4 more = texelFetch(tree_texels, 3 * int(record_count) + 2 * slot + 1);
-    bool second = (slot & 1) != 0;
-    vec3 v0 = uintBitsToFloat(second ? uvec3(q.a.w, q.b.w, q.c.w) : q.a.xyz);
-    vec3 v1 = uintBitsToFloat(second ? q.c.xyz : q.b.xyz);
-    vec3 v2 = uintBitsToFloat(second ? q.b.xyz : q.c.xyz);
-    vec4 material = shape_texel(int(apart.w));
-    vec3 n = uintBitsToFloat(apart.xyz);
+// Of a triangle, or of a sphere that is no constant; `p` is a point near the hit.
+Surface surface_of_primitive(Hit hit, vec3 p) {
+    int primitive = max(hit.primitive, 0);
+    uvec4 shape = primitive_shape(primitive);
+    uvec4 attributes = primitive_attributes(primitive);
+    bool sphere = is_sphere(shape);
+    vec3 n = uintBitsToFloat(attributes.xyz);
     vec3 ns = n;
-    // From barycentrics: closer to the plane than o + t·d, with pbrt's bound γ(7)(|b0 v0| + |b1 v1| + |b2 v2|).
-    vec3 b = vec3(0.0);
-    if (TREE_TRIANGLES) b = barycentrics(shear_of(d), o, v0, v1, v2);
-    vec3 p0 = b.x * v0;
-    vec3 p1 = b.y * v1;
-    vec3 p2 = b.z * v2;
-    vec3 p = MUTATION == MUTATE_BARYCENTRIC ? o + t * d : p0 + p1 + p2;
     float curvature = 0.0;
-    float offset = MUTATION == MUTATE_OFFSET ? 0.0 : GAMMA_7 * dot(abs(p0) + abs(p1) + abs(p2), abs(n));
-    if (SMOOTH_NORMALS) {
-        int row = int(more.x);
-        if (row >= 0) {
-            b = more.w == 1u ? b.zxy : (more.w == 2u ? b.yzx : b);
-            vec3 s = b.x * shape_texel(row).xyz + b.y * shape_texel(row + 1).xyz +
-                     b.z * shape_texel(row + 2).xyz;
+    float offset = 0.0;
+    if (TREE_TRIANGLES) {
+        // From barycentrics: closer to the plane than o + t·d. The weights sum up to 1 but for one rounding; with those of the products
+        // and sums the error is within pbrt's bound γ(7)(|b0 v0| + |b1 v1| + |b2 v2|).
+        Triangle corners = triangle_of(shape);
+        vec3 b = vec3(1.0 - hit.barycentrics.x - hit.barycentrics.y, hit.barycentrics);
+        vec3 p0 = b.x * corners.v0;
+        vec3 p1 = b.y * corners.v1;
+        vec3 p2 = b.z * corners.v2;
+        if (MUTATION != MUTATE_BARYCENTRIC) p = sphere ? p : p0 + p1 + p2;
+        if (MUTATION != MUTATE_OFFSET) offset = sphere ? 0.0 : GAMMA_7 * dot(abs(p0) + abs(p1) + abs(p2), abs(n));
+        if (SMOOTH_NORMALS && (shape.w & IS_SMOOTH) != 0u) {
+            vec3 s = b.x * vertex_normal(shape.x) + b.y * vertex_normal(shape.y) + b.z * vertex_normal(shape.z);
             float length2 = dot(s, s);
             s = length2 > 0.0 ? s * inversesqrt(length2) : n;
             ns = dot(s, n) < 0.0 ? -s : s;
         }
     }
-    if (TREE_SPHERES && (!TREE_TRIANGLES || more.z == 2u)) {
-        p = o + t * d;
-        n = normalize(p - v0) * (v1.y < 0.0 ? -1.0 : 1.0);
+    if (sphere) {
+        curvature = uintBitsToFloat(attributes.y);
+        n = normalize(p - uintBitsToFloat(shape.xyz)) * (curvature < 0.0 ? -1.0 : 1.0);
         ns = n;
-        offset = 0.0;
-        curvature = v1.y;
     }
-    return Surface(p, n, ns, material.rgb, material.w, offset, curvature, int(more.y));
+    Material material = fetch_material(material_index(shape.w));
+    return Surface(p, n, ns, material.color, material.kind, offset, curvature, int(attributes.w));
 }
 
-// A surface for rays that meet none: shapes have room for a constant one even if there is nothing at all.
-const int SOME_ID = SPHERE_COUNT + FACET_COUNT == 0u && HAS_TREE ? TREE_ID : 0;
-
-Surface surface_at(int id, vec3 o, vec3 d, float t) {
-    if (!HAS_TREE) return surface_of_constant(id, o + t * d);
-    if (SPHERE_COUNT + FACET_COUNT == 0u) return surface_of_slot(id - TREE_ID, o, d, t);
-    Surface s = surface_of_constant(id < TREE_ID ? id : 0, o + t * d);
-    if (id >= TREE_ID) s = surface_of_slot(id - TREE_ID, o, d, t);
+// The surface that a ray meets. For rays that meet none it is some surface: the table has a primitive even if the scene is empty.
+Surface surface_at(Hit hit, Ray ray) {
+    vec3 p = ray.origin + (hit.primitive >= 0 ? hit.t : 0.0) * ray.direction;
+    if (!HAS_TREE) return surface_of_constant(max(hit.primitive, 0), p);
+    if (CONSTANTS == 0u) return surface_of_primitive(hit, p);
+    bool is_constant = hit.primitive < int(CONSTANTS);
+    Surface s = surface_of_constant(is_constant ? max(hit.primitive, 0) : 0, p);
+    if (!is_constant) s = surface_of_primitive(hit, p);
     return s;
 }
 

@@ -8,20 +8,20 @@
 
 #include "io.glsl"
 #include "../lib/path.glsl"
-#include "../lib/trace.glsl"
+#include "../lib/scene.glsl"
 
 void closest(uint i) {
     vec4 o = input_floats(2u * i);
     vec4 d = input_floats(2u * i + 1u);
     uint loops = 0u;
-    float t;
-    int id = closest_hit(o.xyz, d.xyz, floatBitsToInt(d.w), t, loops);
+    Ray ray = Ray(o.xyz, d.xyz, floatBitsToInt(d.w));
+    Hit hit = intersect(ray, loops);
     vec4 position = vec4(0.0);
-    if (id >= 0) {
-        Surface s = surface_at(id, o.xyz, d.xyz, t);
+    if (hit.primitive >= 0) {
+        Surface s = surface_at(hit, ray);
         position = vec4(s.position, s.offset);
     }
-    probe_out[2u * i] = uvec4(floatBitsToUint(t), uint(id), walked_steps, 0u);
+    probe_out[2u * i] = uvec4(floatBitsToUint(hit.t), uint(hit.primitive), walked_steps, uint(hit.self_id));
     output_floats(2u * i + 1u, position);
 }
 

@@ -8,15 +8,14 @@
 
 #include "io.glsl"
 #include "../lib/path.glsl"
-#include "../lib/trace.glsl"
-#include "shadow.glsl"
+#include "../lib/scene.glsl"
 
 void occlusion(uint i) {
     vec4 o = input_floats(2u * i);
     vec4 d = input_floats(2u * i + 1u);
-    uint steps = 0u;
-    bool clear = arrives(ShadowRay(o.xyz, d.xyz, o.w, floatBitsToInt(d.w), vec3(0.0), true), steps);
-    probe_out[i] = uvec4(clear ? 0u : 1u, steps, 0u, 0u);
+    uint loops = 0u;
+    bool hidden = light_occluded(Ray(o.xyz, d.xyz, floatBitsToInt(d.w)), o.w, true, loops);
+    probe_out[i] = uvec4(hidden ? 1u : 0u, walked_steps, 0u, 0u);
 }
 
 void main() {

@@ -9,8 +9,7 @@
 
 #include "io.glsl"
 #include "../lib/path.glsl"
-#include "../lib/trace.glsl"
-#include "shadow.glsl"
+#include "../lib/scene.glsl"
 
 void scatter(uint i) {
     vec4 o = input_floats(5u * i);
@@ -21,20 +20,20 @@ void scatter(uint i) {
     uint key = pixel_key(sample_of.x);
     Path path = Path(o.xyz, d.xyz, floatBitsToInt(d.w), w.xyz, floatBitsToUint(w.w), sample_of.y, n.xyz, n.w, 0.0, false, 0u);
     uint steps = 0u;
-    float t;
-    int id = closest_hit(path.origin, path.direction, path.leaving, t, steps);
+    Hit hit = intersect(ray_of(path), steps);
     vec3 radiance = vec3(0.0);
     Arrival arrival;
     ShadowRay shadow;
-    bool alive = path_arrive(path, id, t, key, 1u, radiance, arrival, shadow);
+    bool alive = path_arrive(path, hit, key, 1u, radiance, arrival, shadow);
     bool lit = false;
     if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
-        lit = shadow.wanted && arrives(shadow, steps);
+        bool hidden = light_occluded(ray_of(shadow), shadow.distance, shadow.wanted, steps);
+        lit = shadow.wanted && !hidden;
         if (lit) radiance += shadow.radiance;
     }
     uvec2 at = uvec2(sample_of.x % width, sample_of.x / width);
     path_depart(path, arrival, alive, frame_camera(), at, key, path.index + (alive ? 0u : 1u), path.glances, aim_nowhere());
-    probe_out[8u * i] = uvec4(floatBitsToUint(t), uint(id), alive ? 1u : 0u, lit ? 1u : 0u);
+    probe_out[8u * i] = uvec4(floatBitsToUint(hit.t), uint(hit.primitive), alive ? 1u : 0u, lit ? 1u : 0u);
     output_floats(8u * i + 1u, vec4(radiance, 0.0));
     probe_out[8u * i + 2u] = uvec4(floatBitsToUint(path.throughput), path.hits);
     output_floats(8u * i + 3u, vec4(path.origin, 0.0));

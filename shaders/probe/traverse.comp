@@ -12,7 +12,8 @@
 
 #include "io.glsl"
 #include "../lib/path.glsl"
-#include "../lib/trace.glsl"
+#include "../lib/intersect/bvh/bvh.glsl"
+#include "../lib/scene.glsl"
 #include "../lib/votes.glsl"
 
 layout(constant_id = 241) const uint RUN = 512u;    // rays of a workgroup
@@ -46,7 +47,7 @@ void main() {
             leaving = floatBitsToInt(d.w);
             float t = o.w;
             id = -1;
-            closest_constant(o.xyz, d.xyz, leaving, t, id);
+            closest_constant(Ray(o.xyz, d.xyz, leaving), t, id);
             ray = tree_ray(o.xyz, d.xyz, any_hit);
             uint entry = any_hit && id >= 0 ? 0u : tree_entry(o.xyz, d.xyz, t);
             walk = walk_begin(ray, t, entry);
@@ -61,7 +62,7 @@ void main() {
         } while (lanes(walk.walks) >= enough && (LOOP_BUDGET == 0u || loops + doubtful_loops < LOOP_BUDGET));
         fetch = busy && !walk.walks;
         if (fetch) {
-            int found = walk.id >= 0 ? walk.id : id;
+            int found = walk.id >= 0 ? bvh_primitive(walk.id) : id;
             probe_out[first + mine] = uvec4(floatBitsToUint(walk.t), uint(found), 0u, steps);
             steps = 0u;
         }

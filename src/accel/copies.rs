@@ -6,14 +6,14 @@ use rayon::prelude::*;
 
 use crate::hash::mix;
 
-use super::record::Primitive;
+use super::primitive::Primitive;
 
 /// Bits of a table for each primitive: of so many pairs that are no copies one looks like one.
 const BITS: usize = 16;
 
 /// The numbers of the primitives that have the shape of another, in ascending order: of each shape all but the first lamp, or the first
 /// primitive if none is a lamp. (Lamps are sampled, and are to be seen as well.)
-pub fn copies(primitives: &[Primitive]) -> Vec<u32> {
+pub fn copies(primitives: &[Primitive], is_lamp: impl Fn(usize) -> bool + Sync) -> Vec<u32> {
     let bits = (BITS * primitives.len()).next_power_of_two().max(64);
     let (once, twice) = (Bits::of(bits), Bits::of(bits));
     let hashes: Vec<u64> = primitives.par_iter().map(hash).collect();
@@ -22,7 +22,7 @@ pub fn copies(primitives: &[Primitive]) -> Vec<u32> {
     });
     let mut suspects: Vec<(u64, bool, u32)> = (0..primitives.len() as u32)
         .into_par_iter()
-        .map(|i| (hashes[i as usize], !is_lamp(&primitives[i as usize]), i))
+        .map(|i| (hashes[i as usize], !is_lamp(i as usize), i))
         .filter(|&(hash, ..)| twice.get(hash))
         .collect();
     suspects.par_sort_unstable();
@@ -42,17 +42,10 @@ pub fn copies(primitives: &[Primitive]) -> Vec<u32> {
     copies
 }
 
-fn is_lamp(primitive: &Primitive) -> bool {
-    let (Primitive::Triangle { light, .. } | Primitive::Sphere { light, .. }) = *primitive;
-    light >= 0
-}
-
 fn has_same_shape(a: &Primitive, b: &Primitive) -> bool {
     match (a, b) {
-        (Primitive::Triangle { vertices: a, .. }, Primitive::Triangle { vertices: b, .. }) => a == b,
-        (Primitive::Sphere { center: a, radius: r, .. }, Primitive::Sphere { center: b, radius: s, .. }) => {
-            a == b && r == s
-        }
+        (Primitive::Triangle { vertices: a }, Primitive::Triangle { vertices: b }) => a == b,
+        (Primitive::Sphere { center: a, radius: r }, Primitive::Sphere { center: b, radius: s }) => a == b && r == s,
         _ => false,
     }
 }
@@ -62,8 +55,8 @@ fn hash(primitive: &Primitive) -> u64 {
     // A zero may have either sign.
     let add = |hash: u64, x: f32| mix(hash, (x + 0.0).to_bits());
     let hash = match primitive {
-        Primitive::Triangle { vertices, .. } => vertices.iter().flat_map(|v| v.to_array()).fold(1, add),
-        Primitive::Sphere { center, radius, .. } => add(center.to_array().into_iter().fold(2, add), *radius),
+        Primitive::Triangle { vertices } => vertices.iter().flat_map(|v| v.to_array()).fold(1, add),
+        Primitive::Sphere { center, radius } => add(center.to_array().into_iter().fold(2, add), *radius),
     };
     // The lower bits depend on few of the numbers.
     hash ^ hash >> 32
@@ -102,9 +95,14 @@ mod tests {
 
     use super::*;
 
+    /// Where none is a lamp.
+    fn copies(primitives: &[Primitive]) -> Vec<u32> {
+        super::copies(primitives, |_| false)
+    }
+
     fn triangle(corner: Vec3) -> Primitive {
         let vertices = [corner, corner + Vec3::X, corner + Vec3::Y];
-        Primitive::Triangle { vertices, normal: Vec3::Z, surface: 0, attributes: -1, light: -1 }
+        Primitive::Triangle { vertices }
     }
 
     #[test]
@@ -117,20 +115,17 @@ mod tests {
         primitives.extend_from_within(40..42);
         primitives.push(triangle(Vec3::new(-0.0, 0.5, -0.0)));
         primitives.extend_from_within(40..41);
-        let sphere = |radius| Primitive::Sphere { center: Vec3::ONE, radius, inward: false, surface: 0, light: -1 };
+        let sphere = |radius| Primitive::Sphere { center: Vec3::ONE, radius };
         primitives.extend([sphere(1.0), sphere(2.0), sphere(1.0)]);
         assert_eq!(copies(&primitives), [5001, 5002, 5003, 5004, 5007]);
         // The same corners in another order are not the same bits of a hit.
-        if let Primitive::Triangle { vertices, .. } = &mut primitives[5001] {
+        if let Primitive::Triangle { vertices } = &mut primitives[5001] {
             vertices.rotate_left(1);
         }
         assert_eq!(copies(&primitives), [5002, 5003, 5004, 5007]);
         // A lamp counts before what is none, wherever it is.
-        for (i, lamp) in [(5007, 3), (5004, 2), (40, 1)] {
-            let (Primitive::Triangle { light, .. } | Primitive::Sphere { light, .. }) = &mut primitives[i];
-            *light = lamp;
-        }
-        assert_eq!(copies(&primitives), [5002, 5003, 5004, 5005]);
+        let lamps = [5007, 5004, 40];
+        assert_eq!(super::copies(&primitives, |i| lamps.contains(&i)), [5002, 5003, 5004, 5005]);
         assert!(copies(&[]).is_empty());
         assert_eq!(copies(&vec![sphere(1.0); 3000]).len(), 2999);
     }

@@ -8,7 +8,7 @@ use crate::hash::mix;
 
 use super::aabb::Aabb;
 use super::morton::along_curve;
-use super::record::Primitive;
+use super::primitive::Primitive;
 
 /// Primitives that are near each other, among which triangles look for neighbours.
 const CHUNK: usize = 4096;
@@ -103,7 +103,7 @@ struct Triangle {
 
 impl Triangle {
     fn of(primitive: &Primitive) -> Option<Self> {
-        let Primitive::Triangle { vertices, .. } = *primitive else { return None };
+        let Primitive::Triangle { vertices } = *primitive else { return None };
         let hash =
             |corner: Vec3| (corner.to_array().into_iter().fold(0, |hash, x| mix(hash, x.to_bits())) >> 32) as u32;
         Some(Self { corners: vertices, hashes: vertices.map(hash) })
@@ -176,7 +176,7 @@ mod tests {
     use super::*;
 
     fn triangle(vertices: [Vec3; 3]) -> Primitive {
-        Primitive::Triangle { vertices, normal: Vec3::Z, surface: 0, attributes: -1, light: -1 }
+        Primitive::Triangle { vertices }
     }
 
     /// A wavy square of 2·n² triangles, with corners that begin anywhere, in any order.
@@ -225,7 +225,7 @@ mod tests {
     #[test]
     fn what_does_not_go_together_stays_alone() {
         let [a, b, c, d] = [Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y];
-        let sphere = Primitive::Sphere { center: a, radius: 1.0, inward: false, surface: 0, light: -1 };
+        let sphere = Primitive::Sphere { center: a, radius: 1.0 };
         let pairs = |primitives: &[Primitive]| leaves(primitives).iter().filter(|l| l.second != Leaf::NONE).count();
         assert_eq!(pairs(&[triangle([a, b, c]), triangle([a, c, d])]), 1);
         // No common edge; turned over; much smaller; far along their common edge; the same.

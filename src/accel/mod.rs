@@ -6,6 +6,7 @@ mod collapse;
 mod copies;
 mod leaf;
 mod morton;
+mod primitive;
 mod quantised;
 mod record;
 mod statistics;
@@ -15,8 +16,9 @@ pub use builder::{Child, MAX_DEPTH, Node, Tree, build};
 pub use collapse::WIDTH;
 pub use copies::copies;
 pub use leaf::{Leaf, leaves};
+pub use primitive::Primitive;
 pub use quantised::Quantised;
-pub use record::{MAX_RECORDS, Packed, Primitive, Texel, pack};
+pub use record::{MAX_RECORDS, Packed, Texel, pack};
 pub use statistics::TreeStatistics;
 
 /// Numbers in [0, 1) for tests, the same each time (Numerical Recipes, 7.1).

@@ -12,7 +12,7 @@ use super::upload::upload;
 
 const COMMON: [(u32, BindingKind); 8] = [
     (binding::TREE, BindingKind::Texels),
-    (binding::SHAPES, BindingKind::Texels),
+    (binding::GEOMETRY, BindingKind::Texels),
     (binding::SOBOL, BindingKind::Texels),
     (binding::LIGHTS, BindingKind::Texels),
     (binding::FILM, BindingKind::StorageTexels),
@@ -42,8 +42,8 @@ impl TableBuffers {
     ) -> Result<Self, RenderError> {
         let values = tables.values();
         let sources: [(u32, &str, &[u8], Usage); 5] = [
-            (binding::TREE, "tree", bytemuck::cast_slice(&tables.tree_texels), Usage::Texel),
-            (binding::SHAPES, "shapes", bytemuck::cast_slice(&tables.shapes), Usage::Texel),
+            (binding::TREE, "tree", bytemuck::cast_slice(&tables.packed.texels), Usage::Texel),
+            (binding::GEOMETRY, "geometry", bytemuck::cast_slice(&tables.geometry.texels), Usage::Texel),
             (binding::SOBOL, "sobol", bytemuck::cast_slice(sobol), Usage::Texel),
             (binding::LIGHTS, "lights", bytemuck::cast_slice(&tables.lights.texels), Usage::Texel),
             (binding::SCENE, "scene", bytemuck::bytes_of(&values), Usage::Values),

@@ -7,6 +7,7 @@ use crate::accel::{self, Primitive};
 use crate::scene::{self, Material, Mesh, Rgb, Scene, Sphere, Surface};
 
 use super::facets::{self, Facet};
+use super::geometry::{self, Geometry, SphereShape, triangle_texels};
 use super::layout::kind;
 use super::light_list::LightList;
 use super::lights::{Light, LightShape};
@@ -15,10 +16,7 @@ use super::sides::Emitters;
 use super::space::RenderSpace;
 use super::spheres::{self, ConstantSphere};
 
-/// Rows of a constant sphere or facet (`surface_of_constant` of shaders/lib/surface.glsl).
-const CONSTANT_ROWS: usize = 3;
-
-/// Where a primitive of the shader comes from.
+/// Where a primitive comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Origin {
     /// Index among the scene's spheres.
@@ -29,9 +27,8 @@ pub(crate) enum Origin {
 
 /// A scene in parts.
 pub(super) struct Gathered {
-    /// Rows of constant spheres and facets, then materials, then vertex normals.
-    pub shapes: Vec<[f32; 4]>,
-    first_material: u32,
+    /// Constant spheres, facets, and then the primitives of the tree, in the order of their numbers.
+    pub geometry: Geometry,
     pub lights: LightList,
     /// The first of the lights.
     pub points: usize,
@@ -45,7 +42,7 @@ pub(super) struct Gathered {
     other_spheres: Vec<usize>,
     /// Whether the triangles of each mesh are facets.
     are_facets: Vec<bool>,
-    /// Of the tree, each once.
+    /// Shapes of the tree, each once.
     pub primitives: Vec<Primitive>,
     /// Where these come from.
     pub origins: Vec<Origin>,
@@ -59,8 +56,7 @@ impl Gathered {
         let (constant_origins, other_spheres) = spheres::partition(scene, space);
         let (facets, are_facets) = facets::select(scene, space, settings.triangle_test);
         let mut gathered = Self {
-            shapes: Vec::new(),
-            first_material: 0,
+            geometry: Geometry::new(scene.materials.iter().map(material_texel).collect()),
             hidden_lights: scene.lights.len() - visible.len(),
             points: points.len(),
             lights: LightList::new(points),
@@ -72,35 +68,30 @@ impl Gathered {
             primitives: Vec::new(),
             origins: Vec::new(),
         };
-        let materials: Vec<_> = scene.materials.iter().map(material_texel).collect();
-        gathered.add_constant_spheres(scene, space, &materials);
-        gathered.add_facets(facets, &scene.materials, &materials);
-        gathered.first_material = gathered.shapes.len() as u32;
-        gathered.shapes.extend(materials);
-        // Rays that meet nothing look at the first one, and all may be too small for single precision.
-        let rows = gathered.shapes.len().max(CONSTANT_ROWS);
-        gathered.shapes.resize(rows, [0.0; 4]);
+        gathered.add_constant_spheres(scene, space);
+        gathered.add_facets(facets, &scene.materials);
         gathered
     }
 
-    fn add_constant_spheres(&mut self, scene: &Scene, space: &RenderSpace, materials: &[[f32; 4]]) {
+    /// How many constant spheres and facets there are: the number of the tree's first primitive.
+    pub fn constants_count(&self) -> usize {
+        self.constant_spheres.len() + self.facets.len()
+    }
+
+    fn add_constant_spheres(&mut self, scene: &Scene, space: &RenderSpace) {
         let emitters = Emitters::of(scene);
         for &i in &self.constant_origins {
-            let sphere = &scene.spheres[i];
             let constant = spheres::classify(i, scene, &emitters, space);
-            let [x, y, z] = constant.center;
-            self.shapes.push([x, y, z, constant.curvature]);
-            self.shapes.push(materials[constant.material as usize]);
-            self.shapes.push(light_texel(add_sphere(&mut self.lights, sphere, &scene.materials, space)));
+            let ConstantSphere { center, radius, curvature, material, .. } = constant;
+            let light = add_sphere(&mut self.lights, &scene.spheres[i], &scene.materials, space);
+            let shape = SphereShape { center: center.into(), radius, curvature };
+            self.geometry.add_sphere(shape, material, light);
             self.constant_spheres.push(constant);
         }
     }
 
-    fn add_facets(&mut self, facets: Vec<Facet>, materials: &[Material], material_texels: &[[f32; 4]]) {
+    fn add_facets(&mut self, facets: Vec<Facet>, materials: &[Material]) {
         for f in &facets {
-            let n = f.normal.as_vec3();
-            self.shapes.push([n.x, n.y, n.z, f.normal.dot(f.corners[0]) as f32]);
-            self.shapes.push(material_texels[f.material as usize]);
             let [a, b, c, d] = f.corners;
             let light = match emitted(materials, f.material) {
                 Some(radiance) if f.is_triangle() => {
@@ -109,27 +100,25 @@ impl Gathered {
                 Some(radiance) => self.lights.add_polygon(LightShape::Parallelogram([a, b, d]), &f.corners, radiance),
                 None => -1,
             };
-            self.shapes.push(light_texel(light));
-        }
-        for f in &facets {
-            let plane = f.normal.extend(f.normal.dot(f.corners[0])).as_vec4().to_array();
-            self.shapes.extend(f.corners.iter().zip(plane).map(|(c, w)| c.as_vec3().extend(w).to_array()));
+            let offset = f.normal.dot(a) as f32;
+            let corners = f.corners.map(|corner| corner.as_vec3());
+            self.geometry.add_polygon(corners, f.normal.as_vec3(), offset, f.material, light);
         }
         self.facets = facets;
     }
 
     /// All else: spheres, then triangles.
     pub fn add_what_is_in_the_tree(&mut self, scene: &Scene, space: &RenderSpace) {
-        self.primitives.reserve(scene.triangle_count() + self.other_spheres.len());
+        let most = scene.triangle_count() + self.other_spheres.len();
+        self.primitives.reserve(most);
+        self.geometry.reserve(most);
         for &i in &self.other_spheres {
             let sphere = &scene.spheres[i];
-            self.primitives.push(Primitive::Sphere {
-                center: space.point32(sphere.center),
-                radius: space.length(sphere.radius) as f32,
-                inward: sphere.inward,
-                surface: self.first_material + sphere.material,
-                light: add_sphere(&mut self.lights, sphere, &scene.materials, space),
-            });
+            let (center, radius) = (space.point32(sphere.center), space.length(sphere.radius) as f32);
+            self.primitives.push(Primitive::Sphere { center, radius });
+            let curvature = if sphere.inward { -1.0 / radius } else { 1.0 / radius };
+            let light = add_sphere(&mut self.lights, sphere, &scene.materials, space);
+            self.geometry.add_sphere(SphereShape { center, radius, curvature }, sphere.material, light);
             self.origins.push(Origin::Sphere(i));
         }
         let mut first_triangle = 0;
@@ -150,24 +139,17 @@ impl Gathered {
         let vertices: Vec<_> =
             (0..mesh.triangles.len()).into_par_iter().map(|i| space.triangle32(corners(i))).collect();
         let added: Vec<usize> = (0..vertices.len()).filter(|&i| vertices[i].is_some()).collect();
-        let smooth = !mesh.vertex_normals.is_empty();
-        let first_row = self.shapes.len();
-        self.primitives.par_extend(added.par_iter().enumerate().map(|(number, &i)| {
+        self.primitives
+            .par_extend(added.par_iter().map(|&i| Primitive::Triangle { vertices: vertices[i].unwrap_or_default() }));
+        let positions: Vec<_> = mesh.positions.par_iter().map(|&p| geometry::position(space.point32(p))).collect();
+        let normals: Vec<_> = mesh.vertex_normals.par_iter().map(|n| geometry::position(n.as_vec3())).collect();
+        let first_vertex = self.geometry.add_vertices(positions, &normals);
+        self.geometry.add_triangles(added.par_iter().map(|&i| {
             let [a, b, c] = corners(i);
-            Primitive::Triangle {
-                vertices: vertices[i].unwrap_or_default(),
-                normal: (b - a).cross(c - a).try_normalize().unwrap_or(DVec3::Z).as_vec3(),
-                surface: self.first_material + mesh.triangle_materials[i],
-                attributes: if smooth { (first_row + 3 * number) as i32 } else { -1 },
-                light: -1,
-            }
+            let normal = (b - a).cross(c - a).try_normalize().unwrap_or(DVec3::Z).as_vec3();
+            let numbers = mesh.triangles[i].map(|vertex| first_vertex + vertex);
+            triangle_texels(numbers, normal, mesh.triangle_materials[i], !normals.is_empty())
         }));
-        if smooth {
-            self.shapes.extend(added.iter().flat_map(|&i| mesh.triangles[i]).map(|vertex| {
-                let n = mesh.vertex_normals[vertex as usize].as_vec3();
-                [n.x, n.y, n.z, 0.0]
-            }));
-        }
         added
     }
 
@@ -176,18 +158,19 @@ impl Gathered {
         if mesh.triangle_materials.iter().all(|&material| emitted(materials, material).is_none()) {
             return;
         }
-        let of_mesh = self.primitives.len() - added.len();
-        for (&i, primitive) in added.iter().zip(&mut self.primitives[of_mesh..]) {
-            let emitted = emitted(materials, mesh.triangle_materials[i]);
-            let (Some(radiance), Primitive::Triangle { light, .. }) = (emitted, primitive) else { continue };
+        let of_mesh = self.geometry.len() - added.len();
+        for (number, &i) in added.iter().enumerate() {
+            let Some(radiance) = emitted(materials, mesh.triangle_materials[i]) else { continue };
             let corners = mesh.triangles[i].map(|v| space.point(mesh.positions[v as usize]));
-            *light = self.lights.add_polygon(LightShape::Triangle(corners), &corners, radiance);
+            let light = self.lights.add_polygon(LightShape::Triangle(corners), &corners, radiance);
+            self.geometry.set_light(of_mesh + number, light);
         }
     }
 
     /// Leaves exact copies of a primitive out: the first lamp among them, or else the first of them, is what rays hit.
     fn leave_out_copies(&mut self) {
-        let copies = accel::copies(&self.primitives);
+        let first = self.constants_count();
+        let copies = accel::copies(&self.primitives, |i| self.geometry.is_light(first + i));
         if copies.is_empty() {
             return;
         }
@@ -199,6 +182,7 @@ impl Gathered {
         self.primitives.retain(|_| keep.next() == Some(&true));
         let mut keep = keeps.iter();
         self.origins.retain(|_| keep.next() == Some(&true));
+        self.geometry.retain_from(first, &keeps);
     }
 }
 
@@ -218,10 +202,6 @@ fn add_sphere(lights: &mut LightList, s: &Sphere, materials: &[Material], space:
         Some(radiance) => lights.add_sphere(space.point(s.center), space.length(s.radius), s.inward, radiance),
         None => -1,
     }
-}
-
-fn light_texel(light: i32) -> [f32; 4] {
-    [f32::from_bits(light as u32), 0.0, 0.0, 0.0]
 }
 
 fn material_texel(material: &Material) -> [f32; 4] {

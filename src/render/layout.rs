@@ -1,5 +1,5 @@
-//! What host and shader share: the numbers of shaders/lib/layout.glsl, and of sphere.glsl, facet.glsl,
-//! intersect/tree.glsl, light/light.glsl and choice.glsl.
+//! What host and shader share: the numbers of shaders/lib/layout.glsl, and of geometry.glsl, sphere.glsl, facet.glsl,
+//! light/light.glsl and choice.glsl.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -76,7 +76,7 @@ pub(crate) mod constant {
 /// Binding numbers.
 pub(crate) mod binding {
     pub const TREE: u32 = 0;
-    pub const SHAPES: u32 = 1;
+    pub const GEOMETRY: u32 = 1;
     pub const SOBOL: u32 = 2;
     pub const LIGHTS: u32 = 3;
     pub const FILM: u32 = 4;
@@ -134,7 +134,11 @@ pub(crate) struct SceneValues {
     pub record_count: u32,
     /// The last word of the root's record, which says in which order to visit its children.
     pub root_order: u32,
-    pub unused: [u32; 2],
+    /// Texels of the table of primitives (geometry.rs).
+    pub first_material: u32,
+    pub first_position: u32,
+    pub first_normal: u32,
+    pub unused: [u32; 3],
 }
 
 /// Push constants.
@@ -178,6 +182,13 @@ pub(crate) mod kind {
     pub const DIFFUSE: f32 = 0.0;
     pub const MIRROR: f32 = -1.0;
     pub const EMITTER: f32 = -2.0;
+}
+
+/// Beside a primitive's material (geometry.rs).
+pub(crate) mod flag {
+    pub const SPHERE: u32 = 1 << 31;
+    /// Its vertices have shading normals.
+    pub const SMOOTH: u32 = 1 << 30;
 }
 
 /// A pixel of the film buffer.

@@ -19,6 +19,7 @@ mod facets;
 mod features;
 mod film;
 pub(crate) mod gather;
+mod geometry;
 pub(crate) mod kernels;
 mod lamp_places;
 pub(crate) mod layout;

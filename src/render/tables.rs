@@ -6,7 +6,7 @@ use bytemuck::Zeroable;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use crate::accel::{self, Aabb, Leaf, Packed, Primitive, Texel, TreeStatistics};
+use crate::accel::{self, Aabb, Leaf, Packed, Primitive, TreeStatistics};
 use crate::gpu::Specialization;
 use crate::scene::Scene;
 
@@ -16,6 +16,7 @@ use super::driver::DriverFacts;
 use super::facets::{self, Facet};
 use super::features::Features;
 use super::gather::{Gathered, Origin, rgb};
+use super::geometry::GeometryTexels;
 use super::lamp_places::lamp_places;
 use super::layout::{SceneValues, constant};
 use super::lights::{Light, LightShape, LightTable};
@@ -26,14 +27,15 @@ use super::space::RenderSpace;
 use super::spheres::ConstantSphere;
 use super::view::{Rectangle, View};
 
-/// Ids of the shader from here on are records of the tree (shaders/lib/intersect/tree.glsl).
+/// Handles by which rays name the surface that they leave (`self_id`) are from here on slots of the tree, of which a record has two
+/// (shaders/lib/intersect/bvh/traversal.glsl); below they are the numbers of constant spheres and facets.
 pub(super) const TREE_ID: usize = 0x0100_0000;
 /// Samples of lights at a first diffuse hit: shaders/lib/path.glsl spreads up to four over a lamp.
 const LIGHT_SAMPLES: u32 = 4;
 
 /// Everything that is uploaded or becomes a constant.
 pub(crate) struct Tables {
-    pub shapes: Vec<[f32; 4]>,
+    pub geometry: GeometryTexels,
     pub lights: LightTable,
     /// Follows the lights' texels.
     pub beams: BeamTable,
@@ -47,16 +49,12 @@ pub(crate) struct Tables {
     pub lamp_places: Vec<Rectangle>,
     /// The only light, if that is a point.
     single_point: Option<Light>,
-    /// Of the packed tree.
-    pub tree_texels: Vec<Texel>,
+    pub packed: Packed,
     pub tree: Option<TreeStatistics>,
-    /// Of each record of the tree, its primitives.
-    records: Vec<[u32; 2]>,
     /// Where the tree's primitives come from.
     origins: Vec<Origin>,
     /// Scene indices of the constant spheres.
     constant_origins: Vec<usize>,
-    root_boxes: Vec<Aabb>,
     /// Whether all that does not emit is in the tree, and the camera and the lights are outside of the box around that.
     pub seen_from_outside: bool,
     constant_spheres: Vec<ConstantSphere>,
@@ -73,8 +71,10 @@ impl Tables {
         let primitives = &gathered.primitives;
         let leaves = accel::leaves(primitives);
         let tree = build_tree(primitives, &leaves, settings);
+        let first_primitive = gathered.constants_count() as u32;
         // Without one, a tree is compiled in only by the general pipeline.
-        let packed = tree.as_ref().map_or_else(Packed::nothing, |tree| accel::pack(tree, &leaves, primitives));
+        let packed =
+            tree.as_ref().map_or_else(Packed::nothing, |tree| accel::pack(tree, &leaves, primitives, first_primitive));
         let build_seconds = start.elapsed().as_secs_f64();
 
         let points = gathered.points;
@@ -91,7 +91,7 @@ impl Tables {
         let in_tree = gathered.facets.iter().all(|facet| facet.emits) && gathered.constant_origins.iter().all(emits);
         let seen_from_outside = in_tree && are_seen_from_outside(&packed.root_boxes, &lights);
         Self {
-            shapes: gathered.shapes,
+            geometry: gathered.geometry.into_texels(),
             single_point: (points == 1 && lights.len() == 1).then(|| lights[0]),
             light_count: lights.len() as u32,
             emitter_count: (lights.len() - points) as u32,
@@ -106,11 +106,9 @@ impl Tables {
                 Aims::Auto if lights.len() == points => aims::targets(scene, space),
                 _ => Vec::new(),
             },
-            tree_texels: packed.texels,
-            root_boxes: packed.root_boxes,
             seen_from_outside,
             tree: tree.map(|_| TreeStatistics { build_seconds, ..packed.statistics }),
-            records: packed.primitives,
+            packed,
             origins: gathered.origins,
             constant_origins: gathered.constant_origins,
             constant_spheres: gathered.constant_spheres,
@@ -127,12 +125,12 @@ impl Tables {
 
     /// Boxes around all that is in the tree; none without one.
     pub fn tree_boxes(&self) -> &[Aabb] {
-        &self.root_boxes
+        &self.packed.root_boxes
     }
 
     /// Records of the packed tree.
     pub fn tree_records(&self) -> usize {
-        self.records.len()
+        self.packed.records()
     }
 
     /// Groups of children that a walk may have to keep: one for each level but the last, from which it goes nowhere.
@@ -140,12 +138,20 @@ impl Tables {
         self.tree.as_ref().map_or(1, |t| t.depth.saturating_sub(1).max(1))
     }
 
-    /// Where the primitive with this id in the shader comes from; `None` for facets, which may join triangles.
-    pub fn origin_of(&self, id: i32) -> Option<Origin> {
-        let id = usize::try_from(id).ok()?;
-        match id.checked_sub(TREE_ID) {
-            None => self.constant_origins.get(id).map(|&i| Origin::Sphere(i)),
-            Some(slot) => self.origins.get(self.records.get(slot / 2)?[slot % 2] as usize).copied(),
+    /// Where a primitive comes from; `None` for facets, which may join triangles.
+    pub fn origin_of(&self, primitive: i32) -> Option<Origin> {
+        let primitive = usize::try_from(primitive).ok()?;
+        match primitive.checked_sub(self.constant_spheres.len() + self.facets.len()) {
+            None => self.constant_origins.get(primitive).map(|&i| Origin::Sphere(i)),
+            Some(of_tree) => self.origins.get(of_tree).copied(),
+        }
+    }
+
+    /// The primitive that rays name by a handle, or −1.
+    pub fn primitive_of(&self, self_id: i32) -> i32 {
+        match usize::try_from(self_id).ok().and_then(|id| id.checked_sub(TREE_ID)) {
+            None => self_id,
+            Some(slot) => self.packed.primitive(slot).map_or(-1, |primitive| primitive as i32),
         }
     }
 
@@ -162,16 +168,19 @@ impl Tables {
     /// The numbers of the scene.
     pub fn values(&self) -> SceneValues {
         let mut values = SceneValues {
-            record_count: self.records.len() as u32,
+            record_count: self.packed.records() as u32,
             // The last word of the root's record.
-            root_order: self.tree_texels[2][3],
+            root_order: self.packed.texels[2][3],
+            first_material: self.geometry.first_material,
+            first_position: self.geometry.first_position,
+            first_normal: self.geometry.first_normal,
             ..SceneValues::zeroed()
         };
         for (value, s) in values.spheres.iter_mut().zip(&self.constant_spheres) {
             let [x, y, z] = s.center;
             *value = [[x, y, z, s.radius], [s.power, 0.0, 0.0, 0.0]];
         }
-        for (value, b) in values.tree_boxes.iter_mut().zip(&self.root_boxes) {
+        for (value, b) in values.tree_boxes.iter_mut().zip(&self.packed.root_boxes) {
             *value = [b.lo, b.hi].map(|corner| corner.extend(0.0).to_array());
         }
         for (value, f) in values.facets.iter_mut().zip(&self.facets) {
@@ -227,7 +236,7 @@ impl Tables {
             .uint(constant::SOBOL_LEVELS, features.sobol_levels)
             .bool(constant::THREADS, facts.threads)
             .bool(constant::SHUFFLES, facts.shuffles)
-            .uint(constant::TREE_BOX_COUNT, self.root_boxes.len() as u32)
+            .uint(constant::TREE_BOX_COUNT, self.packed.root_boxes.len() as u32)
             .uint(constant::TREE_LEVELS, if features.deep_tree { accel::MAX_DEPTH } else { self.stack_levels() })
             .uint(constant::MUTATION, settings.mutation.map_or(0, |m| m as u32))
             .bool(constant::PATH_STATS, settings.count_steps);

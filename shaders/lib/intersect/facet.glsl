@@ -14,11 +14,12 @@
 #ifndef FACET_GLSL
 #define FACET_GLSL
 
+#include "../geometry.glsl"
 #include "../loops.glsl"
 #include "../layout.glsl"
 #include "../math.glsl"
 #include "nearer.glsl"
-#include "unroll.glsl"
+#include "../unroll.glsl"
 
 struct Facet {
     vec3 a, b, c, d;    // corners, counter-clockwise from the front; a triangle has d = c
@@ -188,14 +189,13 @@ void load_facets() {
 #undef LOAD_FACET
 }
 
-// A facet from shape_texels (surface.glsl): written out once for any of them, where time does not matter.
+// A facet from the table of primitives: written out once for any of them, where time does not matter.
 Facet facet_of_table(int n) {
-    int row = 3 * int(SPHERE_COUNT + FACET_COUNT) + 4 * n;
-    vec4 a = shape_texel(row);
-    vec4 b = shape_texel(row + 1);
-    vec4 c = shape_texel(row + 2);
-    vec4 d = shape_texel(row + 3);
-    return Facet(a.xyz, b.xyz, c.xyz, d.xyz, vec4(a.w, b.w, c.w, d.w));
+    uvec4 shape = primitive_shape(int(SPHERE_COUNT) + n);
+    vec3 normal = uintBitsToFloat(primitive_attributes(int(SPHERE_COUNT) + n).xyz);
+    uint first = shape.x;
+    return Facet(vertex_position(first), vertex_position(first + 1u), vertex_position(first + 2u), vertex_position(first + 3u),
+                 vec4(normal, uintBitsToFloat(shape.y)));
 }
 
 // The facet's bit if a hit, `near` enough, is in doubt.

@@ -20,7 +20,7 @@
 #define SPHERE_GLSL
 
 #include "../layout.glsl"
-#include "unroll.glsl"
+#include "../unroll.glsl"
 #include "../math.glsl"
 
 const uint SIDE_SOLID = 0u;

@@ -98,7 +98,7 @@ fn closed_form(lab: &Lab) -> Result<Measured, CheckError> {
     for (path, record) in paths.iter().zip(&records).filter(|(_, r)| r.lit != 0) {
         let d = DVec3::from(path.ray.direction.map(f64::from)).normalize();
         // The point by f64 from the direction alone.
-        let sphere = record.id < 0x0100_0000;
+        let sphere = matches!(probe.primitive(record.id), Some(crate::oracle::Primitive::Sphere(_)));
         let (position, normal) = if sphere {
             let b = center.dot(d);
             let t = b - (b * b - center.length_squared() + 1.0).max(0.0).sqrt();

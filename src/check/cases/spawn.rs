@@ -243,7 +243,7 @@ fn close_corner(lab: &Lab) -> Result<Measured, CheckError> {
         .zip(&second)
         .filter(|(path, hit)| {
             let direction = DVec3::from(path.ray.direction.map(f64::from));
-            let leaving = probe.primitive(path.ray.leaving);
+            let leaving = probe.surface_left(path.ray.leaving);
             let ray = Ray { leaving, ..Ray::new(probe.scene_point(path.ray.origin), direction) };
             match oracle::trace::closest_hit(&scene, &ray) {
                 Some(exact) => {

@@ -28,7 +28,7 @@ pub(crate) struct RayInput {
     /// Far end, for occlusion.
     pub t_max: f32,
     pub direction: [f32; 3],
-    /// Id of the primitive it starts on, or −1.
+    /// Handle of the surface it starts on, or −1.
     pub leaving: i32,
 }
 
@@ -44,10 +44,12 @@ impl RayInput {
 #[derive(Debug, Clone, Copy, Pod, Zeroable, PartialEq)]
 pub(crate) struct HitRecord {
     pub t: f32,
+    /// Number of the primitive, or −1.
     pub id: i32,
     /// Steps through the tree.
     pub steps: u32,
-    pub unused: u32,
+    /// Handle by which rays that leave the surface name it.
+    pub self_id: i32,
     pub position: [f32; 3],
     /// Bound on the position's error along the normal.
     pub offset: f32,
@@ -90,6 +92,7 @@ impl PathInput {
 #[derive(Debug, Clone, Copy, Pod, Zeroable, PartialEq)]
 pub(crate) struct PathRecord {
     pub t: f32,
+    /// Number of the primitive, or −1.
     pub id: i32,
     /// 0: the path has ended, and what follows is the camera ray of the next sample.
     pub alive: u32,
@@ -171,9 +174,14 @@ impl<I: NoUninit, O: AnyBitPattern> RayProbe<I, O> {
         self.tables.tree.map_or(0, |t| t.depth)
     }
 
-    /// The oracle's name for what the shader calls `id`; `None` for a miss, and for facets, which may join triangles.
+    /// The oracle's name for the surface that a ray leaves, as for [`Self::primitive`].
+    pub fn surface_left(&self, self_id: i32) -> Option<Primitive> {
+        self.primitive(self.tables.primitive_of(self_id & !INSIDE))
+    }
+
+    /// The oracle's name for a primitive; `None` for a miss, and for facets, which may join triangles.
     pub fn primitive(&self, id: i32) -> Option<Primitive> {
-        match self.tables.origin_of(id & !INSIDE)? {
+        match self.tables.origin_of(id)? {
             Origin::Sphere(i) => Some(Primitive::Sphere(i)),
             Origin::Triangle(mut i) => {
                 for (mesh, &count) in self.triangles.iter().enumerate() {

@@ -9,7 +9,7 @@ use std::mem::offset_of;
 use super::film;
 use super::kernels::{LIGHT_TRACE, PATH_KERNELS};
 use super::layout::{
-    BeamNote, Counters, FilmSlot, GradientSlot, Push, SceneValues, binding, constant, glance, kind, mode, queue,
+    BeamNote, Counters, FilmSlot, GradientSlot, Push, SceneValues, binding, constant, flag, glance, kind, mode, queue,
 };
 use super::mutation::Mutation;
 use super::shares::{PLAIN_SHARE, SHIFTED_SHARE, STATE_SHARES};
@@ -122,7 +122,7 @@ fn specialization_constants() {
 fn bindings() {
     let all = [
         (binding::TREE, "tree_texels", false),
-        (binding::SHAPES, "shape_texels", false),
+        (binding::GEOMETRY, "geometry_texels", false),
         (binding::SOBOL, "sobol_texels", false),
         (binding::LIGHTS, "light_texels", false),
         (binding::FILM, "film_texels", false),
@@ -193,6 +193,9 @@ fn scene_values() {
         ("aim_targets", offset_of!(SceneValues, aim_targets)),
         ("record_count", offset_of!(SceneValues, record_count)),
         ("root_order", offset_of!(SceneValues, root_order)),
+        ("first_material", offset_of!(SceneValues, first_material)),
+        ("first_position", offset_of!(SceneValues, first_position)),
+        ("first_normal", offset_of!(SceneValues, first_normal)),
     ]
     .map(|(name, offset)| (name.to_owned(), offset));
     for (kernel, interface) in kernels() {
@@ -272,9 +275,14 @@ fn records() {
 /// Numbers that say what something is.
 #[test]
 fn kinds_and_mutations() {
-    let surface = include_str!("../../../shaders/lib/surface.glsl");
+    let geometry = include_str!("../../../shaders/lib/geometry.glsl");
     for (name, kind) in [("DIFFUSE", kind::DIFFUSE), ("MIRROR", kind::MIRROR), ("EMITTER", kind::EMITTER)] {
-        assert!(surface.contains(&format!("const float KIND_{name} = {kind:.1};")), "{name}");
+        assert!(geometry.contains(&format!("const float KIND_{name} = {kind:.1};")), "{name}");
+    }
+    for (name, bits) in
+        [("IS_SPHERE", flag::SPHERE), ("IS_SMOOTH", flag::SMOOTH), ("MATERIAL_BITS", !(flag::SPHERE | flag::SMOOTH))]
+    {
+        assert!(geometry.contains(&format!("const uint {name} = {bits:#010x}u;")), "{name}");
     }
     let light = include_str!("../../../shaders/lib/light/light.glsl");
     for (name, kind) in [
@@ -287,7 +295,7 @@ fn kinds_and_mutations() {
     ] {
         assert!(light.contains(&format!("const uint LIGHT_{name} = {kind}u;")), "{name}");
     }
-    let tree = include_str!("../../../shaders/lib/intersect/tree.glsl");
+    let tree = include_str!("../../../shaders/lib/intersect/bvh/traversal.glsl");
     assert!(tree.contains(&format!("const int TREE_ID = {:#010x};", tables::TREE_ID)));
     // Thin boxes are the host's.
     let layout = include_str!("../../../shaders/lib/layout.glsl");

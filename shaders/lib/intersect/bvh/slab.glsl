@@ -3,8 +3,8 @@
 #ifndef SLAB_GLSL
 #define SLAB_GLSL
 
-#include "../layout.glsl"
-#include "../math.glsl"
+#include "../../layout.glsl"
+#include "../../math.glsl"
 
 // No box may come between a ray and what the watertight test reports. In units of 2^-24 of the distance to the
 // primitive along an axis, that test moves vertices across the ray by up to 10.5 (v − o: 1 along each of two axes;

@@ -6,7 +6,7 @@
 #ifndef STACK_GLSL
 #define STACK_GLSL
 
-#include "../layout.glsl"
+#include "../../layout.glsl"
 
 const int SHORT_LEVELS = 16;
 const bool SHORT_STACK = !THREADS && TREE_LEVELS <= uint(SHORT_LEVELS);

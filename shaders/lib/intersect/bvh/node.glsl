@@ -3,7 +3,7 @@
 //
 //   inner node   origin | first child, above all coordinates,  lo | exponents,  hi | children and their order
 //   triangles    v0 | v3.x,  v1 | v3.y,  v2 | v3.z: of v0, v1, v2 and of v3, v2, v1, which has no area if there is only one
-//   sphere       centre | -,  (radius, 1/radius with the normal's sign, -) | -2,  -
+//   sphere       centre | -,  (radius, -, -) | -2,  -
 //
 // A group is a word for the children of a node that are still to be visited: their first record in bits 7.., the
 // order in which to visit them in three bits, and a bit for each of them.

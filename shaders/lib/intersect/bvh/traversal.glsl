@@ -1,16 +1,16 @@
 // Walking the bounding volume hierarchy: up to four children a node, a sphere or one or two triangles a leaf, and one record for
 // both (see node.glsl). Every step fetches the same three texels; lanes at a leaf test what it holds, the others four boxes.
 
-#ifndef TREE_GLSL
-#define TREE_GLSL
+#ifndef TRAVERSAL_GLSL
+#define TRAVERSAL_GLSL
 
-#include "nearer.glsl"
+#include "../nearer.glsl"
 #include "node.glsl"
 #include "stack.glsl"
 #include "tree_boxes.glsl"
-#include "sphere.glsl"
+#include "../sphere.glsl"
 
-const int TREE_ID = 0x01000000;     // ids from here on are TREE_ID + 2·record, or 1 more; those below are constant spheres
+const int TREE_ID = 0x01000000;     // ids from here on are TREE_ID + 2·record, or 1 more; those below are constant spheres and facets
 
 // Whether the ray passes anywhere near a triangle: near a sphere around it. Edge functions of a triangle 1e-6 times the size of its
 // distance may be nothing but rounding errors: of 1e9 such tests, some report a hit where the ray passes at a distance. In a tree

@@ -1,0 +1,57 @@
+// The scene's primitives, vertices and materials, whatever finds the hits. Primitives are numbered in the order of the scene: constant
+// spheres, facets, other spheres, triangles. src/render/geometry.rs packs the table: two texels a primitive, then materials,
+// positions of vertices and their normals, a texel each.
+//
+//   triangle    vertex 0, vertex 1, vertex 2, material | flags;      normal | light
+//   sphere      centre | material | flags;                           radius, 1/radius with the normal's sign, - | light
+//   facet       first of 4 vertices, n·p of its points, -, material; normal | light
+
+#ifndef GEOMETRY_GLSL
+#define GEOMETRY_GLSL
+
+#include "layout.glsl"
+
+const uint IS_SPHERE = 0x80000000u;
+const uint IS_SMOOTH = 0x40000000u;     // vertices have normals
+const uint MATERIAL_BITS = 0x3fffffffu;
+
+// Constant spheres and facets: they come first.
+const uint CONSTANTS = SPHERE_COUNT + FACET_COUNT;
+
+uvec4 primitive_shape(int primitive) { return texelFetch(geometry_texels, 2 * primitive); }
+uvec4 primitive_attributes(int primitive) { return texelFetch(geometry_texels, 2 * primitive + 1); }
+
+vec3 vertex_position(uint vertex) { return uintBitsToFloat(texelFetch(geometry_texels, int(first_position + vertex)).xyz); }
+vec3 vertex_normal(uint vertex) { return uintBitsToFloat(texelFetch(geometry_texels, int(first_normal + vertex)).xyz); }
+
+// Of a primitive with such a word.
+uint material_index(uint word) { return word & MATERIAL_BITS; }
+
+const float KIND_DIFFUSE = 0.0;
+const float KIND_MIRROR = -1.0;
+const float KIND_EMITTER = -2.0;
+
+struct Material {
+    vec3 color;     // reflectance or radiance
+    float kind;     // one of the above, or, if positive, the index of refraction of a dielectric
+};
+
+Material fetch_material(uint index) {
+    vec4 m = uintBitsToFloat(texelFetch(geometry_texels, int(first_material + index)));
+    return Material(m.rgb, m.w);
+}
+
+// Whether a primitive of the tree is a sphere, whose first texel this is.
+bool is_sphere(uvec4 shape) { return TREE_SPHERES && (!TREE_TRIANGLES || (shape.w & IS_SPHERE) != 0u); }
+
+struct Triangle {
+    vec3 v0, v1, v2;
+};
+
+// The triangle whose first texel this is. (Of a sphere some triangle.)
+Triangle triangle_of(uvec4 shape) {
+    if (is_sphere(shape)) shape = uvec4(0u);
+    return Triangle(vertex_position(shape.x), vertex_position(shape.y), vertex_position(shape.z));
+}
+
+#endif

@@ -1,0 +1,65 @@
+// What rays meet: the interface of intersection. All but path_queue.comp and path_turns.comp, which deal out the steps of the traversal
+// themselves, ask these functions alone.
+//
+// Constant spheres and facets are tested first, one after the other; all else is in a bounding volume hierarchy (bvh/).
+
+#ifndef INTERSECT_GLSL
+#define INTERSECT_GLSL
+
+#include "../layout.glsl"
+#include "../ray.glsl"
+#include "shear.glsl"
+#include "constants.glsl"
+#include "bvh/bvh.glsl"
+
+// Fetches the numbers of what is not fetched as rays need it. To be called when a kernel begins.
+void load_intersection() {
+    load_spheres();
+    load_facets();
+    load_tree_boxes();
+}
+
+// The hit of the surface with such a handle at distance t; a miss if that is −1. Barycentrics are those of the triangle's exact vertices,
+// whatever has found the hit.
+Hit hit_of(Ray ray, int self_id, float t) {
+    Hit hit = Hit(t, self_id, 0, vec2(0.0), self_id);
+    bool in_tree = HAS_TREE && self_id >= TREE_ID;
+    if (HAS_TREE && (CONSTANTS == 0u || in_tree)) {
+        int primitive = bvh_primitive(in_tree ? self_id : TREE_ID);
+        hit.primitive = in_tree ? primitive : -1;
+        if (TREE_TRIANGLES) {
+            Triangle triangle = triangle_of(primitive_shape(max(primitive, 0)));
+            hit.barycentrics = barycentrics_of(ray.origin, ray.direction, triangle);
+        }
+    }
+    return hit;
+}
+
+// What a ray meets first. `loops` counts iterations against LOOP_BUDGET: if it has reached that, the hit may be wrong.
+Hit intersect(Ray ray, inout uint loops) {
+    float t = INFINITY;
+    int self_id = -1;
+    closest_constant(ray, t, self_id);
+    if (HAS_TREE) closest_in_bvh(ray, t, self_id, loops);
+    return hit_of(ray, self_id, t);
+}
+
+// Whether anything lies between the start of a ray and the point at `distance`; of a ray that is not `wanted` it is not known. For all
+// lanes to call: what the slowest of them takes counts for the subgroup.
+bool occluded(Ray ray, float distance, bool wanted, inout uint loops) {
+    bool hidden = false;
+    // With a budget all lanes count the loops of any.
+    uint entry = 0u;
+    if (wanted || LOOP_BUDGET > 0u) entry = segment_entry(ray, distance, wanted, hidden);
+    return hidden_in_scene(ray, distance, wanted ? entry : 0u, hidden, loops);
+}
+
+// The same for a ray to a light at that distance.
+bool light_occluded(Ray ray, float distance, bool wanted, inout uint loops) {
+    bool hidden = false;
+    uint entry = 0u;
+    if (wanted || LOOP_BUDGET > 0u) entry = shadow_entry(ray, distance, wanted, hidden);
+    return hidden_in_scene(ray, distance, wanted ? entry : 0u, hidden, loops);
+}
+
+#endif
