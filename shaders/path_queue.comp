@@ -27,8 +27,7 @@
 // not depend on how work is cut or scheduled, and no stage needs the host.
 //
 // With REUSE, what paths note of their first two hits is then used for the other pixels of their groups (reuse_notes.glsl).
-// Segments from hit to hit are tested like shadow rays: at once if lanes share the paths of their groups; else those that meet
-// the tree's boxes go through the pockets as well.
+// Segments from hit to hit are tested at once, by lanes that share the paths of their groups.
 
 #include "lib/work.glsl"
 #include "lib/pixel_order.glsl"
@@ -123,11 +122,6 @@ uint acquire_region() {
 void release_region(uint r) {
     memoryBarrierBuffer();
     if (subgroupElect()) atomicAnd(pool[r / 32u], ~(1u << (r % 32u)));
-}
-
-// Whether a lane has segments to make, or results of others to note.
-bool can_connect(Pocket pocket, Run run) {
-    return pocket_traced(pocket) != 0u || (run.left > 0u && pocket_room(pocket));
 }
 
 // Whether a lane has a path to go on with, or may begin one.
@@ -237,46 +231,6 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
     } while (!out_of_budget());
 }
 
-// The segments from the second hits of paths to the first hits of the other members of their groups, in the order of
-// the samples, one path's after another's.
-const uint SEGMENTS = MEMBERS - 1u;     // of a path
-
-// Makes segments for as long as most lanes can. A lane takes every n-th, `run.slot` being the next one.
-void connect_paths(inout Pocket pocket, inout Run run, PocketWalk w) {
-    uint until_check = 1u;
-    do {
-        loops += 1u;
-        float value;
-        uint traced = pocket_take_segment(pocket, value);
-        if (traced != NOTHING) note_coupling(region + traced / MEMBERS, traced % MEMBERS, value);
-        bool takes = run.left > 0u && pocket_room(pocket);
-        uint segment = takes ? run.slot : 0u;
-        uint path = segment / SEGMENTS;
-        uint member = member_of(path) ^ (1u + segment % SEGMENTS);
-        vec3 y = path_load(region + path, ROW_SECOND).xyz;
-        vec3 normal = path_load(region + path, ROW_SECOND_NORMAL).xyz;
-        ShadowRay ray = connect(region + path, y, normal, region + for_member(path, member), value);
-        bool gives = takes && path_state(path_load(region + path, ROW_LIGHT).w) == PATH_GIVES;
-        bool wanted = gives && ray.wanted;
-        shadow_rays += wanted ? 1u : 0u;
-        bool hidden;
-        uint entry = segment_entry(ray_of(ray), ray.distance, ray.wanted, hidden);
-        entry = wanted ? entry : 0u;
-        if (MUTATION == MUTATE_REUSE) {
-            hidden = false;
-            entry = 0u;
-        }
-        if (gives && entry == 0u) note_coupling(region + path, member, wanted && !hidden ? value : 0.0);
-        pocket_put_segment(pocket, ray, MEMBERS * path + member, value, entry);
-        run.slot += takes ? gl_SubgroupSize : 0u;
-        run.left -= takes ? 1u : 0u;
-        if (--until_check == 0u) {
-            until_check = CHECK_PATHS;
-            if (!enough(can_connect(pocket, run), has_ray(pocket, w))) break;
-        }
-    } while (!out_of_budget());
-}
-
 // One step.
 void walk_further(inout PocketWalk w) {
     if (REUSE) occlusion_steps += w.shadow && w.walk.walks ? 1u : 0u;
@@ -284,14 +238,13 @@ void walk_further(inout PocketWalk w) {
 }
 
 // Walks the tree for as long as most lanes have a ray to walk with, and then a while longer if that is all there is
-// to do; `connecting`: with segments, otherwise with paths.
-void walk_pockets(inout Pocket pocket, inout PocketWalk w, Run run, Held h, bool connecting) {
+// to do.
+void walk_pockets(inout Pocket pocket, inout PocketWalk w, Run run, Held h) {
     uint until_check = CHECK_WALKS;
     do {
         pocket_fetch(pocket, w);
-        // Three steps from one fetch to the next. They would be counted as loops, where these have a budget; and vectors of sixteen
-        // lanes take .94 to 1.0 of the time without (lavapipe 25.0.7), which those of eight do not gain.
-        if (LOOP_BUDGET > 0u || SUBGROUP_LANES > 8u) {
+        // Three steps from one fetch to the next, which would be counted as loops where these have a budget.
+        if (LOOP_BUDGET > 0u) {
             walk_further(w);
             walk_further(w);
             walk_further(w);
@@ -302,9 +255,8 @@ void walk_pockets(inout Pocket pocket, inout PocketWalk w, Run run, Held h, bool
         pocket_finish(pocket, w);
         if (--until_check == 0u) {
             until_check = CHECK_WALKS;
-            bool can = connecting ? can_connect(pocket, run) : can_advance(h, pocket, run);
             uint count = lanes(has_ray(pocket, w));
-            if (count == 0u || (count < ENOUGH_LANES && lanes(can) >= ENOUGH_LANES)) break;
+            if (count == 0u || (count < ENOUGH_LANES && lanes(can_advance(h, pocket, run)) >= ENOUGH_LANES)) break;
         }
     } while (!out_of_budget());
 }
@@ -316,14 +268,6 @@ void share_notes() {
     if (THREADS) subgroupBarrier();
 }
 
-// Samples that a slot still lacks.
-uint wanted_samples(uint slot) {
-    uvec2 at;
-    bool real = slot < end_slot && pixel_of_slot(slot, at);
-    uint film_place = film_slot(slot);
-    return real ? samples_lacking(film_state(film_place), film_count(film_place), NOTHING) : 0u;
-}
-
 // What came of a dispatch.
 struct Added {
     uint samples;
@@ -331,10 +275,9 @@ struct Added {
     uint bad;
 };
 
-// Adds to the film what has been noted of a tile's paths, in the order of the samples, up to the first sample that did not end;
-// `reusing`: with what the others of their groups have noted, if memory is where paths are shared. (Asked each time, and not of
-// a variable: src/gpu/prune.rs knows of none.)
-void add_noted(uint tile, uint complete, bool reusing, inout Added added) {
+// Adds to the film what has been noted of a tile's paths, each for its own pixel, in the order of the samples, up to the first sample
+// that did not end.
+void add_noted(uint tile, uint samples, inout Added added) {
     for (uint p = gl_SubgroupInvocationID; p < work_pixels; p += gl_SubgroupSize) {
         uvec2 at;
         uint slot = slot_of_tile(tile, p);
@@ -343,42 +286,18 @@ void add_noted(uint tile, uint complete, bool reusing, inout Added added) {
             FilmPixel film_pixel = film_load(film_place);
             uint first = film_pixel.count;
             uint target = target_of(film_pixel.state);
-            for (uint s = 0u; s < complete; ++s) {
+            for (uint s = 0u; s < samples; ++s) {
                 uint path = region + s * work_pixels + p;
-                vec4 light;
-                vec3 gathered, unshared;
-                if (!SHARED_BY_LANES && reusing) {
-                    light = shared_light(path, gathered, unshared);
-                } else {
-                    vec3 aimed;
-                    light = noted_light(path, aimed);
-                    light.xyz += aimed;
-                    if (GLANCES > 0u && REUSE) light.xyz += path_load(path, ROW_APART).xyz;
-                }
+                vec3 aimed;
+                vec4 light = noted_light(path, aimed);
+                light.xyz += aimed;
+                if (GLANCES > 0u && REUSE) light.xyz += path_load(path, ROW_APART).xyz;
                 if (light.w == PATH_OPEN || film_pixel.count >= target) break;
-                float apart = !SHARED_BY_LANES && reusing ? trial_sign(film_pixel.count) * brightness(light.xyz - gathered) : 0.0;
                 bool good = film_add(film_pixel, light.xyz);
-                film_pixel.trial += good ? apart : 0.0;
                 added.bad += good ? 0u : 1u;
-                if (!SHARED_BY_LANES && reusing) {
-                    path_store(path, ROW_DIRECT, good ? vec4(gathered, brightness(unshared)) : vec4(0.0));
-                }
             }
             film_store(film_place, film_pixel);
-            if (!SHARED_BY_LANES && reusing) {
-                path_store(region + p, ROW_FIRST, uintBitsToFloat(uvec4(first, film_pixel.count, 0u, 0u)));
-            }
             added.samples += film_pixel.count - first;
-            added.reused += !SHARED_BY_LANES && reusing && reuses(p) ? film_pixel.count - first : 0u;
-        }
-    }
-    if (!SHARED_BY_LANES && reusing) {
-        share_notes();
-        if (!THREADS) subgroupBarrier();
-        for (uint p = gl_SubgroupInvocationID; p < work_pixels; p += gl_SubgroupSize) {
-            uvec2 at;
-            uint slot = slot_of_tile(tile, p);
-            if (slot < end_slot && pixel_of_slot(slot, at)) note_gradients(region + p, film_slot(slot));
         }
     }
 }
@@ -393,15 +312,11 @@ void trace_tiles(uint tile, Camera camera, inout Counts counts) {
     // Nobody reads the notes of the last tiles any more.
     if (THREADS) subgroupBarrier();
     if (NOTES_ARE_CLEARED) {
-        uint most = 0u;
         [[dont_unroll]] for (uint p = gl_SubgroupInvocationID; p < work_pixels; p += gl_SubgroupSize) {
-            uint wanted = reusing ? wanted_samples(slot_of_tile(tile, p)) : samples;
-            most = max(most, wanted);
-            [[dont_unroll]] for (uint s = 0u; s < samples; ++s) path_clear(region + s * work_pixels + p, s < wanted, reusing);
+            [[dont_unroll]] for (uint s = 0u; s < samples; ++s) path_clear(region + s * work_pixels + p);
         }
         share_notes();
         loops += (1u + samples) * work_pixels / gl_SubgroupSize;
-        samples = min(samples, subgroupMax(most));
     }
     // What is left of the budget must do for reusing the paths and for the film.
     budget = reusing ? LOOP_BUDGET / 2u : LOOP_BUDGET;
@@ -413,37 +328,15 @@ void trace_tiles(uint tile, Camera camera, inout Counts counts) {
     Run run = Run(0u, 0u, 0u, 0u, 0u);
     do {
         advance(camera, corner, tile, samples, h, pocket, run, w);
-        if (HAS_TREE) walk_pockets(pocket, w, run, h, false);
+        if (HAS_TREE) walk_pockets(pocket, w, run, h);
     } while (!out_of_budget() && any_lane(has_ray(pocket, w) || can_advance(h, pocket, run)));
-    if (!SHARED_BY_LANES && reusing) {
-        // The paths have ended, or the budget did not suffice for them; then they are given up.
-        pocket = pocket_empty();
-        w = pocket_walk_idle();
-        run.slot = gl_SubgroupInvocationID;
-        run.left = (samples * work_pixels * SEGMENTS + gl_SubgroupSize - 1u - run.slot) / gl_SubgroupSize;
-        // Some must be left for further samples of lights.
-        budget = LIGHT_SAMPLES > 1u ? LOOP_BUDGET / 4u * 3u : LOOP_BUDGET;
-        share_notes();
-        do {
-            connect_paths(pocket, run, w);
-            if (HAS_TREE) walk_pockets(pocket, w, run, h, true);
-        } while (!out_of_budget() && any_lane(has_ray(pocket, w) || can_connect(pocket, run)));
-    }
     share_notes();
     Added added = Added(0u, 0u, 0u);
-    uint complete = samples;    // samples of each pixel before the first that is not to be had
-    if (!SHARED_BY_LANES && reusing) {
-        // Segments that the budget did not suffice for are missing.
-        uint waiting = sample_of_path(pocket_first_segment(pocket) / MEMBERS);
-        uint missing = min(waiting, run.left > 0u ? sample_of_path(run.slot / SEGMENTS) : NOTHING);
-        complete = min(samples, subgroupMin(missing));
-        if (LIGHT_SAMPLES > 1u) complete = note_light_at_first(tile, region, complete, shadow_rays, loops);
-        share_notes();
-    }
-    if (SHARED_BY_LANES && reusing) {
+    // (REUSE again: src/gpu/prune.rs knows of no variables.)
+    if (REUSE && reusing) {
         added.samples = share_noted(tile, region, samples, shadow_rays, loops, added.bad, added.reused);
     } else {
-        add_noted(tile, complete, reusing, added);
+        add_noted(tile, samples, added);
     }
     if (is_scattered()) {
         // What its paths took in all is left to the first pixels, each by the lane that has stored it. (A barrier would make what
@@ -451,7 +344,7 @@ void trace_tiles(uint tile, Camera camera, inout Counts counts) {
         share_notes();
         uint cost = cost_of(shadow_rays - shadow_rays_before, occlusion_steps - occlusion_steps_before);
         [[dont_unroll]] for (uint i = gl_SubgroupInvocationID; i < TILE; i += gl_SubgroupSize) {
-            uint slot = slot_of_tile(tile, SHARED_BY_LANES && reusing ? pixel_in_groups(i) : i);
+            uint slot = slot_of_tile(tile, reusing ? pixel_in_groups(i) : i);
             if (slot < end_slot) film_note_cost(slot, i < gl_SubgroupSize ? cost : 0u);
         }
     }
@@ -463,7 +356,7 @@ void trace_tiles(uint tile, Camera camera, inout Counts counts) {
 void main() [[maximally_reconverges]] {
     load_scene();
     // The host asks for workgroups of one subgroup; a device that cuts them up must not go on.
-    if (gl_NumSubgroups != 1u || (SHARED_BY_LANES && gl_SubgroupSize != SUBGROUP_LANES)) {
+    if (gl_NumSubgroups != 1u || (REUSE && gl_SubgroupSize != SUBGROUP_LANES)) {
         if (subgroupElect()) count_up(COUNT_MISFITS, 1u);
         return;
     }

@@ -132,15 +132,8 @@ fn few_samples_in_many_tiles() {
         for reuse in [Reuse::Off, Reuse::Auto] {
             let base = RenderSettings { reuse, ..RenderSettings::of(&scene) };
             let expected = render(&context, &scene, &RenderSettings { scheduler: Scheduler::Inline, ..base.clone() });
-            for by_lanes in [true, false] {
-                let settings = RenderSettings {
-                    scheduler: Scheduler::Queue,
-                    share_by_lanes: Some(by_lanes),
-                    loop_budget: Some(0),
-                    ..base.clone()
-                };
-                assert_same_bits(&render(&context, &scene, &settings), &expected, &format!("{samples} {settings:?}"));
-            }
+            let settings = RenderSettings { scheduler: Scheduler::Queue, loop_budget: Some(0), ..base };
+            assert_same_bits(&render(&context, &scene, &settings), &expected, &format!("{samples} {settings:?}"));
         }
     }
 }
@@ -182,8 +175,7 @@ fn same_bits_with_shares(context: &Context, scene: &Scene) {
         RenderSettings { samples_per_dispatch: Some(1), ..base.clone() },
         RenderSettings { samples_per_dispatch: Some(5), general: true, ..base.clone() },
         RenderSettings { scheduler: Scheduler::Inline, ..base.clone() },
-        RenderSettings { scheduler: Scheduler::Queue, share_by_lanes: Some(true), ..base.clone() },
-        RenderSettings { scheduler: Scheduler::Queue, share_by_lanes: Some(false), ..base.clone() },
+        RenderSettings { scheduler: Scheduler::Queue, ..base.clone() },
         RenderSettings { passage: Some(1 << 16), ..base.clone() },
     ] {
         assert_same_bits(&render(context, scene, &settings), &expected, &format!("{settings:?}"));

@@ -37,8 +37,7 @@ fn render_everything(context: &Context) {
         RenderSettings { scheduler: Scheduler::Turns, split: Some(4), ..own.clone() },
         RenderSettings { scheduler: Scheduler::Inline, split: Some(4), ..own },
         RenderSettings { scheduler: Scheduler::Inline, ..reused.clone() },
-        RenderSettings { scheduler: Scheduler::Queue, share_by_lanes: Some(true), ..reused.clone() },
-        RenderSettings { scheduler: Scheduler::Queue, share_by_lanes: Some(false), ..reused.clone() },
+        RenderSettings { scheduler: Scheduler::Queue, ..reused.clone() },
         RenderSettings { passage: Some(1 << 10), ..reused },
     ] {
         render(context, &mesh, &settings);

@@ -99,11 +99,9 @@ const uint FILM_ROWS = 3u;
 layout(std430, binding = 5) buffer Counters { uint counters[]; };         // two words each, see counting.glsl
 // What path_queue.comp notes of its paths; and light of samples, see split.glsl.
 layout(std430, binding = 6) coherent buffer Paths { vec4 path_rows[]; };    // PATH_ROWS a path, see reuse_notes.glsl
-// The same, to write single numbers, and to read.
-layout(std430, binding = 6) coherent buffer PathNumbers { float path_numbers[]; };
 layout(rgba32ui, binding = 8) coherent readonly uniform uimageBuffer path_texels;
 layout(std430, binding = 7) coherent buffer QueuePool { uint pool[]; };
-const uint PATH_ROWS = 11u;
+const uint PATH_ROWS = 8u;
 // With REUSE: GRADIENT_ROWS texels a slot, see gradient.glsl.
 layout(rgba32ui, binding = 9) readonly uniform uimageBuffer gradient_texels;
 layout(std430, binding = 13) writeonly buffer GradientRows { vec4 gradient_rows[]; };

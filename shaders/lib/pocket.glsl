@@ -164,50 +164,6 @@ void pocket_take(inout Pocket p, inout Held h) {
     }
 }
 
-// Puts away a segment between a first hit and a second hit: `segment` is its number, MEMBERS·path + member, `value`
-// what it is worth if nothing is in between.
-void pocket_put_segment(inout Pocket p, ShadowRay ray, uint segment, float value, uint entry) {
-    uint place = entry != 0u ? lowest_bit(~p.used) : 0u;
-    p.used |= place;
-    p.shadows |= place;
-    vec4 toward = vec4(ray.direction, ray.distance);
-#define PUT_SEGMENT(n)                                      \
-    [[dont_flatten]] if (place == (1u << n)) {              \
-        p.origin[n].xyz = ray.origin;                       \
-        p.throughput[n].w = intBitsToFloat(ray.leaving);    \
-        p.toward[n] = toward;                               \
-        p.entry[n] = entry << 4;                           \
-        p.light[n].x = value;                               \
-        p.light[n].w = uintBitsToFloat(segment);            \
-    }
-    FOR_EACH_PLACE(PUT_SEGMENT)
-#undef PUT_SEGMENT
-}
-
-// Takes a segment that has been traced: its number, or NOTHING, and what it is worth.
-uint pocket_take_segment(inout Pocket p, out float value) {
-    uint place = lowest_bit(pocket_traced(p));
-    vec2 what = p.light[0].xw;
-#define TAKE_SEGMENT(n) \
-    if (n > 0) what = mix(what, p.light[n].xw, bvec2(place == (1u << n)));
-    FOR_EACH_PLACE(TAKE_SEGMENT)
-#undef TAKE_SEGMENT
-    value = (p.lit & place) != 0u ? what.x : 0.0;
-    p.used &= ~place;
-    p.lit &= ~place;
-    return place != 0u ? floatBitsToUint(what.y) : NOTHING;
-}
-
-// The lowest number of the segments that wait, or NOTHING.
-uint pocket_first_segment(Pocket p) {
-    uint first = NOTHING;
-#define FIRST_SEGMENT(n) \
-    if ((p.used & (1u << n)) != 0u) first = min(first, floatBitsToUint(p.light[n].w));
-    FOR_EACH_PLACE(FIRST_SEGMENT)
-#undef FIRST_SEGMENT
-    return first;
-}
-
 // Gives a lane that walks nowhere the next ray; shadow rays first.
 void pocket_fetch(Pocket p, inout PocketWalk w) {
     uint place = w.place == 0u ? lowest_bit(pocket_waiting(p)) : 0u;

@@ -25,8 +25,8 @@
 // (gradient.glsl). The host decides from that (src/render/renderer/verdict.rs), apart for the two halves of the image that adaptive
 // sampling keeps independent of each other (src/render/progression.rs).
 //
-// Where the paths of a group meet depends on the scheduler and the driver: in the lanes of a subgroup (reuse_lanes.glsl) or in
-// memory (reuse_notes.glsl). Both reckon the same, bit for bit.
+// The paths of a group meet in the lanes of a subgroup (reuse_lanes.glsl): as they end, or, in the queue, once all have been noted in
+// memory (reuse_notes.glsl).
 
 #ifndef REUSE_GLSL
 #define REUSE_GLSL

@@ -70,7 +70,7 @@ vec3 of_member(vec3 value, uint member) {
     return vec3(of_member(value.x, member), of_member(value.y, member), of_member(value.z, member));
 }
 
-// Sum over the lane's group, in the order of reuse_notes.glsl.
+// Sum over the lane's group, in the order of its members.
 float sum_of_group(float value) {
     float sum = of_member(value, 0u);
     [[unroll]] for (uint member = 1u; member < MEMBERS; ++member) sum += of_member(value, member);
@@ -115,23 +115,6 @@ vec3 mean_at_first(Meeting m, vec3 further) {
     return goes_on_from_first(m) ? (m.direct + further) / float(LIGHT_SAMPLES) : m.direct;
 }
 
-// The same, with all that it takes.
-vec3 light_at_first(Meeting m, uint key, uint index, inout uint shadow_rays, inout uint loops) {
-    vec3 further = vec3(0.0);
-    [[dont_unroll]] for (uint nth = 1u; nth < LIGHT_SAMPLES; ++nth) {
-        ShadowRay ray = light_ray_at_first(m, key, index, nth);
-        further += arrives(ray, shadow_rays, loops) ? ray.radiance : vec3(0.0);
-        loops += 1u + LIGHT_LOOPS;
-    }
-    return mean_at_first(m, further);
-}
-
-// Whether the rays for these and the segments between hits are traced in one loop. What traces a ray is much to compile: once instead of
-// twice takes .94 of the time from an empty cache, and .98 to 1.02 to render (lavapipe 25.0.7). A driver that executes both sides of a
-// branch would take 1.04 to 1.12 times as long to render (22.3.6).
-layout(constant_id = 34) const bool SKIPS_BRANCHES = true;
-const bool IN_ONE_LOOP = SKIPS_BRANCHES && LIGHT_SAMPLES > 1u;
-
 // All light of the lane's pixel for one sample, whose path has ended. To be called by all lanes. The part of it that comes by
 // what the group shares is `gathered`; it would be `unshared` without the others.
 vec3 shared_light(EndedPath ended, uint key, uint index, inout uint shadow_rays, inout uint loops, out vec3 gathered,
@@ -143,11 +126,11 @@ vec3 shared_light(EndedPath ended, uint key, uint index, inout uint shadow_rays,
     vec3 ny = gives ? m.ny : vec3(0.0);
     vec3 sum = vec3(0.0);
     vec3 further = vec3(0.0);
-    // Segments to the second hits of all members, and then further samples of lights.
+    // Segments to the second hits of all members, and then further samples of lights: what traces a ray is compiled once.
     uint first = any_lane(gives) ? 0u : MEMBERS;
-    uint rays = MEMBERS + (IN_ONE_LOOP && any_lane(goes_on_from_first(m)) ? LIGHT_SAMPLES - 1u : 0u);
+    uint rays = MEMBERS + (LIGHT_SAMPLES > 1u && any_lane(goes_on_from_first(m)) ? LIGHT_SAMPLES - 1u : 0u);
     [[dont_unroll]] for (uint number = first; number < rays; ++number) {
-        bool is_segment = !IN_ONE_LOOP || number < MEMBERS;
+        bool is_segment = LIGHT_SAMPLES == 1u || number < MEMBERS;
         uint from = number % MEMBERS;
         ShadowRay ray = ShadowRay(m.x, m.nx, 0.0, m.leaving, vec3(0.0), false);
         float value = 0.0;
@@ -174,8 +157,7 @@ vec3 shared_light(EndedPath ended, uint key, uint index, inout uint shadow_rays,
         loops += 1u;
     }
     vec3 direct = m.direct;
-    if (IN_ONE_LOOP) direct = mean_at_first(m, further);
-    else if (LIGHT_SAMPLES > 1u) direct = light_at_first(m, key, index, shadow_rays, loops);
+    if (LIGHT_SAMPLES > 1u) direct = mean_at_first(m, further);
     vec3 own = gives ? vec3(0.0) : ended.light;
     unshared = m.beta * given;
     gathered = m.beta * sum;

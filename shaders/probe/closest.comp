@@ -10,12 +10,31 @@
 #include "../lib/path.glsl"
 #include "../lib/scene.glsl"
 
+const uint PROBE_CLOSEST = 0u;
+const uint PROBE_EXACT_FACETS = 1u;
+
+// The closest facet by the exact test alone.
+Hit closest_facet_exactly(Ray ray) {
+    float t = INFINITY;
+    int id = -1;
+    Across across_ray = across(ray.origin, ray.direction);
+    for (int n = 0; n < int(FACET_COUNT); ++n) {
+        float h;
+        bool closer = meets_facet(facet_of_table(n), across_ray, ray.direction, h) && h < t && ray.self_id != int(SPHERE_COUNT) + n;
+        t = closer ? h : t;
+        id = closer ? int(SPHERE_COUNT) + n : id;
+    }
+    return hit_of(ray, id, t);
+}
+
 void closest(uint i) {
     vec4 o = input_floats(2u * i);
     vec4 d = input_floats(2u * i + 1u);
     uint loops = 0u;
     Ray ray = Ray(o.xyz, d.xyz, floatBitsToInt(d.w));
-    Hit hit = intersect(ray, loops);
+    Hit hit;
+    if (PROBE == PROBE_EXACT_FACETS) hit = closest_facet_exactly(ray);
+    else hit = intersect(ray, loops);
     vec4 position = vec4(0.0);
     if (hit.primitive >= 0) {
         Surface s = surface_at(hit, ray);

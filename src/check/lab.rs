@@ -116,6 +116,11 @@ impl Lab {
         RayProbe::closest(&self.context, scene, settings)
     }
 
+    /// Closest facets of a scene that has nothing else, by the exact test alone.
+    pub(crate) fn closest_facets(&self, scene: &Scene) -> Result<RayProbe<RayInput, HitRecord>, CheckError> {
+        RayProbe::closest_facets(&self.context, scene, &self.settings(scene))
+    }
+
     /// Occlusion in a scene.
     pub(crate) fn occluded(&self, scene: &Scene) -> Result<RayProbe<RayInput, OcclusionRecord>, CheckError> {
         RayProbe::occluded(&self.context, scene, &self.settings(scene))

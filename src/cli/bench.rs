@@ -16,9 +16,7 @@ use photolith::bench::convergence::{self, Contender, Schedule};
 use photolith::bench::rays::{self, RayKind};
 use photolith::bench::report::{self, ReferenceReport, Report, SceneReport};
 use photolith::bench::{self, BenchError, ConfigurationSummary, Machine, Origin, Reference, Vary};
-use photolith::gpu::prefer_wide_vectors;
 use photolith::image::metrics::flip;
-use photolith::render::suits_wide_vectors;
 use photolith::scene::Scene;
 use photolith::{Context, RenderSettings, user_cache};
 
@@ -172,17 +170,7 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
     let samples = sample_counts(args)?;
     outputs::check(args)?;
     let interrupt = Interrupt::install()?;
-    // As `photolith render` does; the width is one for the whole process.
     let loaded = args.scenes.iter().map(|path| load(args, path)).collect::<Result<Vec<_>, _>>()?;
-    let most = samples.last().copied().unwrap_or(1);
-    let suits = |scene, settings: &RenderSettings| {
-        suits_wide_vectors(scene, &RenderSettings { samples: most, ..settings.clone() })
-    };
-    let wide = loaded.iter().all(|(scene, settings)| suits(scene, settings));
-    if wide && series.is_none() {
-        // SAFETY: the other threads wait for a signal, or for work on meshes, and leave the environment alone.
-        unsafe { prefer_wide_vectors() };
-    }
     let context = Context::new(&args.device.context_options())?;
     let mut report = Report {
         schema: report::SCHEMA,

@@ -8,11 +8,8 @@ use std::time::Duration;
 use anyhow::{Context as _, anyhow};
 use clap::Args;
 use photolith::files::check_writable;
-use photolith::gpu::prefer_wide_vectors;
 use photolith::image::{self, Metadata};
-use photolith::render::{
-    Adaptive, Choice as _, Prepared, Progress, RenderStatistics, shaders_hash, suits_wide_vectors,
-};
+use photolith::render::{Adaptive, Choice as _, Prepared, Progress, RenderStatistics, shaders_hash};
 use photolith::scene::{Scene, fingerprint};
 use photolith::{Context, Image, RenderError, RenderSettings, Renderer, Validation};
 use serde_json::json;
@@ -125,10 +122,6 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
 
     let interrupt = Interrupt::install()?;
     let started = std::time::Instant::now();
-    if suits_wide_vectors(&scene, &settings) {
-        // SAFETY: the other threads wait for a signal, or for work on meshes, and leave the environment alone.
-        unsafe { prefer_wide_vectors() };
-    }
     let (prepared, context) = std::thread::scope(|scope| {
         let preparing = std::thread::Builder::new().spawn_scoped(scope, || Prepared::of(&scene, &settings));
         let context = Context::new(&args.device.context_options());

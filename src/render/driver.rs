@@ -13,8 +13,8 @@ pub(crate) enum Sharers {
     Lanes,
     /// Threads of a GPU: a sample takes 2.4 to 4 times the time, and what the host does before and after as long as hundreds.
     Threads,
-    /// Nothing: threads that cannot read each other's registers, without which it takes up to 3.5 times as long again, or whose
-    /// subgroups may be cut up or have no room for a group.
+    /// Nothing: subgroups that have no room for a group, or threads that cannot read each other's registers, without which it takes up
+    /// to 3.5 times as long again, or whose subgroups may be cut up.
     None,
 }
 
@@ -35,12 +35,10 @@ pub(crate) struct DriverFacts {
     pub threads: bool,
     /// Lanes can read each other's registers in one instruction.
     pub shuffles: bool,
-    /// The lanes of a group of pixels fit into a subgroup.
+    /// The lanes of whole groups of pixels are a subgroup, as paths that serve several pixels need.
     pub groups_fit: bool,
     /// Invocations that keep the device busy; 0: any number. (An H100 holds 2¹⁸ of them, with few registers.)
     pub invocations: u64,
-    /// A branch that no lane of a subgroup takes costs next to nothing. lavapipe before Mesa 23.1 executes it all the same.
-    pub skips_branches: bool,
     /// Regions for the notes of paths, which the workgroups that run share: a workgroup that finds none free waits.
     pub queue_regions: u32,
 }
@@ -61,15 +59,15 @@ impl DriverFacts {
             workgroup_size: if device.kind == DeviceKind::Cpu { 64 } else { 128 },
             queue: device.kind == DeviceKind::Cpu,
             reuse: match device.kind {
+                _ if !groups_fit => Sharers::None,
                 DeviceKind::Cpu => Sharers::Lanes,
-                _ if device.shuffles && device.same_subgroups && groups_fit => Sharers::Threads,
+                _ if device.shuffles && device.same_subgroups => Sharers::Threads,
                 _ => Sharers::None,
             },
             threads: device.kind != DeviceKind::Cpu,
             shuffles: device.shuffles && (device.kind != DeviceKind::Cpu || lanes_permute(device)),
             groups_fit,
             invocations: if device.kind == DeviceKind::Cpu { 0 } else { 1 << 18 },
-            skips_branches: !old_lavapipe,
             queue_regions: if device.kind == DeviceKind::Cpu { 64 } else { 1024 },
         }
     }

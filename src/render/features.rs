@@ -329,7 +329,7 @@ impl Features {
 }
 
 /// A corner of each triangle of glass.
-pub(super) fn glass_triangles(scene: &Scene) -> impl Iterator<Item = DVec3> {
+fn glass_triangles(scene: &Scene) -> impl Iterator<Item = DVec3> {
     let is_glass = |material: &u32| scene.surface(*material).is_dielectric();
     scene.meshes.iter().flat_map(move |mesh| {
         let of_glass = mesh.triangles.iter().zip(&mesh.triangle_materials).filter(move |(_, m)| is_glass(m));

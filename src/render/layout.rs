@@ -37,7 +37,6 @@ pub(crate) mod constant {
     pub const REGIONS: u32 = 27;
     pub const ENOUGH_LANES: u32 = 28;
     pub const DRAWS_WORK: u32 = 33;
-    pub const SKIPS_BRANCHES: u32 = 34;
     pub const THREADS: u32 = 35;
     pub const SHUFFLES: u32 = 36;
     pub const SPLIT: u32 = 37;
@@ -60,10 +59,8 @@ pub(crate) mod constant {
     /// Facets that there are constants for.
     pub const MAX_FACETS: usize = 32;
     pub const POINT_INSIDE: u32 = 200;
-    pub const SHARED_BY_LANES: u32 = 201;
     pub const LIGHT_SAMPLES: u32 = 202;
     pub const FACET_OCCLUDERS: u32 = 206;
-    pub const EXACT_FACETS: u32 = 207;
     pub const FACETS_ACROSS_X: u32 = 208;
     pub const FACETS_ACROSS_Y: u32 = 209;
     pub const BEAM_TARGETS: u32 = 214;
@@ -244,7 +241,7 @@ pub(crate) mod queue {
     /// Paths of a workgroup in one dispatch.
     pub const PATHS: u32 = 2048;
     /// Texels of a path's notes.
-    pub const PATH_ROWS: u32 = 11;
+    pub const PATH_ROWS: u32 = 8;
     /// Tiles of which a scattered one is made.
     pub const SCATTERED_TILES: u32 = 8;
     /// Samples of the trial whether it pays to reuse paths.

@@ -51,7 +51,6 @@ mod targets;
 mod tiles;
 mod twin_films;
 mod upload;
-mod vector_width;
 mod view;
 
 pub use checkpoint::{Checkpoint, CheckpointError};
@@ -69,7 +68,6 @@ pub use settings::{
 };
 pub use sobol::MAX_SAMPLES;
 pub use statistics::{AdaptiveStatistics, Progress, RenderStatistics};
-pub use vector_width::suits_wide_vectors;
 
 /// Builds the tree of a scene and measures it; `None` if the scene needs none under these settings.
 pub fn tree_statistics(scene: &crate::scene::Scene, settings: &RenderSettings) -> Option<crate::accel::TreeStatistics> {

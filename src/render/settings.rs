@@ -237,12 +237,6 @@ pub struct RenderSettings {
     /// Loop iterations of an invocation; `None`: what the driver is known to allow. Changes no bit of the image, unless it is too
     /// small for the trial of [`Shares`].
     pub loop_budget: Option<u32>,
-    /// Whether polygons in constants are put to an exact test at once, not first to one that leaves few rays in doubt;
-    /// `None`: as is faster with the driver. Changes no bit of the image.
-    pub exact_facets: Option<bool>,
-    /// Whether lanes share what the queue's paths have noted, if there is room for the lanes of a group in a subgroup; else memory
-    /// is where it is shared. `None`: as is faster with the driver. Changes no bit of the image.
-    pub share_by_lanes: Option<bool>,
     /// Whether lanes walk the tree as the threads of a GPU do, each on its own; `None`: as suits the device. Changes no bit of the image.
     pub threads: Option<bool>,
     /// Invocations for the samples of a pixel, 1 or a power of two, where paths neither wait nor are reused; `None`: as many as keep the

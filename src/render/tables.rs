@@ -254,14 +254,11 @@ impl Tables {
         }
         s.uint(constant::FACET_COUNT, self.facets.len() as u32).uint(constant::FACET_OCCLUDERS, self.facet_occluders);
         let across = |axis| self.facets.iter().enumerate().map(|(i, f)| u32::from(f.axis() == axis) << i).sum();
-        let exact = settings.exact_facets.unwrap_or(!facts.skips_branches);
-        s.bool(constant::EXACT_FACETS, exact)
-            .uint(constant::FACETS_ACROSS_X, across(0))
-            .uint(constant::FACETS_ACROSS_Y, across(1));
+        s.uint(constant::FACETS_ACROSS_X, across(0)).uint(constant::FACETS_ACROSS_Y, across(1));
         for (i, f) in self.facets.iter().enumerate() {
             let base = constant::FACETS + 16 * i as u32;
-            let corners = if exact { f.corners } else { f.edges().map(|edge| edge.truncate().extend(0.0)) };
-            for (j, v) in corners.into_iter().chain([f.normal]).flat_map(|c| c.to_array()).enumerate() {
+            let edges = f.edges().into_iter().flat_map(|edge| [edge.x, edge.y]);
+            for (j, v) in edges.chain(f.normal.to_array()).enumerate() {
                 s.float(base + j as u32, v as f32);
             }
         }
@@ -306,7 +303,6 @@ mod tests {
             shuffles: false,
             groups_fit: true,
             invocations: 0,
-            skips_branches: true,
             queue_regions: 64,
         };
         Tables::of(scene, &RenderSpace::of(scene), &settings).specialization(

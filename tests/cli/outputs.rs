@@ -167,20 +167,21 @@ fn info_and_devices() {
 fn vectors_of_any_width_give_the_same_bits() {
     let directory = directory();
     let scene = scene_path("spheres");
-    for (width, output) in [(None, "widest.pfm"), (Some("256"), "256.pfm"), (Some("128"), "128.pfm")] {
+    let image = |width: &str, reuse: &str| {
+        let output = format!("{width}-{reuse}.pfm");
         let mut command = program(directory.path());
-        // Groups of eight pixels do not fit into the four lanes of 128 bits, and meet in memory.
-        command.args(["render", "--size", "40x24", "--samples", "4", "--reuse", "always", "-o", output]).arg(&scene);
-        command.env_remove("MESA_SHADER_CACHE_DIR").env_remove("LP_NATIVE_VECTOR_WIDTH");
-        // The driver's cache does not tell widths apart.
-        command.env("XDG_CACHE_HOME", directory.path().join(output).with_extension("cache"));
-        if let Some(width) = width {
-            command.env("LP_NATIVE_VECTOR_WIDTH", width);
-        }
+        command.args(["render", "--size", "40x24", "--samples", "4", "--reuse", reuse, "-o", &output]).arg(&scene);
+        // The driver's cache does not tell widths apart: the program does.
+        command.env_remove("MESA_SHADER_CACHE_DIR").env("LP_NATIVE_VECTOR_WIDTH", width);
+        command.env("XDG_CACHE_HOME", directory.path().join("cache"));
         let found = command.output().expect("the program starts");
         assert!(found.status.success(), "{}", text(&found.stderr));
-    }
-    let image = |name| fs::read(directory.path().join(name)).expect("an image");
-    assert_eq!(image("widest.pfm"), image("256.pfm"));
-    assert_eq!(image("128.pfm"), image("256.pfm"));
+        fs::read(directory.path().join(output)).expect("an image")
+    };
+    let [shared, own] = ["always", "off"].map(|reuse| image("256", reuse));
+    assert_eq!(image("512", "always"), shared);
+    assert_eq!(image("512", "off"), own);
+    // The four lanes of 128 bits have no room for groups of eight pixels.
+    assert_ne!(shared, own);
+    assert_eq!(image("128", "always"), own);
 }

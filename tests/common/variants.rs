@@ -72,14 +72,5 @@ pub fn variants(name: &str, scene: &Scene, reuse: Reuse) -> Vec<(String, RenderS
             RenderSettings { samples_per_dispatch: Some(5), loop_budget, general: true, ..split },
         ));
     }
-    let loop_budget = Some(small_budget(name, Scheduler::Queue, reused));
-    for by_lanes in [true, false] {
-        let queue = RenderSettings { scheduler: Scheduler::Queue, share_by_lanes: Some(by_lanes), ..base.clone() };
-        all.push((format!("Queue, shared by lanes: {by_lanes}"), queue.clone()));
-        all.push((
-            format!("Queue, shared by lanes: {by_lanes}, loop budget {loop_budget:?}"),
-            RenderSettings { loop_budget, ..queue },
-        ));
-    }
     all
 }

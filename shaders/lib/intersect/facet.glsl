@@ -1,7 +1,7 @@
 // Flat polygons, written out: the triangles and convex quadrilaterals of small meshes. Walking a tree over a few polygons costs
 // more than testing them all, if all that depends on the polygon alone is folded: its directions are specialization constants
-// (many are 0), and so are corners for the exact test. Where the polygon is, as seen from the camera, is fetched when a kernel
-// begins: a camera may move without a kernel being compiled anew.
+// (many are 0). Where the polygon is, as seen from the camera, is fetched when a kernel begins: a camera may move without a
+// kernel being compiled anew.
 //
 // Corners are projected along the ray into a plane across it; there the sign of a two-dimensional cross product tells
 // on which side of an edge the ray passes. Polygons that share corners see the same projected points, and the same
@@ -76,13 +76,10 @@ bool meets_facet(Facet f, Across r, vec3 d, out float t) {
     return t > 0.0 && between_edges(f, r);
 }
 
-// Whether the simpler test is left out: where a driver executes code that no lane needs, it does not pay.
-layout(constant_id = 207) const bool EXACT_FACETS = false;
-
 // A facet for the simpler test: seen along the axis that its normal is closest to, edge i is where x·u + y·v + z is
 // 0, u and v being the other two coordinates, in the order of the axes. That is the distance from the edge over
 // 48·2^-24 s / l, s being the largest distance of two corners, and l the shortest edge; where a triangle has no edge,
-// 1e30. In the constants x and y take the place of the corners'.
+// 1e30.
 struct QuickFacet {
     vec3 edge0, edge1, edge2, edge3;
     vec4 plane;
@@ -118,19 +115,15 @@ float reach_from(vec3 o) { return length(o) + 2.0; }
 #define FACET_CONSTANTS(n, base)                                        \
     layout(constant_id = base) const float FACET_##n##_AX = 0.0;         \
     layout(constant_id = base + 1) const float FACET_##n##_AY = 0.0;     \
-    layout(constant_id = base + 2) const float FACET_##n##_AZ = 0.0;     \
-    layout(constant_id = base + 3) const float FACET_##n##_BX = 0.0;     \
-    layout(constant_id = base + 4) const float FACET_##n##_BY = 0.0;     \
-    layout(constant_id = base + 5) const float FACET_##n##_BZ = 0.0;     \
-    layout(constant_id = base + 6) const float FACET_##n##_CX = 0.0;     \
-    layout(constant_id = base + 7) const float FACET_##n##_CY = 0.0;     \
-    layout(constant_id = base + 8) const float FACET_##n##_CZ = 0.0;     \
-    layout(constant_id = base + 9) const float FACET_##n##_DX = 0.0;     \
-    layout(constant_id = base + 10) const float FACET_##n##_DY = 0.0;    \
-    layout(constant_id = base + 11) const float FACET_##n##_DZ = 0.0;    \
-    layout(constant_id = base + 12) const float FACET_##n##_NX = 0.0;    \
-    layout(constant_id = base + 13) const float FACET_##n##_NY = 0.0;    \
-    layout(constant_id = base + 14) const float FACET_##n##_NZ = 0.0;    \
+    layout(constant_id = base + 2) const float FACET_##n##_BX = 0.0;     \
+    layout(constant_id = base + 3) const float FACET_##n##_BY = 0.0;     \
+    layout(constant_id = base + 4) const float FACET_##n##_CX = 0.0;     \
+    layout(constant_id = base + 5) const float FACET_##n##_CY = 0.0;     \
+    layout(constant_id = base + 6) const float FACET_##n##_DX = 0.0;     \
+    layout(constant_id = base + 7) const float FACET_##n##_DY = 0.0;     \
+    layout(constant_id = base + 8) const float FACET_##n##_NX = 0.0;     \
+    layout(constant_id = base + 9) const float FACET_##n##_NY = 0.0;     \
+    layout(constant_id = base + 10) const float FACET_##n##_NZ = 0.0;    \
     vec4 facet_edges_##n;                                                \
     float facet_plane_##n;
 
@@ -166,11 +159,6 @@ FACET_CONSTANTS(28, 704)
 FACET_CONSTANTS(29, 720)
 FACET_CONSTANTS(30, 736)
 FACET_CONSTANTS(31, 752)
-
-#define FACET_OF(n)                                                                                  \
-    Facet(vec3(FACET_##n##_AX, FACET_##n##_AY, FACET_##n##_AZ), vec3(FACET_##n##_BX, FACET_##n##_BY, FACET_##n##_BZ), \
-          vec3(FACET_##n##_CX, FACET_##n##_CY, FACET_##n##_CZ), vec3(FACET_##n##_DX, FACET_##n##_DY, FACET_##n##_DZ), \
-          vec4(FACET_##n##_NX, FACET_##n##_NY, FACET_##n##_NZ, facet_plane_##n))
 
 #define QUICK_FACET_OF(n)                                                                                            \
     QuickFacet(vec3(FACET_##n##_AX, FACET_##n##_AY, facet_edges_##n.x), vec3(FACET_##n##_BX, FACET_##n##_BY, facet_edges_##n.y), \
@@ -218,24 +206,17 @@ void closest_facet(vec3 o, vec3 d, int leaving, inout float t, inout int id) {
     Across ray = across(o, d);
 #define TEST_CLOSEST(n)                                                                              \
     {                                                                                                \
-        float h;                                                                                     \
-        bool closer;                                                                                 \
-        if (EXACT_FACETS) {                                                                          \
-            closer = meets_facet(FACET_OF(n), ray, d, h) && h < nearest && leaving != first_id + n;  \
-        } else {                                                                                     \
-            PlaneHit hit = plane_hit(QUICK_FACET_OF(n), 1u << n, o, d, reach);                       \
-            h = hit.t;                                                                               \
-            bool near = h > 0.0 && h < nearest && leaving != first_id + n;                           \
-            doubts |= doubt_of(hit, near, 1u << n);                                                  \
-            closer = near && hit.inside > hit.margin;                                                \
-        }                                                                                            \
-        nearest = closer ? h : nearest;                                                              \
+        PlaneHit hit = plane_hit(QUICK_FACET_OF(n), 1u << n, o, d, reach);                           \
+        bool near = hit.t > 0.0 && hit.t < nearest && leaving != first_id + n;                       \
+        doubts |= doubt_of(hit, near, 1u << n);                                                      \
+        bool closer = near && hit.inside > hit.margin;                                               \
+        nearest = closer ? hit.t : nearest;                                                          \
         nearest_id = closer ? first_id + n : nearest_id;                                             \
     }
     FOR_EACH_FACET(TEST_CLOSEST)
 #undef TEST_CLOSEST
-    if (!EXACT_FACETS) count_doubtful(uint(bitCount(doubts)));
-    while (!EXACT_FACETS && doubts != 0u) {
+    count_doubtful(uint(bitCount(doubts)));
+    while (doubts != 0u) {
         int n = take_facet(doubts);
         float h;
         bool closer = meets_facet(facet_of_table(n), ray, d, h) && is_nearer(h, first_id + n, nearest, nearest_id);
@@ -259,23 +240,17 @@ bool any_facet(vec3 o, vec3 d, float distance, int leaving, bool wanted) {
     Across ray = across(o, d);
 #define TEST_ANY(n)                                                                                  \
     if ((FACET_OCCLUDERS & (1u << n)) != 0u) {                                                       \
-        if (EXACT_FACETS) {                                                                          \
-            float h;                                                                                 \
-            bool occludes = meets_facet(FACET_OF(n), ray, d, h) && h < distance && leaving != first_id + n; \
-            occluding |= occludes ? -1 : 0;                                                          \
-        } else {                                                                                     \
-            PlaneHit hit = plane_hit(QUICK_FACET_OF(n), 1u << n, o, d, reach);                       \
-            bool near = hit.t > 0.0 && hit.t < distance && leaving != first_id + n;                  \
-            doubts |= doubt_of(hit, near, 1u << n);                                                  \
-            occluding |= near ? floatBitsToInt(hit.margin - hit.inside) : 0;                         \
-        }                                                                                            \
+        PlaneHit hit = plane_hit(QUICK_FACET_OF(n), 1u << n, o, d, reach);                           \
+        bool near = hit.t > 0.0 && hit.t < distance && leaving != first_id + n;                      \
+        doubts |= doubt_of(hit, near, 1u << n);                                                      \
+        occluding |= near ? floatBitsToInt(hit.margin - hit.inside) : 0;                             \
     }
     FOR_EACH_FACET(TEST_ANY)
 #undef TEST_ANY
     bool occluded = occluding < 0;
     doubts = occluded || !wanted ? 0u : doubts;
-    if (!EXACT_FACETS) count_doubtful(uint(bitCount(doubts)));
-    while (!EXACT_FACETS && doubts != 0u) {
+    count_doubtful(uint(bitCount(doubts)));
+    while (doubts != 0u) {
         float h;
         bool between = meets_facet(facet_of_table(take_facet(doubts)), ray, d, h) && h < distance;
         occluded = occluded || between;

@@ -12,12 +12,12 @@ use crate::scene::{Normals, Scene};
 pub(super) const CASES: &[Case] = &[
     Case {
         name: "reuse/paths",
-        what: "a room with cells at its wall: paths meet in memory, and serve pixels that may not see their second hits",
+        what: "a room with cells at its wall: by the notes of the queue, paths serve pixels that may not see their second hits",
         oracle: "each path by itself",
         quantity: "deviation of the image's contrast in standard errors",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, divided_room(), Meet::Memory, [SHARED, ALONE]),
+        measure: |lab| contrast(lab, divided_room(), Meet::Notes, [SHARED, ALONE]),
     },
     Case {
         name: "reuse/lanes",
@@ -35,7 +35,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, with_body(mirrored_wall(), Normals::Flat), Meet::Memory, [SHARED, ALONE]),
+        measure: |lab| contrast(lab, with_body(mirrored_wall(), Normals::Flat), Meet::Notes, [SHARED, ALONE]),
     },
     Case {
         name: "reuse/mirrors-lanes",
@@ -53,7 +53,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, with_body(screened_room(), Normals::Smooth), Meet::Memory, [SHARED, ALONE]),
+        measure: |lab| contrast(lab, with_body(screened_room(), Normals::Smooth), Meet::Notes, [SHARED, ALONE]),
     },
     Case {
         name: "reuse/smooth-lanes",
@@ -66,12 +66,12 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "gradients/paths",
-        what: "a room with cells at its wall, made from the differences between its pixels: paths meet in memory",
+        what: "a room with cells at its wall, made from the differences between its pixels: by the notes of the queue",
         oracle: "the same without",
         quantity: "deviation of the image's contrast in standard errors",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, divided_room(), Meet::Memory, [COMPARED, SHARED]),
+        measure: |lab| contrast(lab, divided_room(), Meet::Notes, [COMPARED, SHARED]),
     },
     Case {
         name: "gradients/lanes",
@@ -84,12 +84,12 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "gradients/lamps-paths",
-        what: "a room with lamps, which neighbours sample alike, a mirror and glass: paths meet in memory",
+        what: "a room with lamps, which neighbours sample alike, a mirror and glass: by the notes of the queue",
         oracle: "each path by itself",
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, lamps(), Meet::Memory, [COMPARED, ALONE]),
+        measure: |lab| contrast(lab, lamps(), Meet::Notes, [COMPARED, ALONE]),
     },
     Case {
         name: "gradients/lamps-lanes",
@@ -102,12 +102,12 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "shares/paths",
-        what: "the room with lamps, whose noisy parts get more samples than others: paths meet in memory",
+        what: "the room with lamps, whose noisy parts get more samples than others: by the notes of the queue",
         oracle: "as many samples everywhere",
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, lamps(), Meet::Memory, [UNEVEN, COMPARED]),
+        measure: |lab| contrast(lab, lamps(), Meet::Notes, [UNEVEN, COMPARED]),
     },
     Case {
         name: "shares/lanes",
@@ -120,7 +120,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "shares/notes",
-        what: "the same, fetched from memory by the lanes of a subgroup",
+        what: "the same by the notes of the queue",
         oracle: "each path by itself, as many everywhere",
         quantity: "the same",
         threshold: 4.0,
@@ -129,30 +129,30 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "shares/two",
-        what: "the same of two samples, of which no pixel has less: paths meet in memory",
+        what: "the same of two samples, of which no pixel has less: by the notes of the queue",
         oracle: "two samples everywhere",
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, lamps(), Meet::Memory, [UNEVEN_OF_TWO, COMPARED]),
+        measure: |lab| contrast(lab, lamps(), Meet::Notes, [UNEVEN_OF_TWO, COMPARED]),
     },
     Case {
         name: "shares/one",
-        what: "a room with a lamp near the floor, one sample, which tells where there are to be more: paths meet in memory",
+        what: "a room with a lamp near the floor, one sample, which tells where there are to be more: by the notes of the queue",
         oracle: "one sample everywhere",
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, low_lamp(), Meet::Memory, [UNEVEN_OF_ONE, SHARED]),
+        measure: |lab| contrast(lab, low_lamp(), Meet::Notes, [UNEVEN_OF_ONE, SHARED]),
     },
     Case {
         name: "light-samples/paths",
-        what: "the room with lamps, of which first diffuse hits get four samples: paths meet in memory",
+        what: "the room with lamps, of which first diffuse hits get four samples: by the notes of the queue",
         oracle: "one sample of them",
         quantity: "the same of contrast and of the mean, the larger one",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast_and_mean(lab, lamps(), Meet::Memory, [COMPARED, ONE_LIGHT]),
+        measure: |lab| contrast_and_mean(lab, lamps(), Meet::Notes, [COMPARED, ONE_LIGHT]),
     },
     Case {
         name: "light-samples/lanes",
@@ -165,12 +165,12 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "aims/paths",
-        what: "the room with cells, a mirror and a ball of glass, at which rays are aimed: paths meet in memory",
+        what: "the room with cells, a mirror and a ball of glass, at which rays are aimed: by the notes of the queue",
         oracle: "paths that find them by chance",
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast_and_mean(lab, with_glass(divided_room()), Meet::Memory, [COMPARED, UNAIMED]),
+        measure: |lab| contrast_and_mean(lab, with_glass(divided_room()), Meet::Notes, [COMPARED, UNAIMED]),
     },
     Case {
         name: "aims/lanes",
@@ -218,8 +218,6 @@ fn with_body(mut scene: Scene, normals: Normals) -> Scene {
 enum Meet {
     /// In the lanes of a subgroup, as they end.
     Lanes,
-    /// In memory.
-    Memory,
     /// In the lanes of a subgroup, fetched from memory when all have ended.
     Notes,
 }
@@ -276,24 +274,15 @@ fn compare(
     // What noise a tile has is told by 25 tiles: in an image of few, all would get the same samples. Nor are there shares of many.
     let (side, few, many) = if one.shares == Shares::Auto { (96, 8, 64) } else { (32, 40, 1024) };
     scene.size(side, one.samples.unwrap_or(lab.size(few, many) as u32));
-    let (scheduler, share_by_lanes) = match meet {
-        Meet::Lanes => (Scheduler::Inline, None),
-        Meet::Memory => (Scheduler::Queue, Some(false)),
-        Meet::Notes => (Scheduler::Queue, Some(true)),
+    let scheduler = match meet {
+        Meet::Lanes => Scheduler::Inline,
+        Meet::Notes => Scheduler::Queue,
     };
     let mut unused = false;
     let mut images = |way: Way, first_seed: u32| -> Result<Vec<Vec<f64>>, CheckError> {
         let Way { reuse, gradients, shares, light_samples, aims, .. } = way;
-        let settings = RenderSettings {
-            reuse,
-            gradients,
-            shares,
-            light_samples,
-            aims,
-            scheduler,
-            share_by_lanes,
-            ..lab.settings(&scene)
-        };
+        let settings =
+            RenderSettings { reuse, gradients, shares, light_samples, aims, scheduler, ..lab.settings(&scene) };
         let mut renderer = Renderer::new(&lab.context, &scene, &settings)?;
         let (mut compared, mut uneven) = (false, false);
         let mut image = |seed| {

@@ -315,9 +315,8 @@ fn quick_facets(lab: &Lab) -> Result<Measured, CheckError> {
     boxes.mesh(&positions, &indices, diffuse(0.5));
     let (mut wrong, mut traced, mut hits) = (0, 0, 0);
     for scene in [boxes, soup(&mut rng, 30)] {
-        let settings = |exact| RenderSettings { exact_facets: Some(exact), ..lab.settings(&scene) };
-        let mut quick = lab.closest_with(&scene, &settings(false))?;
-        let mut exact = lab.closest_with(&scene, &settings(true))?;
+        let mut quick = lab.closest(&scene)?;
+        let mut exact = lab.closest_facets(&scene)?;
         let scale = quick.scale();
         let rays: Vec<_> = (0..lab.size(1 << 17, 1 << 24))
             .map(|i| {

@@ -146,9 +146,10 @@ impl<I: NoUninit, O: AnyBitPattern> RayProbe<I, O> {
         scene: &Scene,
         settings: &RenderSettings,
         spirv: &'static [u8],
+        function: u32,
     ) -> Result<Self, CheckError> {
         let (space, tables) = tables_of(scene, settings);
-        let kernel = Kernel::function("probe rays", spirv, 0);
+        let kernel = Kernel::function("probe rays", spirv, function);
         let probe = Probe::new(context, kernel, scene, &tables, settings, 0)?;
         let triangles = scene.meshes.iter().map(|m| m.triangles.len()).collect();
         Ok(Self { probe, tables, space, triangles })
@@ -199,20 +200,25 @@ impl<I: NoUninit, O: AnyBitPattern> RayProbe<I, O> {
 impl RayProbe<RayInput, HitRecord> {
     /// Closest hits.
     pub fn closest(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<Self, CheckError> {
-        Self::make(context, scene, settings, CLOSEST)
+        Self::make(context, scene, settings, CLOSEST, 0)
+    }
+
+    /// Closest facets, by the exact test alone.
+    pub fn closest_facets(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<Self, CheckError> {
+        Self::make(context, scene, settings, CLOSEST, 1)
     }
 }
 
 impl RayProbe<RayInput, OcclusionRecord> {
     /// Occlusion.
     pub fn occluded(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<Self, CheckError> {
-        Self::make(context, scene, settings, OCCLUSION)
+        Self::make(context, scene, settings, OCCLUSION, 0)
     }
 }
 
 impl RayProbe<PathInput, PathRecord> {
     /// One hit of a path each.
     pub fn scatter(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<Self, CheckError> {
-        Self::make(context, scene, settings, SCATTER)
+        Self::make(context, scene, settings, SCATTER, 0)
     }
 }

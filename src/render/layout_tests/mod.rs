@@ -54,7 +54,6 @@ fn expected_constants() -> BTreeMap<String, u32> {
         ("REUSE", constant::REUSE),
         ("SUBGROUP_LANES", constant::SUBGROUP_LANES),
         ("DRAWS_WORK", constant::DRAWS_WORK),
-        ("SKIPS_BRANCHES", constant::SKIPS_BRANCHES),
         ("ENOUGH_LANES", constant::ENOUGH_LANES),
         ("LIGHT_NODES", constant::LIGHT_NODES),
         ("LIGHT_LOOPS", constant::LIGHT_LOOPS),
@@ -66,10 +65,8 @@ fn expected_constants() -> BTreeMap<String, u32> {
         ("THREADS", constant::THREADS),
         ("SHUFFLES", constant::SHUFFLES),
         ("SPLIT", constant::SPLIT),
-        ("SHARED_BY_LANES", constant::SHARED_BY_LANES),
         ("LIGHT_SAMPLES", constant::LIGHT_SAMPLES),
         ("FACET_OCCLUDERS", constant::FACET_OCCLUDERS),
-        ("EXACT_FACETS", constant::EXACT_FACETS),
         ("FACETS_ACROSS_X", constant::FACETS_ACROSS_X),
         ("FACETS_ACROSS_Y", constant::FACETS_ACROSS_Y),
         ("BEAM_TARGETS", constant::BEAM_TARGETS),
@@ -84,8 +81,7 @@ fn expected_constants() -> BTreeMap<String, u32> {
         add(&format!("SPHERE_{i}"), constant::SPHERES + 2 * i as u32, &["SIDE", "FORM"]);
     }
     for i in 0..constant::MAX_FACETS {
-        let names = ["A", "B", "C", "D", "N"].map(|corner| ["X", "Y", "Z"].map(|axis| format!("{corner}{axis}")));
-        let names: Vec<_> = names.iter().flatten().map(String::as_str).collect();
+        let names = ["AX", "AY", "BX", "BY", "CX", "CY", "DX", "DY", "NX", "NY", "NZ"];
         add(&format!("FACET_{i}"), constant::FACETS + 16 * i as u32, &names);
     }
     all

@@ -15,9 +15,7 @@ const PIECES_OF_THREAD: u32 = 64;
 pub(super) enum Handout {
     /// Each to a workgroup of its own.
     ToWorkgroups,
-    /// The same, and a piece may be several tiles, for so many threads of a CPU.
-    InTiles { threads: u32 },
-    /// To a few workgroups of the queue, which draw.
+    /// To a few workgroups of the queue, which draw, for so many threads of a CPU; a piece may be several tiles.
     Drawn { threads: u32 },
     /// Without a queue: each subgroup draws once. There are half as many workgroups again as pieces, but at most so many: of two
     /// threads, each of which has an equal share of them, one may do up to three times as much as the other.
@@ -28,11 +26,7 @@ impl Handout {
     /// Of the queue, whose loops have such a budget, for so many threads of a CPU, with a driver of which this is known.
     pub fn of_queue(loop_budget: u32, threads: u32, facts: &DriverFacts) -> Self {
         // What the driver bounds an invocation by would bound all that it draws.
-        match loop_budget {
-            0 if facts.loop_budget == 0 => Self::Drawn { threads },
-            0 => Self::InTiles { threads },
-            _ => Self::ToWorkgroups,
-        }
+        if loop_budget == 0 && facts.loop_budget == 0 { Self::Drawn { threads } } else { Self::ToWorkgroups }
     }
 
     /// Whether workgroups or subgroups draw.
@@ -48,7 +42,7 @@ impl Handout {
     /// Workgroups of a dispatch of so many pieces.
     pub fn workgroups(self, pieces: u32) -> u32 {
         match self {
-            Self::ToWorkgroups | Self::InTiles { .. } => pieces,
+            Self::ToWorkgroups => pieces,
             Self::Drawn { threads } => pieces.min(threads.saturating_mul(GROUPS_OF_THREAD)),
             Self::DrawnOnce { most } => pieces.saturating_add(pieces.div_ceil(2)).min(most),
         }
@@ -57,11 +51,9 @@ impl Handout {
     /// The binary logarithm of the tiles that are a piece in a dispatch that takes every n-th of the tiles from such a one on,
     /// `tiles` of them, for so many new samples of each pixel.
     ///
-    /// At the end of a piece few lanes are busy: with 64 paths that takes longer than the rest. (Up to eight tiles, against one: .83
-    /// to 1.0 of the time at 1 sample per pixel, .92 to .97 at 4, the same at 16; lavapipe 25.0.7, 256×256. Where loops have a
-    /// budget, as on 22.3.6, that may not do for so many.)
+    /// At the end of a piece few lanes are busy: with 64 paths that takes longer than the rest.
     pub fn tile_bits(self, first_tile: u32, tiles: u32, n: u32, samples: u32) -> u32 {
-        let (Self::InTiles { threads } | Self::Drawn { threads }) = self else { return 0 };
+        let Self::Drawn { threads } = self else { return 0 };
         let fit = (queue::PATHS / queue::TILE / samples.max(1)).min(tiles / (PIECES_OF_THREAD * threads));
         let most = fit.clamp(1, BLOCK_TILES).ilog2();
         if n > 1 { 0 } else { most.min(first_tile.trailing_zeros()) }
@@ -75,7 +67,7 @@ mod tests {
     #[test]
     fn few_workgroups_draw() {
         let threads = 2;
-        assert_eq!([Handout::ToWorkgroups, Handout::InTiles { threads }].map(|to| to.workgroups(1000)), [1000; 2]);
+        assert_eq!(Handout::ToWorkgroups.workgroups(1000), 1000);
         let drawn = Handout::Drawn { threads };
         assert_eq!([0, 1, 7, 1000].map(|pieces| drawn.workgroups(pieces)), [0, 1, 7, 8]);
     }
@@ -96,7 +88,6 @@ mod tests {
         assert_eq!([1, 255, 256, 1024, 1 << 20].map(|tiles| bits(0, tiles, 1)), [0, 0, 1, 3, 5]);
         assert_eq!([1, 2, 12, 48, 64].map(|first| bits(first, 1 << 16, 1)), [0, 1, 2, 4, 5]);
         assert_eq!(Handout::Drawn { threads: 2 }.tile_bits(0, 1 << 16, 8, 1), 0);
-        let all = [Handout::ToWorkgroups, Handout::InTiles { threads: 2 }];
-        assert_eq!(all.map(|to| to.tile_bits(0, 1 << 16, 1, 1)), [0, 5]);
+        assert_eq!(Handout::ToWorkgroups.tile_bits(0, 1 << 16, 1, 1), 0);
     }
 }

@@ -72,7 +72,6 @@ impl Launch {
         let job = Job {
             features,
             facts: &facts,
-            keeps_kernels: device.shader_objects.is_some(),
             sah_cost: tables.tree.as_ref().map(|tree| tree.sah_cost),
             seen: View::of(scene).part_of(tables.tree_boxes()),
             seen_from_outside: tables.seen_from_outside,
@@ -124,12 +123,10 @@ impl Launch {
         let cpu_threads = (device.info.kind == DeviceKind::Cpu).then(threads);
         let most_workgroups = limits.max_compute_work_group_count[0];
         let loop_budget = settings.loop_budget.unwrap_or(facts.loop_budget);
-        // Where a branch that no lane takes is executed, to draw takes longer than what threads wait for each other (22.3.6: 1.05 to
-        // 1.1 times the time; 25.0.7 .88 to 1.0), and so it does for paths of one hit.
+        // For paths of one hit, to draw takes longer than what threads wait for each other.
         let may_draw = schedule == Schedule::Inline
             && split == Split::NONE
             && workgroup.is_multiple_of(subgroup)
-            && facts.skips_branches
             && needed.has_long_paths();
         let handout = match cpu_threads {
             Some(threads) if schedule == Schedule::Queue => Handout::of_queue(loop_budget, threads, &facts),
@@ -191,16 +188,13 @@ impl Launch {
     pub fn specialization(&self, prepared: &Prepared<'_>) -> Specialization {
         let Prepared { settings, features, tables, .. } = prepared;
         let facts = &self.facts;
-        // Lanes that must be at work for a subgroup to go on as it does. (Seven of eight instead of five, and paths counted every
-        // second step instead of every fourth: .95 to 1.0 of the time, lavapipe 25.0.7 and 22.3.6.)
+        // Lanes that must be at work for a subgroup to go on as it does.
         let enough = match self.schedule {
             // That wait to be shaded. (A quarter and three quarters of them: 1.05 and 1.03 of the time, H100.)
             Schedule::Turns => (self.subgroup / 2).max(1),
             Schedule::Inline | Schedule::Queue => (self.workgroup * 7 / 8).max(1),
         };
         let light_samples = if self.reuse { tables.light_samples(settings.light_samples) } else { 1 };
-        // With further samples of lights, which lanes take side by side, lavapipe 22.3.6 takes .6 to .87 of the time by lanes too.
-        let by_lanes = settings.share_by_lanes.unwrap_or(facts.skips_branches || light_samples > 1);
         let mut specialization = tables.specialization(features, settings, *facts);
         specialization
             .uint(constant::SOBOL_LEVELS, self.sobol_levels)
@@ -215,9 +209,7 @@ impl Launch {
             .uint(constant::BEAM_TARGETS, self.beam_targets)
             .uint(constant::AIM_TARGETS, self.aim_targets)
             .bool(constant::DRAWS_WORK, self.handout.is_drawn())
-            .bool(constant::SKIPS_BRANCHES, facts.skips_branches)
             .bool(constant::REUSE, self.reuse)
-            .bool(constant::SHARED_BY_LANES, facts.groups_fit && by_lanes)
             .bool(constant::REPEATS, self.repeats);
         specialization
     }

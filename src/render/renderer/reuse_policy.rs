@@ -11,9 +11,7 @@ use super::gradients::FEWEST_SAMPLES;
 /// scheduler nor on what else is compiled, so that the image does not.
 ///
 /// With a tree and lamps together with glass or mirrors it hardly pays: the noise of caustics is left, and a trial that is lost
-/// makes the rest slower (by 1.3). (Where beams take most of that noise paths cannot be shared, see `beams::targets`.) Without a tree
-/// rays are cheap, and lanes wait for each other instead, on drivers that execute the branches that no lane takes too: there a sample
-/// takes 2.2 to 3.6 times the time (22.3.6), 3.5 to 4.4 if lanes do not read each other's registers in one instruction. Brute force is
+/// makes the rest slower (by 1.3). (Where beams take most of that noise paths cannot be shared, see `beams::targets`.) Brute force is
 /// for comparison, not for speed.
 ///
 /// On GPUs the host's part of it takes time: for each pixel what 100 to 600 samples take without a tree, and 30 to 100 with one.
@@ -22,6 +20,7 @@ use super::gradients::FEWEST_SAMPLES;
 pub(super) fn may_reuse(scene: &Scene, needed: &Features, settings: &RenderSettings, facts: &DriverFacts) -> bool {
     needed.can_reuse()
         && !needed.brute_force
+        && facts.groups_fit
         && match (settings.reuse, facts.reuse) {
             (Reuse::Off, _) | (Reuse::Auto, Sharers::None) => false,
             (Reuse::Always, _) => true,
@@ -36,15 +35,13 @@ pub(super) fn may_reuse(scene: &Scene, needed: &Features, settings: &RenderSetti
 }
 
 /// Whether rays are aimed at glass and mirrors if images are made from gradients. Where meshes of glass fill the view most paths have crossed
-/// them before, and aimed ones take longer than they gain (a dragon 1.05 to 1.3 of time × squared error). With glass 2.2 times the time,
-/// for .35 of the squared error, is too much for short renderings where branches that no lane takes are executed (lavapipe 22.3.6; 1.2 to
-/// 1.4 times with mirrors alone). On GPUs it has not been measured.
+/// them before, and aimed ones take longer than they gain (a dragon 1.05 to 1.3 of time × squared error). On GPUs it has not been
+/// measured.
 pub(super) fn may_aim(scene: &Scene, needed: &Features, settings: &RenderSettings, facts: &DriverFacts) -> bool {
     needed.may_aim()
         && settings.gradients == Gradients::Auto
         && settings.samples >= FEWEST_SAMPLES
-        && (settings.reuse == Reuse::Always
-            || (facts.reuse == Sharers::Lanes && (facts.skips_branches || !needed.dielectric)))
+        && (settings.reuse == Reuse::Always || facts.reuse == Sharers::Lanes)
         && !(needed.tree && needed.dielectric && glass_fills_view(scene))
 }
 
@@ -60,9 +57,7 @@ pub(super) fn fewest_samples(needed: &Features, reuse: Reuse, facts: &DriverFact
 /// By how much variance must fall in the trial for reuse to pay. With a tree a sample takes 1.4 to 2.3 times the time
 /// (measured on lavapipe, scenes with meshes of 35 thousand to a million triangles); the least of these, since the noise that
 /// reuse does not lower, of edges and of lamps, falls faster with further samples. Without a tree it takes 1.9 to 2.1 times the
-/// time, but the kernel that could reuse paths and does not takes 1.2 times that of one that could not. (Where branches that no lane
-/// takes are executed 2.2 to 3.6, and 1.35 to 1.75: balls of which the trial says 1.9 take 1.36 times as long to the same error with
-/// reuse, 1.8 without.)
+/// time, but the kernel that could reuse paths and does not takes 1.2 times that of one that could not.
 ///
 /// On GPUs a sample takes 2.4 to 4 times the time; a room of balls, one of glass, gains 3, one of diffuse balls and a mirror 4.1 to 8.
 pub(super) fn worth(needed: &Features, facts: &DriverFacts) -> f64 {

@@ -11,8 +11,7 @@ use super::tried::{Noise, TriedGroup};
 
 /// The greatest part of variance that may be of light which is not shared for gradients to pay: they lower the rest only, and
 /// with them random numbers are stratified over fewer samples. With .37 to .52 they take .67 to .95 times as long to the same
-/// error, with .60 .98 to 1.03 (balls and meshes, some of mirror or glass, in a room, terrain; 4 to 64 samples, lavapipe 25.0.7
-/// and 22.3.6).
+/// error, with .60 .98 to 1.03 (balls and meshes, some of mirror or glass, in a room, terrain; 4 to 64 samples, lavapipe 25.0.7).
 const MOST_OWN: f64 = 0.58;
 /// The same where sampling is adaptive: with gradients all pixels get as many samples.
 const MOST_OWN_ADAPTIVE: f64 = 0.35;
