@@ -10,7 +10,7 @@ use common::variants::{small_budget, variants};
 use common::{assert_same_bits, cat_under_a_low_light, context, glass_cat, render, render_counted, shipped};
 use glam::DVec3;
 use photolith::render::{Adaptive, Feature, Glances, Gradients, Reuse, Scheduler, Shares};
-use photolith::scene::{Light, Material, Mesh, Normals, Sphere, Surface};
+use photolith::scene::{Bsdf, Light, Material, Mesh, Normals, Sphere, Surface};
 use photolith::{Context, Film, RenderSettings, Renderer, Scene};
 
 const SAMPLES: u32 = 32;

@@ -8,7 +8,7 @@ use clap::Args;
 use glam::DVec3;
 use photolith::accel::TreeStatistics;
 use photolith::render::Features;
-use photolith::scene::{Scene, Surface};
+use photolith::scene::{Bsdf, Scene, Surface};
 use serde_json::json;
 
 use super::options::SceneOptions;

@@ -2,7 +2,7 @@
 
 use std::hash::Hasher;
 
-use super::{Light, PixelFilter, Scene, Surface};
+use super::{Bsdf, Light, PixelFilter, Scene, Surface};
 use crate::hash::Fnv;
 
 /// Hash of everything that the expectation of a scene's image depends on. Names, files, the number of samples,

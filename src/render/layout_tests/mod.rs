@@ -9,7 +9,7 @@ use std::mem::offset_of;
 use super::film;
 use super::kernels::{LIGHT_TRACE, PATH_KERNELS};
 use super::layout::{
-    BeamNote, Counters, FilmSlot, GradientSlot, Push, SceneValues, binding, constant, flag, glance, kind, mode, queue,
+    BeamNote, Counters, FilmSlot, GradientSlot, Push, SceneValues, binding, bsdf, constant, flag, glance, mode, queue,
 };
 use super::mutation::Mutation;
 use super::shares::{PLAIN_SHARE, SHIFTED_SHARE, STATE_SHARES};
