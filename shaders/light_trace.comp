@@ -178,58 +178,48 @@ void main() [[maximally_reconverges]] {
         counts.rays += travels ? 1u : 0u;
         Ray way = Ray(beam.origin, beam.toward, beam.leaving);
         Hit hit = intersect(way, loops);
-        Surface surface = surface_at(hit, way);
-        bool front = dot(beam.toward, surface.normal) <= 0.0;
-        vec3 up = front ? surface.normal : -surface.normal;
-        vec3 outside = surface.position + up * surface.offset;
-        float kind = surface.kind;
-        alive = alive && hit.primitive >= 0 && kind != KIND_EMITTER;
+        Vertex v = vertex_at(hit, way);
+        vec3 wo = -beam.toward;
+        alive = alive && hit.primitive >= 0 && v.bsdf.type != BSDF_NONE;
 
         // What it lights is seen if it has met glass or a mirror first; other light is left to paths.
-        float x2 = dot(outside, outside);
+        float x2 = dot(v.outside, v.outside);
         float importance;
         vec2 near = FILTER == 1u ? sample_near(beam) : vec2(0.0);
-        uint pixel = pixel_at(camera, outside, near, importance);
-        vec3 to_camera = -outside * inversesqrt(x2);
-        float facing = dot(up, to_camera);
-        bool diffuse = kind == KIND_DIFFUSE;
-        alive = alive && !(diffuse && beam.hits == 1u);
-        bool shows = alive && diffuse && pixel != NO_PIXEL && facing > 0.0;
+        uint pixel = pixel_at(camera, v.outside, near, importance);
+        vec3 to_camera = -v.outside * inversesqrt(x2);
+        bool delta = is_delta(v.bsdf);
+        alive = alive && (delta || beam.hits > 1u);
+        bool shows = alive && !delta && pixel != NO_PIXEL && dot(v.up, to_camera) > 0.0;
         counts.shadow_rays += shows ? 1u : 0u;
-        bool hidden = occluded(Ray(outside, to_camera, leaving_id(hit.self_id, surface, front)), sqrt(x2), shows, loops);
+        bool hidden = occluded(Ray(v.outside, to_camera, leaving_id(v.self_id, v.surface, v.front)), sqrt(x2), shows, loops);
         count_doubtful(shows && !hidden ? BEAM_TARGETS : 0u);
         if (shows && !hidden) {
             float r = beams_per_path(beam.light, beam.y, beam.direction, beam.cos_light, x2);
             float weight = MUTATION == MUTATE_BEAMS ? 1.0 : r / (1.0 + r);
-            vec3 light = beam.power * surface.color * (weight * facing * importance / PI);
+            vec3 light = beam.power * bsdf_eval(v.bsdf, v.normal, wo, to_camera) * (weight * importance);
             bool good = is_finite(brightness(light));
             counts.bad += good ? 0u : 1u;
             if (good) note(current, beam.notes++, pixel, light);
         }
         alive = alive && beam.hits < MAX_DEPTH && beam.hits < BEAM_HITS;
 
-        bool crossed = false;
         vec2 u = sample_pair(beam.key, beam.index, pair_direction(beam.hits), beam.hits);
-        vec3 onward = mirror_sample(beam.toward, surface.normal);
-        vec3 share = surface.color;
-        if (diffuse) {
-            onward = diffuse_sample(up, u);
+        BsdfSample onward = bsdf_sample(v.bsdf, v.normal, wo, u);
+        vec3 share = onward.weight;
+        if (!delta) {
             float survive = upper(upper(share.x, share.y), share.z);
             alive = alive && sample_independent(beam.key, beam.index, beam.hits) < survive;
             share *= 1.0 / survive;
         }
-        if (HAS_DIELECTRIC && kind > 0.0) {
-            onward = dielectric_sample(beam.toward, up, front, kind, u.x, crossed);
-            // Paths leave out that radiance changes with the square of the index of refraction, which cancels out if lamp
-            // and surface are in the same medium.
-            float eta = front ? kind : 1.0 / kind;
-            share = vec3(crossed ? 1.0 / (eta * eta) : 1.0);
-        }
+        // Paths leave out that radiance changes with the square of the index of refraction, which cancels out if emitter and surface are
+        // in the same medium.
+        if (HAS_DIELECTRIC && onward.crosses) share *= 1.0 / (v.bsdf.eta * v.bsdf.eta);
         if (travels && !alive && beam.notes < BEAM_NOTES) note(current, beam.notes, NO_PIXEL, vec3(0.0));
         beam.power *= share;
-        beam.origin = crossed ? surface.position - up * surface.offset : outside;
-        beam.toward = onward;
-        beam.leaving = leaving_id(hit.self_id, surface, front != crossed);
+        beam.origin = onward.crosses ? v.surface.position - v.up * v.surface.offset : v.outside;
+        beam.toward = onward.direction;
+        beam.leaving = leaving_id(v.self_id, v.surface, v.front != onward.crosses);
         // A walk may have ended too early.
         if (LOOP_BUDGET > 0u) doubtful_loops = subgroupMax(doubtful_loops);
         if (LOOP_BUDGET > 0u && loops + doubtful_loops >= LOOP_BUDGET) {

@@ -148,21 +148,21 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         bool shades = held && !h.dying;
         uint p = held ? pixel_of_path(h.slot) : 0u;
         uint key = key_of_group(corner, p);
-        Arrival arrival;
+        Vertex vertex;
         ShadowRay shadow;
-        bool second = REUSE && shades && h.path.second;
+        bool second = shades && has_flag(h.path, PATH_FROM_FIRST);
         vec3 radiance = second ? vec3(0.0) : h.radiance;
         vec3 direct = h.radiance;
         uint light_samples = reuses() ? LIGHT_SAMPLES : 1u;
         Hit hit = hit_of(ray_of(h.path), shades ? h.id : -1, h.t);
-        bool alive = path_arrive(h.path, hit, key, light_samples, radiance, arrival, shadow) && shades;
+        bool alive = path_arrive(h.path, hit, key, light_samples, radiance, vertex, shadow) && shades;
         h.radiance = shades ? radiance : h.radiance;
         if (REUSE) {
-            if (SMOOTH_NORMALS && shades && arrival.first) {
-                path_store(region + h.slot, ROW_FIRST_UP, vec4(arrival.up, 0.0));
+            if (SMOOTH_NORMALS && shades && vertex.first) {
+                path_store(region + h.slot, ROW_FIRST_UP, vec4(vertex.up, 0.0));
             }
-            if (second) note_second_hit(region + h.slot, h.path, arrival, h.t, direct);
-            h.gives = h.gives || (second && arrival.gives);
+            if (second) note_second_hit(region + h.slot, h.path, vertex, h.t, direct);
+            h.gives = h.gives || (second && vertex.gives);
             h.met = h.met || second;
         }
         rays += shades ? 1u : 0u;
@@ -192,7 +192,7 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         h.dying = !alive && later;
         // From the camera to the first hit the random numbers are the pixel's own.
         uvec2 at = pixel_of_work(corner, pixel_of_path(run.slot));
-        path_depart(h.path, arrival, alive, camera, at, begins ? run.key : key, begins ? run.index : h.path.index);
+        path_depart(h.path, vertex, alive, camera, at, begins ? run.key : key, begins ? run.index : h.path.index);
         run.left -= begins ? 1u : 0u;
         run.slot += begins ? work_pixels : 0u;
         run.index += begins ? 1u : 0u;
@@ -201,7 +201,7 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         closest_constant(ray_of(h.path), t, id);
         h.t = t;
         h.id = id;
-        if (REUSE) h.path.second = h.path.second && reuses();
+        if (REUSE && !reuses()) h.path.flags &= ~PATH_FROM_FIRST;
         uint entry = tree_entry(h.path.origin, h.path.direction, t);
         entry = alive || begins ? entry : 0u;
         // The same for a living path, which leaves a diffuse surface as its shadow ray does.

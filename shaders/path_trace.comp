@@ -76,17 +76,17 @@ void main() [[maximally_reconverges]] {
     if (REUSE || SPLIT == 1u || going) do {
         do {
             Hit hit = intersect(ray_of(path), loops);
-            Arrival arrival;
+            Vertex vertex;
             ShadowRay shadow;
-            bool second = REUSE && path.second;
+            bool second = has_flag(path, PATH_FROM_FIRST);
             vec3 direct = radiance;
             radiance = second ? vec3(0.0) : radiance;
-            bool alive = path_arrive(path, hit, shared_key, reusing ? LIGHT_SAMPLES : 1u, radiance, arrival, shadow);
+            bool alive = path_arrive(path, hit, shared_key, reusing ? LIGHT_SAMPLES : 1u, radiance, vertex, shadow);
             if (REUSE) {
                 alive = alive && going;
                 shadow.wanted = shadow.wanted && going;
-                if (SMOOTH_NORMALS && arrival.first) first_up = arrival.up;
-                if (second) meeting = meeting_at(path, arrival, hit.t, direct, first_up);
+                if (SMOOTH_NORMALS && vertex.first) first_up = vertex.up;
+                if (second) meeting = meeting_at(path, vertex, hit.t, direct, first_up);
             }
             counts.rays += going ? 1u : 0u;
             if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
@@ -112,8 +112,8 @@ void main() [[maximally_reconverges]] {
                 }
                 radiance = vec3(0.0);
             }
-            path_depart(path, arrival, alive, camera, at, alive ? shared_key : key, path.index + (alive ? 0u : 1u));
-            if (REUSE) path.second = path.second && reusing;
+            path_depart(path, vertex, alive, camera, at, alive ? shared_key : key, path.index + (alive ? 0u : 1u));
+            if (REUSE && !reusing) path.flags &= ~PATH_FROM_FIRST;
             going = within_budget && left > 0u && !waits;
         } while (going && (!REUSE || group_lacks_path(going, reusing, ended.there)));
         if (REUSE && any_lane(ended.there)) {

@@ -129,9 +129,9 @@ void main() [[maximally_reconverges]] {
                     t = walk.t;
                     id = walk.id;
                 }
-                Arrival arrival;
+                Vertex vertex;
                 ShadowRay shadow;
-                bool alive = path_arrive(path, hit_of(ray_of(path), id, t), key, 1u, radiance, arrival, shadow);
+                bool alive = path_arrive(path, hit_of(ray_of(path), id, t), key, 1u, radiance, vertex, shadow);
                 counts.rays += 1u;
                 uint entry = 0u;        // of the shadow ray
                 if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
@@ -144,7 +144,7 @@ void main() [[maximally_reconverges]] {
                 over = !alive;
                 there = !over || left > 0u;
                 left -= over && there ? 1u : 0u;
-                path_depart(path, arrival, alive, camera, at, key, path.index + (over ? 1u : 0u));
+                path_depart(path, vertex, alive, camera, at, key, path.index + (over ? 1u : 0u));
                 t = INFINITY;
                 id = -1;
                 closest_constant(ray_of(path), t, id);

@@ -10,7 +10,7 @@ use common::variants::{small_budget, variants};
 use common::{assert_same_bits, context, glass_cat, render, render_counted, shipped};
 use glam::DVec3;
 use photolith::render::{Adaptive, Feature, Gradients, Reuse, SampleMap, Scheduler};
-use photolith::scene::{Light, Material, Mesh, Normals, Sphere, Surface};
+use photolith::scene::{Bsdf, Light, Material, Mesh, Normals, Sphere, Surface};
 use photolith::{Context, Film, RenderSettings, Renderer, Scene};
 
 const SAMPLES: u32 = 32;
@@ -73,7 +73,7 @@ fn mesh_whose_paths_are_not_worth_reusing() {
     let lit = shipped("cat", (48, 40), SAMPLES);
     let mut dark = lit.clone();
     for material in &mut dark.materials {
-        if let Surface::Diffuse { reflectance } = &mut material.surface {
+        if let Bsdf::Diffuse { reflectance } = &mut material.surface.bsdf {
             *reflectance = [0.02; 3];
         }
     }
@@ -189,7 +189,7 @@ fn lanes_that_never_work() {
     let mut scene = shipped("indirect", (24, 20), 3);
     let power = [9000.0, 7000.0, 5000.0];
     scene.lights.push(Light::Point { position: DVec3::new(20.0, 30.0, 10.0), power });
-    scene.materials.push(Material { name: "lamp".to_owned(), surface: Surface::Emitter { radiance: [5.0, 7.0, 9.0] } });
+    scene.materials.push(Material { name: "lamp".to_owned(), surface: Surface::emitter([5.0, 7.0, 9.0]) });
     let material = scene.materials.len() as u32 - 1;
     scene.spheres.push(Sphere { center: DVec3::new(-30.0, 30.0, 0.0), radius: 4.0, material, inward: false });
     let base = RenderSettings { reuse: Reuse::Off, ..RenderSettings::of(&scene) };
@@ -269,7 +269,7 @@ fn a_lamp_in_a_small_mirror() {
         };
         let first = scene.materials.len() as u32;
         scene.spheres.extend([ball(-10.0, 4.0, first), ball(30.0, 3.0, first + 1)]);
-        let surfaces = [Surface::Mirror { reflectance: [0.9; 3] }, Surface::Emitter { radiance: [50.0; 3] }];
+        let surfaces = [Surface::mirror([0.9; 3]), Surface::emitter([50.0; 3])];
         scene.materials.extend(surfaces.map(|surface| Material { name: format!("{surface:?}"), surface }));
         let settings = RenderSettings { reuse: Reuse::Off, ..RenderSettings::of(&scene) };
         let (_, statistics) = render_counted(&context, &scene, &settings);
@@ -287,7 +287,7 @@ fn lights_of_each_kind() {
         Sphere { center: DVec3::new(0.0, -1000.0, 0.0), radius: 990.0, inward: false, ..scene.spheres[0] };
     scene.lights.truncate(1);
     let lamp = scene.materials.len() as u32;
-    scene.materials.push(Material { name: "lamp".to_owned(), surface: Surface::Emitter { radiance: [3.0; 3] } });
+    scene.materials.push(Material { name: "lamp".to_owned(), surface: Surface::emitter([3.0; 3]) });
     // Facing down.
     let flat = |corners: &[[f64; 2]]| Mesh {
         name: "lamp".to_owned(),

@@ -16,7 +16,7 @@ fn fence() -> Scene {
     scene.background = [1.0; 3];
     scene.lights.clear();
     scene.spheres.clear();
-    scene.materials = vec![Material { name: "paint".to_owned(), surface: Surface::Diffuse { reflectance: [0.02; 3] } }];
+    scene.materials = vec![Material { name: "paint".to_owned(), surface: Surface::diffuse([0.02; 3]) }];
     let corner = |i: u32, right: bool, up: bool| {
         let x = f64::from(i) + if right { 0.4 } else { 0.0 } + if up { 2.5 } else { 0.0 };
         DVec3::new(x - 31.5, if up { 40.0 } else { -40.0 }, 0.0)

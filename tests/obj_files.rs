@@ -242,26 +242,26 @@ fn surface_of(mtl: &str) -> (Surface, Vec<String>) {
 
 #[test]
 fn mtl_materials_become_surfaces() {
-    let diffuse = |r, g, b| Surface::Diffuse { reflectance: [r, g, b] };
-    let mirror = |r, g, b| Surface::Mirror { reflectance: [r, g, b] };
+    let diffuse = |r, g, b| Surface::diffuse([r, g, b]);
+    let mirror = |r, g, b| Surface::mirror([r, g, b]);
     for (mtl, expected) in [
         ("Kd 0.1 0.2 0.3", diffuse(0.1, 0.2, 0.3)),
         ("Kd 0.5", diffuse(0.5, 0.5, 0.5)),
         ("", diffuse(0.8, 0.8, 0.8)),
-        ("Kd 1 1 1\nKe 3 0 1 # red", Surface::Emitter { radiance: [3.0, 0.0, 1.0] }),
+        ("Kd 1 1 1\nKe 3 0 1 # red", Surface::emitter([3.0, 0.0, 1.0])),
         ("Kd 1 1 1\nKe 0 0 0", diffuse(1.0, 1.0, 1.0)),
         ("Kd 0 0 0\nKs 1 1 1", mirror(1.0, 1.0, 1.0)),
         ("Kd 1 1 1\nKs 1 1 1", diffuse(1.0, 1.0, 1.0)),
         ("illum 3\nKs 0.9 0.8 0.7", mirror(0.9, 0.8, 0.7)),
         ("illum 3", mirror(1.0, 1.0, 1.0)),
         ("illum 8\nKs 0 0 0", mirror(1.0, 1.0, 1.0)),
-        ("illum 7\nNi 2.5", Surface::Dielectric { ior: 2.5 }),
-        ("illum 4", Surface::Dielectric { ior: 1.5 }),
-        ("d 0.1\nNi 1.3", Surface::Dielectric { ior: 1.3 }),
-        ("d -halo 0.1\nNi 1.3", Surface::Dielectric { ior: 1.3 }),
-        ("Tr 0.9\nNi 1.3", Surface::Dielectric { ior: 1.3 }),
+        ("illum 7\nNi 2.5", Surface::dielectric(2.5)),
+        ("illum 4", Surface::dielectric(1.5)),
+        ("d 0.1\nNi 1.3", Surface::dielectric(1.3)),
+        ("d -halo 0.1\nNi 1.3", Surface::dielectric(1.3)),
+        ("Tr 0.9\nNi 1.3", Surface::dielectric(1.3)),
         ("Tf 1 1 1\nNi 1.5\nd 1\nKd 0 0 1", diffuse(0.0, 0.0, 1.0)),
-        ("Tf 0.2 0.2 0.2\nNi 1.5\nKd 0 0 1", Surface::Dielectric { ior: 1.5 }),
+        ("Tf 0.2 0.2 0.2\nNi 1.5\nKd 0 0 1", Surface::dielectric(1.5)),
     ] {
         let (surface, warnings) = surface_of(mtl);
         assert_eq!(surface, expected, "{mtl}");
@@ -311,8 +311,8 @@ fn materials_are_found_beside_the_mesh() {
     let names: Vec<_> = scene.materials.iter().map(|material| material.name.as_str()).collect();
     assert_eq!(names, ["default grey", "red"], "in order of use");
     assert_eq!(scene.meshes[0].triangle_materials, [0, 1, 0, 1]);
-    assert_eq!(scene.materials[0].surface, Surface::Diffuse { reflectance: [0.8; 3] });
-    assert_eq!(scene.materials[1].surface, Surface::Diffuse { reflectance: [1.0, 0.0, 0.0] });
+    assert_eq!(scene.materials[0].surface, Surface::diffuse([0.8; 3]));
+    assert_eq!(scene.materials[1].surface, Surface::diffuse([1.0, 0.0, 0.0]));
     let [warning] = &warnings[..] else { panic!("{warnings:?}") };
     assert!(warning.contains("a.obj:9: the material \"nowhere\""), "{warning}");
     assert_eq!(scene.lights.len(), 1, "an emitter that nothing uses gives no light");
@@ -323,7 +323,7 @@ fn materials_are_found_beside_the_mesh() {
     // Two files in one statement; the first is not there.
     let Loaded { scene, warnings } = obj("mtllib gone.mtl lamp.mtl", "usemtl lamp\nf 1 2 3\n");
     assert!(matches!(&warnings[..], [w] if w.contains("a.obj:1: ") && w.contains("gone.mtl")), "{warnings:?}");
-    assert_eq!(scene.materials[0].surface, Surface::Emitter { radiance: [5.0; 3] });
+    assert_eq!(scene.materials[0].surface, Surface::emitter([5.0; 3]));
     assert!(scene.lights.is_empty() && scene.background == [0.0; 3], "the mesh lights itself");
 
     // In a scene file: the mesh's own materials, shared or renamed, or one for all.

@@ -25,10 +25,10 @@ fn point(half: f64) -> impl Strategy<Value = DVec3> {
 fn surface() -> impl Strategy<Value = Surface> {
     let rgb = || [0.1..0.95, 0.1..0.95, 0.1..0.95];
     prop_oneof![
-        3 => rgb().prop_map(|reflectance| Surface::Diffuse { reflectance }),
-        1 => rgb().prop_map(|reflectance| Surface::Mirror { reflectance }),
-        1 => (1.05..2.0).prop_map(|ior| Surface::Dielectric { ior }),
-        1 => rgb().prop_map(|radiance| Surface::Emitter { radiance }),
+        3 => rgb().prop_map(|reflectance| Surface::diffuse(reflectance)),
+        1 => rgb().prop_map(|reflectance| Surface::mirror(reflectance)),
+        1 => (1.05..2.0).prop_map(|ior| Surface::dielectric(ior)),
+        1 => rgb().prop_map(|radiance| Surface::emitter(radiance)),
     ]
 }
 
@@ -101,7 +101,7 @@ fn painted(scene: &Scene) -> Scene {
     scene.background = [0.0; 3];
     for (i, material) in scene.materials.iter_mut().enumerate() {
         let shade = |k: usize| 0.25 + 0.75 * ((i * k + k) % 7) as f64 / 7.0;
-        material.surface = Surface::Emitter { radiance: [shade(1), shade(2), shade(3)] };
+        material.surface = Surface::emitter([shade(1), shade(2), shade(3)]);
     }
     scene
 }

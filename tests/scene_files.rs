@@ -268,10 +268,10 @@ fn all_keys() {
     assert_eq!(scene.integrator, integrator);
     assert_eq!(scene.background, [1.0, 2.5, 0.0]);
     assert_eq!(scene.materials[0].name, "white");
-    assert_eq!(scene.materials[0].surface, Surface::Diffuse { reflectance: [0.8; 3] });
-    assert_eq!(scene.materials[1].surface, Surface::Mirror { reflectance: [1.0; 3] });
-    assert_eq!(scene.materials[2].surface, Surface::Dielectric { ior: 1.5 });
-    assert_eq!(scene.materials[3].surface, Surface::Emitter { radiance: [4.0, 5.0, 6.0] });
+    assert_eq!(scene.materials[0].surface, Surface::diffuse([0.8; 3]));
+    assert_eq!(scene.materials[1].surface, Surface::mirror([1.0; 3]));
+    assert_eq!(scene.materials[2].surface, Surface::dielectric(1.5));
+    assert_eq!(scene.materials[3].surface, Surface::emitter([4.0, 5.0, 6.0]));
     let glass = Sphere { center: [1.5, -2.0, 300.0].into(), radius: 0.25, material: 2, inward: true };
     assert_eq!(scene.spheres[1], glass);
     assert_eq!(scene.lights, [Light::Point { position: [0.0, 9.0, 0.0].into(), power: [1.0; 3] }]);

@@ -31,9 +31,9 @@ fn each_broken_invariant_is_found() {
         (|s| s.integrator.russian_roulette = Some(0), "integrator: russian_roulette is 0"),
         (|s| s.background[1] = -1.0, "background: radiance is [0.3, -1, 0.3]"),
         (|s| s.materials.push(s.materials[0].clone()), "material 2: name is \"default grey\""),
-        (|s| s.materials[0].surface = Surface::Dielectric { ior: 0.0 }, "material 1: ior is 0"),
+        (|s| s.materials[0].surface = Surface::dielectric(0.0), "material 1: ior is 0"),
         (
-            |s| s.materials[0].surface = Surface::Dielectric { ior: 1e-50 },
+            |s| s.materials[0].surface = Surface::dielectric(1e-50),
             "material 1: ior is 1e-50, expected a number from 0.001 to 1000",
         ),
         (|s| s.spheres[0].radius = f64::INFINITY, "sphere 1: radius is inf"),

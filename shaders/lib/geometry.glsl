@@ -1,6 +1,6 @@
 // The scene's primitives, vertices and materials, whatever finds the hits. Primitives are numbered in the order of the scene: constant
-// spheres, facets, other spheres, triangles. src/render/geometry.rs packs the table: two texels a primitive, then materials,
-// positions of vertices and their normals, a texel each.
+// spheres, facets, other spheres, triangles. src/render/geometry.rs packs the table: two texels a primitive, two a material
+// (material.glsl), then positions of vertices and their normals, a texel each.
 //
 //   triangle    vertex 0, vertex 1, vertex 2, material | flags;      normal | light
 //   sphere      centre | material | flags;                           radius, 1/radius with the normal's sign, - | light
@@ -26,20 +26,6 @@ vec3 vertex_normal(uint vertex) { return uintBitsToFloat(texelFetch(geometry_tex
 
 // Of a primitive with such a word.
 uint material_index(uint word) { return word & MATERIAL_BITS; }
-
-const float KIND_DIFFUSE = 0.0;
-const float KIND_MIRROR = -1.0;
-const float KIND_EMITTER = -2.0;
-
-struct Material {
-    vec3 color;     // reflectance or radiance
-    float kind;     // one of the above, or, if positive, the index of refraction of a dielectric
-};
-
-Material fetch_material(uint index) {
-    vec4 m = uintBitsToFloat(texelFetch(geometry_texels, int(first_material + index)));
-    return Material(m.rgb, m.w);
-}
 
 // Whether a primitive of the tree is a sphere, whose first texel this is.
 bool is_sphere(uvec4 shape) { return TREE_SPHERES && (!TREE_TRIANGLES || (shape.w & IS_SPHERE) != 0u); }

@@ -1,4 +1,5 @@
-// One path, one hit at a time. The schedulers (path_trace.comp, path_turns.comp, path_queue.comp) decide when; this decides what.
+// One path, one hit at a time: at each vertex it adds emitted light, samples the lights, and goes on in a direction that the surface's
+// BSDF gives. The schedulers (path_trace.comp, path_turns.comp, path_queue.comp) decide when; this decides what.
 
 #ifndef PATH_GLSL
 #define PATH_GLSL
@@ -8,25 +9,32 @@
 #include "sampler.glsl"
 #include "camera.glsl"
 #include "surface.glsl"
-#include "bsdf/diffuse.glsl"
-#include "bsdf/mirror.glsl"
-#include "bsdf/dielectric.glsl"
+#include "bsdf/bsdf.glsl"
+#include "light/background.glsl"
 #include "light/beam.glsl"
 
 // A path's next ray and what it has gathered.
 struct Path {
     vec3 origin;
     vec3 direction;
-    int leaving;        // id of the primitive the ray starts on (with INSIDE on a sphere's inner side), or -1
-    vec3 throughput;    // with REUSE: below 0 if light from where the ray goes does not count
+    int leaving;        // handle of the surface that the ray leaves (with INSIDE on a sphere's inner side), or -1
+    vec3 throughput;    // f·cos/pdf of all vertices so far
     uint hits;          // surface hits so far
     uint index;         // of the sample in its pixel
-    vec3 normal;        // with REUSE: at the start of the ray; 0 as long as nothing diffuse has been met
-    float pdf;          // the ray's density per solid angle there; 0: no light sampling competes with it
+    vec3 normal;        // with REUSE: shading normal where the ray starts
+    float pdf;          // of the ray's direction, per solid angle; 0: light sampling does not compete with it
     float x2;           // with beams: square of the distance at which the camera sees the first hit, if that is diffuse, else
                         // 0: no beams compete with it, see light/beam.glsl
-    bool second;        // the ray starts at the first diffuse hit
+    uint flags;         // PATH_…
 };
+
+// What REUSE needs to know of a path (reuse.glsl).
+const uint PATH_RECONNECTABLE = 1u; // it has met a reconnectable surface
+const uint PATH_FROM_FIRST = 2u;    // its ray starts at the first of these
+const uint PATH_FOR_OTHERS = 4u;    // light from where its ray goes is for other pixels only
+const uint PATH_FLAGS = 3u;         // number of them
+
+bool has_flag(Path path, uint flag) { return REUSE && (path.flags & flag) != 0u; }
 
 // A shadow ray and the light that arrives if nothing is in its way.
 struct ShadowRay {
@@ -38,54 +46,58 @@ struct ShadowRay {
     bool wanted;
 };
 
+ShadowRay shadow_none(vec3 from, int self_id) { return ShadowRay(from, vec3(0.0, 0.0, 1.0), 0.0, self_id, vec3(0.0), false); }
+
 Ray ray_of(Path path) { return Ray(path.origin, path.direction, path.leaving); }
 Ray ray_of(ShadowRay ray) { return Ray(ray.origin, ray.direction, ray.leaving); }
 
+// A vertex of a path: the surface that its ray has met, seen from the side from which it came.
+struct Vertex {
+    Surface surface;
+    Bsdf bsdf;
+    int self_id;        // of the hit
+    vec3 normal;        // shading normal
+    vec3 up;            // geometric normal
+    vec3 outside;       // the hit, moved off the surface by its error bound
+    vec3 throughput;    // before the surface scatters
+    bool front;
+    bool last;          // the next ray can only meet light
+    bool first;         // with REUSE: no reconnectable surface was met before
+    bool gives;         // a second hit that other pixels can use as well: the path goes on with throughput 1
+    uint hits;
+};
+
 // Whether a path is followed one hit further than MAX_DEPTH, for light that it meets there.
 const bool LIGHT_AFTER_LAST_HIT = HAS_BACKGROUND || HAS_EMITTER;
-
-// Samples that are no light, but tell what the camera sees, directly or in mirrors: the place of a diffuse surface
-// (gradient.glsl), or what decides about the sample map (sample_map.glsl).
-bool finds_places() { return REUSE && in_mode(MODE_SURVEY); }
-bool finds_emitters() { return SAMPLE_MAP && in_mode(MODE_EMITTERS); }
 
 // The numbers of a sample's place in its pixel are the pixel's own, and do without the member that it is of its group. When groups
 // move (pixel_order.glsl) that changes; the places go on as they began, and are spread as well as if groups had not moved.
 Path path_begin(Camera camera, uvec2 at, uint key, uint index) {
     vec2 u = sample_pair(key, index_of_sample(index), PAIR_PIXEL, 0u);
-    return Path(vec3(0.0), camera_direction(camera, at, u), -1, vec3(1.0), 0u, index, vec3(0.0), 0.0, 0.0, false);
+    return Path(vec3(0.0), camera_direction(camera, at, u), -1, vec3(1.0), 0u, index, vec3(0.0), 0.0, 0.0, 0u);
 }
 
-// Whether the members of a group of pixels sample lights alike where they first meet a diffuse surface (reuse.glsl), and the
+// Samples that are no light, but tell what the camera sees, directly or in mirrors: the place of a reconnectable surface
+// (gradient.glsl), or what decides about the sample map (sample_map.glsl).
+bool finds_places() { return REUSE && in_mode(MODE_SURVEY); }
+bool finds_emitters() { return SAMPLE_MAP && in_mode(MODE_EMITTERS); }
+
+// ---- light that arrives directly
+
+// Whether the members of a group of pixels sample lights alike where they first meet a reconnectable surface (reuse.glsl), and the
 // index of their numbers there.
 bool lights_alike() { return REUSE && LIGHT_COUNT > 0u && !SINGLE_POINT && in_mode(MODE_ALIKE); }
 uint index_at_first(uint index) { return lights_alike() ? index_of_sample(index) : index; }
 
-// What arriving at a surface leaves for the departure.
-struct Arrival {
-    Surface surface;
-    int self_id;        // of the hit
-    vec3 normal;        // shading normal on the side from which the ray came
-    vec3 up;            // geometric normal on that side
-    vec3 outside;       // the hit, moved off the surface by its error bound
-    vec3 throughput;
-    bool front;
-    bool last;          // the next ray can only meet light
-    bool first;         // with REUSE: nothing diffuse was met before
-    bool gives;         // a second hit that other pixels can use as well: the path goes on with throughput 1
-    uint hits;
-};
-
-// A sample of the lights: which, and where on it.
+// Random numbers for a sample of the lights: which, and where on it.
 struct LightNumbers {
     vec2 u;
     vec2 uv;
 };
 
-// The numbers of sample `nth` of the lights at a path's hit of number `hit`. Where LIGHT_SAMPLES of them are taken (`several`) each
-// has a quarter of every lamp to itself, and the same place in it, so that over all of a path's samples they are spread evenly.
-// The choices of lights are evenly apart (light_sample also takes the light that is half of all away), but each may be any: all
-// of a lamp is for all choices.
+// The numbers of sample `nth` of the lights at a path's hit of number `hit`. Of several samples each takes a quadrant of the light's unit
+// square, and the choices of lights are offset by equal parts; quadrant and choice are independent, so that every light is sampled in
+// every quadrant. (light_sample also takes the light that is half of all away.)
 LightNumbers light_numbers(uint key, uint index, uint hit, uint nth, bool several) {
     LightNumbers n = LightNumbers(sample_pair(key, index, pair_choice(hit), hit), vec2(0.0));
     if (EMITTER_COUNT > 0u) n.uv = sample_pair(key, index, pair_light(hit), hit);
@@ -96,108 +108,134 @@ LightNumbers light_numbers(uint key, uint index, uint hit, uint nth, bool severa
     return n;
 }
 
-// Light from one light at a point of a diffuse surface, before it is known whether anything is in between. `up` is the geometric
-// normal; `count` samples like this are taken there.
-ShadowRay light_ray(vec3 from, vec3 normal, vec3 up, int leaving, vec3 throughput, LightNumbers n, uint count) {
-    ShadowRay ray = ShadowRay(from, normal, 0.0, leaving, vec3(0.0), false);
+// Light from one light that a surface scatters towards wo, before it is known whether anything is in between. `normal` and `up` are the
+// shading and the geometric normal; `count` samples like this are taken there.
+ShadowRay light_ray(vec3 from, Bsdf bsdf, vec3 normal, vec3 up, vec3 wo, int self_id, vec3 throughput, LightNumbers n, uint count) {
+    ShadowRay ray = shadow_none(from, self_id);
     if (LIGHT_COUNT == 0u) return ray;
     LightSample light;
-    if (SINGLE_POINT) light = point_sample(point_at, point_power, from, normal);
+    if (SINGLE_POINT) light = point_sample(point_at, point_power, from);
     else light = light_sample(from, normal, n.u, n.uv);
-    vec3 to = light.point - from;
-    float r2 = dot(to, to);
-    float inverse = 1.0 / sqrt(r2);
-    ray.direction = to * inverse;
-    ray.distance = r2 * inverse;
+    vec3 scattered = bsdf_eval(bsdf, normal, wo, light.direction) * light.radiance;
     if (EMITTER_COUNT > 0u && light.pdf > 0.0) {
-        light.radiance *= mis_weight(float(count) * light.pdf, diffuse_pdf(dot(normal, ray.direction)));
+        scattered *= mis_weight(float(count) * light.pdf, bsdf_pdf(bsdf, normal, wo, light.direction));
     }
-    ray.radiance = throughput * light.radiance;
-    ray.wanted = brightness(light.radiance) > 0.0;
+    ray.direction = light.direction;
+    ray.distance = light.distance;
+    ray.radiance = throughput * scattered;
+    ray.wanted = brightness(ray.radiance) > 0.0;
     if (SMOOTH_NORMALS) ray.wanted = ray.wanted && dot(up, ray.direction) > 0.0;
     return ray;
 }
 
-// The same at a path's hit, which gets `count` samples.
-ShadowRay direct_light(Arrival a, uint index, uint key, uint count) {
+// The same at a vertex, which gets `count` samples.
+ShadowRay direct_light(Vertex v, vec3 wo, uint index, uint key, uint count) {
     LightNumbers n = LightNumbers(vec2(0.0), vec2(0.0));
     if (LIGHT_COUNT > 0u && !SINGLE_POINT) {
-        n = light_numbers(key, a.first ? index_at_first(index) : index, a.hits, 0u, count > 1u && !a.last);
+        n = light_numbers(key, v.first ? index_at_first(index) : index, v.hits, 0u, count > 1u && !v.last);
     }
-    return light_ray(a.outside, a.normal, a.up, leaving_id(a.self_id, a.surface, a.front), a.throughput, n, count);
+    return light_ray(v.outside, v.bsdf, v.normal, v.up, wo, leaving_id(v.self_id, v.surface, v.front), v.throughput, n, count);
 }
 
-// The path's ray meets a surface, or leaves the scene. Adds emitted light to `radiance` and
-// gives a shadow ray. A first diffuse hit gets `light_samples` samples of lights. Returns false when the path ends here.
-bool path_arrive(Path path, Hit hit, uint key, uint light_samples, inout vec3 radiance, out Arrival a,
-                 out ShadowRay shadow) {
-    bool met = hit.primitive >= 0;
-    vec3 seen = radiance;
-    vec3 throughput = path.throughput;
-    // A direction that its pixel gets no light from, although it does from what is shared.
-    if (REUSE && SMOOTH_NORMALS && any(lessThan(throughput, vec3(0.0)))) throughput = vec3(0.0);
-    if (HAS_BACKGROUND && !met) radiance += throughput * background.rgb;
-    a.self_id = hit.self_id;
-    a.surface = surface_at(hit, ray_of(path));
-    a.front = dot(path.direction, a.surface.normal) <= 0.0;
-    a.hits = path.hits + 1u;
-    float kind = a.surface.kind;
-    bool glows = HAS_EMITTER && met && kind == KIND_EMITTER && a.front;
-    bool by_beams = HAS_BEAMS && glows && path.pdf == 0.0 && path.x2 > 0.0 && path.hits <= BEAM_HITS && a.surface.light >= 0;
-    if (HAS_BEAMS) count_doubtful(by_beams ? BEAM_TARGETS : 0u);
-    if (glows) {
-        float weight = 1.0;
-        if (EMITTER_COUNT > 0u && path.pdf > 0.0 && a.surface.light >= 0) {
-            float cos_light = -dot(path.direction, a.surface.normal);
-            float of_light = light_pdf(path.origin, a.surface.light, hit.t, cos_light);
-            if (path.second) of_light *= float(light_samples);
-            weight *= mis_weight(path.pdf, of_light);
-        }
-        // The constant lets the program drop this before the driver sees it (src/gpu/prune.rs).
-        if (HAS_BEAMS && by_beams) {
-            vec3 y = path.origin + hit.t * path.direction;
-            float cos_light = -dot(path.direction, a.surface.normal);
-            weight /= 1.0 + beams_per_path(a.surface.light, y, -path.direction, cos_light, path.x2);
-        }
-        // A grazing hit has no cosine, and an infinite density on the light's side: it adds nothing.
-        if (weight > 0.0) radiance += throughput * a.surface.color * weight;
-    }
+// ---- light that the path meets
 
-    bool diffuse = HAS_DIFFUSE && kind == KIND_DIFFUSE;
-    a.first = REUSE && path.normal == vec3(0.0);
-    bool alive = met && a.hits <= MAX_DEPTH && kind != KIND_EMITTER;
-    if (finds_places()) radiance = alive && diffuse ? a.surface.position : vec3(0.0);
-    if (finds_emitters()) {
-        float emitted = glows ? brightness(throughput * a.surface.color) : 0.0;
-        radiance = seen + vec3(emitted, alive && kind == KIND_MIRROR ? 1.0 : 0.0, alive && kind > 0.0 ? 1.0 : 0.0);
+// The weight of light that a path meets on an emitter at distance t, against that of light sampling, of which `light_samples` were taken
+// at the first reconnectable vertex, and of light paths.
+float emission_weight(Path path, Surface surface, float t, uint light_samples) {
+    float weight = 1.0;
+    float cos_light = -dot(path.direction, surface.normal);
+    if (EMITTER_COUNT > 0u && path.pdf > 0.0 && surface.light >= 0) {
+        float of_light = light_pdf(path.origin, surface.light, t, cos_light);
+        if (has_flag(path, PATH_FROM_FIRST)) of_light *= float(light_samples);
+        weight = mis_weight(path.pdf, of_light);
     }
-    if (finds_places() || finds_emitters()) alive = alive && HAS_MIRROR && kind == KIND_MIRROR;
-    vec3 weight = HAS_DIELECTRIC && kind > 0.0 ? vec3(1.0) : a.surface.color;
-    if (MUTATION == MUTATE_ALBEDO) weight *= 1.01;
-    a.gives = REUSE && path.second && diffuse && alive && throughput != vec3(0.0);
-    a.throughput = (a.gives ? vec3(1.0) : throughput) * weight;
-    float strongest = upper(upper(a.throughput.x, a.throughput.y), a.throughput.z);
+    bool by_beams = HAS_BEAMS && path.pdf == 0.0 && path.x2 > 0.0 && path.hits <= BEAM_HITS && surface.light >= 0;
+    if (HAS_BEAMS) count_doubtful(by_beams ? BEAM_TARGETS : 0u);
+    // The constant lets the program drop this before the driver sees it (src/gpu/prune.rs).
+    if (HAS_BEAMS && by_beams) {
+        vec3 y = path.origin + t * path.direction;
+        weight /= 1.0 + beams_per_path(surface.light, y, -path.direction, cos_light, path.x2);
+    }
+    return weight;
+}
+
+// Light that a path's ray has met: emitted by a surface, or from the background.
+vec3 emitted_light(Path path, Vertex v, bool met, float t, uint light_samples) {
+    vec3 light = vec3(0.0);
+    if (HAS_BACKGROUND && !met) {
+        float of_light = background_pdf(path.direction);
+        light = background_radiance(path.direction) * (path.pdf > 0.0 && of_light > 0.0 ? mis_weight(path.pdf, of_light) : 1.0);
+    }
+    bool glows = HAS_EMITTER && met && v.front && v.surface.material.emission != vec3(0.0);
+    if (HAS_EMITTER && glows) {
+        float weight = emission_weight(path, v.surface, t, light_samples);
+        // A grazing hit has no cosine, and an infinite density on the light's side: it adds nothing.
+        light = weight > 0.0 ? v.surface.material.emission * weight : vec3(0.0);
+    }
+    return light;
+}
+
+// ---- a vertex
+
+// The surface that a ray has met; what a path makes of it is still to be told.
+Vertex vertex_at(Hit hit, Ray ray) {
+    Vertex v;
+    v.surface = surface_at(hit, ray);
+    v.self_id = hit.self_id;
+    v.front = dot(ray.direction, v.surface.normal) <= 0.0;
+    v.bsdf = bsdf_of(v.surface.material, v.front);
+    v.normal = v.front ? v.surface.shading : -v.surface.shading;
+    v.up = v.front ? v.surface.normal : -v.surface.normal;
+    v.outside = v.surface.position + v.up * v.surface.offset;
+    v.throughput = vec3(0.0);
+    v.last = v.first = v.gives = false;
+    v.hits = 0u;
+    return v;
+}
+
+// The path's ray meets a surface, or leaves the scene. Adds emitted light to `radiance` and gives a shadow ray. The first reconnectable
+// vertex gets `light_samples` samples of lights. Returns false when the path ends here.
+bool path_arrive(Path path, Hit hit, uint key, uint light_samples, inout vec3 radiance, out Vertex v, out ShadowRay shadow) {
+    bool met = hit.primitive >= 0;
+    vec3 throughput = has_flag(path, PATH_FOR_OTHERS) ? vec3(0.0) : path.throughput;
+    v = vertex_at(hit, ray_of(path));
+    v.hits = path.hits + 1u;
+    vec3 emitted = throughput * emitted_light(path, v, met, hit.t, light_samples);
+    vec3 seen = radiance;
+    radiance += emitted;
+
+    bool reconnectable = is_reconnectable(v.bsdf);
+    bool alive = met && v.hits <= MAX_DEPTH;
+    bool mirror = HAS_MIRROR && v.bsdf.type == BSDF_MIRROR;
+    if (finds_places()) radiance = alive && reconnectable ? v.surface.position : vec3(0.0);
+    if (finds_emitters()) {
+        bool glass = HAS_DIELECTRIC && v.bsdf.type == BSDF_DIELECTRIC;
+        radiance = seen + vec3(met ? brightness(emitted) : 0.0, alive && mirror ? 1.0 : 0.0, alive && glass ? 1.0 : 0.0);
+    }
+    if (finds_places() || finds_emitters()) alive = alive && mirror;
+    v.first = REUSE && !has_flag(path, PATH_RECONNECTABLE);
+    v.gives = has_flag(path, PATH_FROM_FIRST) && reconnectable && alive && throughput != vec3(0.0);
+    v.throughput = v.gives ? vec3(1.0) : throughput;
+    vec3 expected = v.throughput * bsdf_albedo(v.bsdf);
+    float strongest = upper(upper(expected.x, expected.y), expected.z);
     alive = alive && strongest > 0.0;
-    a.normal = a.front ? a.surface.shading : -a.surface.shading;
-    a.up = a.front ? a.surface.normal : -a.surface.normal;
-    a.outside = a.surface.position + a.up * a.surface.offset;
 
     // A path of MAX_DEPTH hits may still meet light with its last ray. Further samples of lights are for those that go on otherwise.
-    a.last = a.hits == MAX_DEPTH || (!INDIRECT && diffuse);
-    shadow = ShadowRay(vec3(0.0), vec3(0.0, 0.0, 1.0), 0.0, -1, vec3(0.0), false);
+    v.last = v.hits == MAX_DEPTH || (!INDIRECT && !is_delta(v.bsdf));
+    shadow = shadow_none(vec3(0.0), -1);
     if (HAS_DIFFUSE) {
-        shadow = direct_light(a, path.index, key, a.first ? light_samples : 1u);
-        shadow.wanted = shadow.wanted && alive && diffuse;
+        shadow = direct_light(v, -path.direction, path.index, key, v.first ? light_samples : 1u);
+        shadow.wanted = shadow.wanted && alive;
     }
-    alive = alive && (LIGHT_AFTER_LAST_HIT || !a.last);
-    // Where it gets further light the throughput must be what light counts.
-    bool may_end = !finds_places() && !finds_emitters() && !(light_samples > 1u && a.first && diffuse);
+    alive = alive && (LIGHT_AFTER_LAST_HIT || !v.last);
     // The constant comes first, so that nothing of it is left where there is no roulette (src/gpu/prune.rs).
-    if (ROULETTE_DEPTH > 0u && a.hits >= ROULETTE_DEPTH && may_end) {
-        // A path is safe while its throughput is above ¼: ending strong paths costs more in noise than it saves.
-        float survive = lower(4.0 * strongest, 0.95);
-        alive = alive && sample_independent(key, path.index, a.hits) < survive;
-        a.throughput *= 1.0 / survive;
+    if (ROULETTE_DEPTH > 0u && v.hits >= ROULETTE_DEPTH) {
+        // A path is safe while its throughput is above ¼: ending strong paths costs more in noise than it saves. Where the path gets
+        // further samples of light, its throughput must be what light counts.
+        bool may_end = !finds_places() && !finds_emitters() && !(light_samples > 1u && v.first && reconnectable);
+        float survive = may_end ? lower(4.0 * strongest, 0.95) : 1.0;
+        alive = alive && sample_independent(key, path.index, v.hits) < survive;
+        v.throughput *= 1.0 / survive;
     }
     if (MAX_DEPTH == 1u && !LIGHT_AFTER_LAST_HIT) alive = false;
     return alive;
@@ -205,33 +243,35 @@ bool path_arrive(Path path, Hit hit, uint key, uint light_samples, inout vec3 ra
 
 // Turns the path into its next ray; or, if it is not alive, into the first ray of sample `index` of the pixel at `at`.
 // One evaluation of the sampler serves all, so that lanes of either kind share the work.
-void path_depart(inout Path path, Arrival a, bool alive, Camera camera, uvec2 at, uint key, uint index) {
-    uint hit = alive ? a.hits : 0u;
+void path_depart(inout Path path, Vertex v, bool alive, Camera camera, uvec2 at, uint key, uint index) {
+    uint hit = alive ? v.hits : 0u;
     vec2 u = sample_pair(key, alive ? index : index_of_sample(index), hit, hit);
     vec3 first = camera_direction(camera, at, u);
-    vec3 next = vec3(0.0);
-    bool crossed = false;
-    float kind = a.surface.kind;
-    if (HAS_DIFFUSE) next = diffuse_sample(a.normal, u);
-    if (HAS_MIRROR && kind == KIND_MIRROR) next = mirror_sample(path.direction, a.surface.shading);
-    if (HAS_DIELECTRIC && kind > 0.0) next = dielectric_sample(path.direction, a.normal, a.front, kind, u.x, crossed);
+    BsdfSample next = bsdf_sample(v.bsdf, v.normal, -path.direction, u);
+    bool reconnectable = is_reconnectable(v.bsdf);
+    vec3 throughput = v.throughput * next.weight;
+    uint flags = path.flags & PATH_RECONNECTABLE;
+    if (reconnectable) flags |= v.first ? PATH_RECONNECTABLE | PATH_FROM_FIRST : PATH_RECONNECTABLE;
     // A shading normal may send the ray to the wrong side of the surface: nothing is there to be seen.
-    if (SMOOTH_NORMALS && (dot(next, a.up) > 0.0) == crossed) {
-        // The throughput of x still counts for the second hits of others.
-        a.throughput = REUSE && a.first && kind == KIND_DIFFUSE ? -a.throughput : vec3(0.0);
+    if (SMOOTH_NORMALS && (dot(next.direction, v.up) > 0.0) == next.crosses) {
+        // What the second hit sends back still counts for other pixels.
+        if (REUSE && v.first && reconnectable) flags |= PATH_FOR_OTHERS;
+        else throughput = vec3(0.0);
     }
-    vec3 start = HAS_DIELECTRIC && crossed ? a.surface.position - a.up * a.surface.offset : a.outside;
+    vec3 start = HAS_DIELECTRIC && next.crosses ? v.surface.position - v.up * v.surface.offset : v.outside;
     path.origin = alive ? start : vec3(0.0);
-    path.direction = alive ? next : first;
-    path.leaving = alive ? leaving_id(a.self_id, a.surface, a.front != crossed) : -1;
-    path.throughput = alive ? a.throughput : vec3(1.0);
-    path.hits = alive ? (a.last ? MAX_DEPTH : a.hits) : 0u;
+    path.direction = alive ? next.direction : first;
+    path.leaving = alive ? leaving_id(v.self_id, v.surface, v.front != next.crosses) : -1;
+    path.throughput = alive ? throughput : vec3(1.0);
+    path.hits = alive ? (v.last ? MAX_DEPTH : v.hits) : 0u;
     path.index = index;
-    path.second = REUSE && alive && a.first && kind == KIND_DIFFUSE;
-    if (REUSE) path.normal = alive && (kind == KIND_DIFFUSE || !a.first) ? a.normal : vec3(0.0);
-    if (EMITTER_COUNT > 0u) path.pdf = alive && kind == KIND_DIFFUSE ? diffuse_pdf(dot(a.normal, next)) : 0.0;
+    if (REUSE) {
+        path.flags = alive ? flags : 0u;
+        path.normal = alive ? v.normal : vec3(0.0);
+    }
+    if (EMITTER_COUNT > 0u) path.pdf = alive ? next.pdf : 0.0;
     if (HAS_BEAMS) {
-        if (hit == 1u && kind == KIND_DIFFUSE) path.x2 = dot(a.outside, a.outside);
+        if (hit == 1u && reconnectable) path.x2 = dot(v.outside, v.outside);
         if (hit == 0u) path.x2 = 0.0;
     }
 }

@@ -6,10 +6,10 @@
 #include "path.glsl"
 #include "reuse_notes.glsl"
 
-const uint SECOND_BIT = 1u << SLOT_BITS;
-const uint GIVES_BIT = 2u << SLOT_BITS;
-const uint MET_BIT = 4u << SLOT_BITS;
-const uint HITS_SHIFT = SLOT_BITS + 3u;
+// A word holds a path's slot, its flags, two more, and 16 bits for its hits.
+const uint GIVES_BIT = 1u << (SLOT_BITS + PATH_FLAGS);
+const uint MET_BIT = 2u << (SLOT_BITS + PATH_FLAGS);
+const uint HITS_SHIFT = SLOT_BITS + PATH_FLAGS + 2u;
 const uint NOTHING = 0xffffffffu;
 const uint PLACES = 6u;                 // FOR_EACH_PLACE below
 const uint ALL_PLACES = (1u << PLACES) - 1u;
@@ -58,7 +58,7 @@ struct PocketWalk {
 };
 
 Held held_nothing() {
-    Path path = Path(vec3(0.0), vec3(0.0, 0.0, 1.0), -1, vec3(0.0), 0u, 0u, vec3(0.0), 0.0, 0.0, false);
+    Path path = Path(vec3(0.0), vec3(0.0, 0.0, 1.0), -1, vec3(0.0), 0u, 0u, vec3(0.0), 0.0, 0.0, 0u);
     return Held(path, vec3(0.0), NOTHING, 0.0, -1, false, false, false);
 }
 
@@ -96,7 +96,7 @@ void pocket_put(inout Pocket p, Held h, ShadowRay shadow, uint entry, uint entry
     vec4 origin = vec4(h.path.origin, h.t);
     vec4 direction = vec4(h.path.direction, intBitsToFloat(h.id));
     vec4 throughput = vec4(h.path.throughput, intBitsToFloat(h.path.leaving));
-    uint flags = (h.path.second ? SECOND_BIT : 0u) | (h.gives ? GIVES_BIT : 0u) | (h.met ? MET_BIT : 0u);
+    uint flags = (h.path.flags << SLOT_BITS) | (h.gives ? GIVES_BIT : 0u) | (h.met ? MET_BIT : 0u);
     uint bits = h.slot | flags | (h.path.hits << HITS_SHIFT);
     vec4 radiance = vec4(h.radiance, uintBitsToFloat(bits));
     vec4 toward = vec4(shadow.direction, shadow.distance);
@@ -146,7 +146,7 @@ void pocket_take(inout Pocket p, inout Held h) {
         uint bits = floatBitsToUint(radiance.w);
         h.slot = bits & ((1u << SLOT_BITS) - 1u);
         h.path = Path(origin.xyz, direction.xyz, floatBitsToInt(throughput.w), throughput.xyz, bits >> HITS_SHIFT,
-                      floatBitsToUint(light.w), normal.xyz, normal.w, x2, (bits & SECOND_BIT) != 0u);
+                      floatBitsToUint(light.w), normal.xyz, normal.w, x2, bits >> SLOT_BITS & ((1u << PATH_FLAGS) - 1u));
         h.t = origin.w;
         h.id = floatBitsToInt(direction.w);
         h.radiance = radiance.xyz;

@@ -72,11 +72,11 @@ float coupling(vec3 x, vec3 nx, vec3 y, vec3 ny, out vec3 direction, out float d
 bool is_worth_giving(vec3 light) { return brightness(light) > 0.0; }
 
 // Where a segment that comes from elsewhere may end at a hit: off its surface.
-vec3 end_of_segment(Arrival a, float t) {
-    if (a.surface.curvature == 0.0) return a.outside;
+vec3 end_of_segment(Vertex v, float t) {
+    if (v.surface.curvature == 0.0) return v.outside;
     // A sphere is told from what leaves it by its id, not by an offset; that does not help at the far end.
-    vec3 p = a.surface.position;
-    return p + a.up * (1e-6 * (abs(p.x) + abs(p.y) + abs(p.z) + t));
+    vec3 p = v.surface.position;
+    return p + v.up * (1e-6 * (abs(p.x) + abs(p.y) + abs(p.z) + t));
 }
 
 #endif

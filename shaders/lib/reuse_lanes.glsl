@@ -28,9 +28,9 @@ Meeting meeting_none() {
 }
 
 // The path arrives at its second hit, with the light from its first one.
-Meeting meeting_at(Path p, Arrival a, float t, vec3 direct, vec3 first_up) {
-    return Meeting(p.origin, float(p.hits), p.leaving, p.normal, first_up, abs(p.throughput), end_of_segment(a, t),
-                   a.gives ? a.up : vec3(0.0), direct, a.gives);
+Meeting meeting_at(Path p, Vertex v, float t, vec3 direct, vec3 first_up) {
+    return Meeting(p.origin, float(p.hits), p.leaving, p.normal, first_up, p.throughput, end_of_segment(v, t),
+                   v.gives ? v.up : vec3(0.0), direct, v.gives);
 }
 
 // A path that waits for the others of its group.
@@ -102,7 +102,9 @@ bool goes_on_from_first(Meeting m) { return m.nx != vec3(0.0) && uint(m.hit) < M
 // The ray of one of these, `index` being that of the path's own sample.
 ShadowRay light_ray_at_first(Meeting m, uint key, uint index, uint nth) {
     LightNumbers n = light_numbers(key, index_at_first(index), uint(m.hit), nth, true);
-    ShadowRay ray = light_ray(m.x, m.nx, m.up, m.leaving, m.beta, n, LIGHT_SAMPLES);
+    // The surface there is reconnectable, with its reflectance in beta.
+    Bsdf bsdf = Bsdf(BSDF_DIFFUSE, m.beta, 1.0);
+    ShadowRay ray = light_ray(m.x, bsdf, m.nx, m.up, m.nx, m.leaving, vec3(1.0), n, LIGHT_SAMPLES);
     ray.wanted = ray.wanted && goes_on_from_first(m);
     return ray;
 }

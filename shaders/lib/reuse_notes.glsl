@@ -42,14 +42,14 @@ uint pixel_of_path(uint path) { return path & (work_pixels - 1u); }
 uint sample_of_path(uint path) { return path >> (TILE_BITS + tile_bits); }
 
 // Notes a path that arrives at its second hit, with the light from its first one.
-void note_second_hit(uint path, Path p, Arrival a, float t, vec3 direct) {
-    vec3 y = end_of_segment(a, t);
+void note_second_hit(uint path, Path p, Vertex v, float t, vec3 direct) {
+    vec3 y = end_of_segment(v, t);
     [[dont_unroll]] for (uint row = ROW_FIRST; row <= ROW_DIRECT; ++row) {
         vec4 value = vec4(p.origin, intBitsToFloat(p.leaving));
         if (row == ROW_FIRST_NORMAL) value = vec4(p.normal, float(p.hits));
-        if (row == ROW_SECOND) value = vec4(y, abs(p.throughput.y));
-        if (row == ROW_SECOND_NORMAL) value = vec4(a.gives ? a.up : vec3(0.0), abs(p.throughput.z));
-        if (row == ROW_DIRECT) value = vec4(direct, abs(p.throughput.x));
+        if (row == ROW_SECOND) value = vec4(y, p.throughput.y);
+        if (row == ROW_SECOND_NORMAL) value = vec4(v.gives ? v.up : vec3(0.0), p.throughput.z);
+        if (row == ROW_DIRECT) value = vec4(direct, p.throughput.x);
         path_store(path, row, value);
     }
 }

@@ -5,6 +5,7 @@
 
 #include "geometry.glsl"
 #include "lane_table.glsl"
+#include "material.glsl"
 #include "layout.glsl"
 #include "math.glsl"
 #include "intersect/intersect.glsl"
@@ -13,8 +14,7 @@ struct Surface {
     vec3 position;
     vec3 normal;        // geometric, unit, towards the material's front
     vec3 shading;       // normal for cosines, on the same side as `normal`
-    vec3 color;
-    float kind;
+    Material material;
     float offset;       // bound on the error of `position` along the normal
     float curvature;    // of a sphere, negative if its normal points inward; 0 for a triangle
     int light;          // of an emitter: its number in light/choice.glsl
@@ -53,14 +53,11 @@ void load_constants() {
 
 Constant constant_of_table(Constant table, int row) {
     int light = EMITTER_COUNT > 0u ? table_value(table.light, row) : table.light;
-    Material material = Material(table_value(table.material.color, row), table_value(table.material.kind, row));
-    return Constant(table_value(table.shape, row), material, light);
+    return Constant(table_value(table.shape, row), table_value(table.material, row), light);
 }
 
 Constant either_constant(bool second, Constant b, Constant a) {
-    vec3 color = second ? b.material.color : a.material.color;
-    float kind = second ? b.material.kind : a.material.kind;
-    return Constant(second ? b.shape : a.shape, Material(color, kind), second ? b.light : a.light);
+    return Constant(second ? b.shape : a.shape, either_material(second, b.material, a.material), second ? b.light : a.light);
 }
 
 Constant constant_of(int id) {
@@ -87,7 +84,7 @@ Surface surface_of_constant(int primitive, vec3 p) {
         p = flat_ && MUTATION != MUTATE_PROJECTION ? p - n * (dot(n, p) - shape.w) : p;
         offset = flat_ ? GAMMA_7 * (dot(abs(n), abs(p)) + abs(shape.w)) : 0.0;
     }
-    return Surface(p, n, n, constant.material.color, constant.material.kind, offset, curvature, constant.light);
+    return Surface(p, n, n, constant.material, offset, curvature, constant.light);
 }
 
 // Of a triangle, or of a sphere that is no constant; `p` is a point near the hit.
@@ -122,8 +119,7 @@ Surface surface_of_primitive(Hit hit, vec3 p) {
         n = normalize(p - uintBitsToFloat(shape.xyz)) * (curvature < 0.0 ? -1.0 : 1.0);
         ns = n;
     }
-    Material material = fetch_material(material_index(shape.w));
-    return Surface(p, n, ns, material.color, material.kind, offset, curvature, int(attributes.w));
+    return Surface(p, n, ns, fetch_material(material_index(shape.w)), offset, curvature, int(attributes.w));
 }
 
 // The surface that a ray meets. For rays that meet none it is some surface: the table has a primitive even if the scene is empty.

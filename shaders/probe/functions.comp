@@ -43,12 +43,12 @@ void main() {
         y.xyz = bitangent;
     }
     if (PROBE == PROBE_FILTER) x.xy = filter_offset(a.xy);
-    if (PROBE == PROBE_DIFFUSE) x.xyz = diffuse_sample(a.xyz, b.xy);
+    if (PROBE == PROBE_DIFFUSE) x.xyz = cosine_sample(a.xyz, b.xy);
     if (PROBE == PROBE_FRESNEL) x.x = fresnel(a.x, a.y, x.y);
     if (PROBE == PROBE_DIELECTRIC) {
-        bool crossed;
-        x.xyz = dielectric_sample(a.xyz, b.xyz, true, a.w, b.w, crossed);
-        x.w = crossed ? 1.0 : 0.0;
+        Bsdf glass = Bsdf(BSDF_DIELECTRIC, vec3(1.0), MUTATION == MUTATE_IOR ? 1.0 / a.w : a.w);
+        BsdfSample s = dielectric_sample(glass, b.xyz, -a.xyz, b.ww);
+        x = vec4(s.direction, s.crosses ? 1.0 : 0.0);
     }
     if (PROBE == PROBE_SAMPLE_PAIR) x.xy = sample_pair(pixel_key(bits.x), bits.y, bits.z, bits.w);
     output_floats(2u * i, x);

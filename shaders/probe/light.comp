@@ -7,10 +7,17 @@
 
 #include "io.glsl"
 #include "../lib/light/choice.glsl"
+#include "../lib/bsdf/diffuse.glsl"
 
 const uint PROBE_LIGHT_SAMPLE = 0u;
 const uint PROBE_LIGHT_PDF = 1u;
 const uint PROBE_LIGHT_RESAMPLED = 2u;
+
+// The end of the shadow ray, and what a white diffuse surface reflects.
+void output_light(uint i, vec3 from, vec3 n, LightSample s, int light) {
+    probe_out[2u * i] = uvec4(floatBitsToUint(from + s.distance * s.direction), uint(light));
+    output_floats(2u * i + 1u, vec4(s.radiance * cosine_pdf(dot(n, s.direction)), s.pdf));
+}
 
 void main() {
     load_lights();
@@ -25,15 +32,11 @@ void main() {
         int cell = light_cell(from.xyz);
         float more = fract(4096.0 * n.w);
         int light = light_choose(cell, from.w, more, probability);
-        LightSample s = light_candidate(cell, from.xyz, n.xyz, from.w, more, w.xy);
-        probe_out[2u * i] = uvec4(floatBitsToUint(s.point), uint(light));
-        output_floats(2u * i + 1u, vec4(s.radiance, s.pdf));
+        output_light(i, from.xyz, n.xyz, light_candidate(cell, from.xyz, from.w, more, w.xy), light);
     }
     if (PROBE == PROBE_LIGHT_RESAMPLED) {
         // from | u of the choice;  n | u of the choice among candidates;  u of the point
-        LightSample s = light_sample(from.xyz, n.xyz, vec2(from.w, n.w), w.xy);
-        probe_out[2u * i] = uvec4(floatBitsToUint(s.point), 0u);
-        output_floats(2u * i + 1u, vec4(s.radiance, s.pdf));
+        output_light(i, from.xyz, n.xyz, light_sample(from.xyz, n.xyz, vec2(from.w, n.w), w.xy), 0);
     }
     if (PROBE == PROBE_LIGHT_PDF) {
         // from | light;  distance, cosine at the light

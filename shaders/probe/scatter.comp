@@ -18,13 +18,13 @@ void scatter(uint i) {
     vec4 n = input_floats(5u * i + 3u);
     uvec4 sample_of = probe_in[5u * i + 4u];
     uint key = pixel_key(sample_of.x);
-    Path path = Path(o.xyz, d.xyz, floatBitsToInt(d.w), w.xyz, floatBitsToUint(w.w), sample_of.y, n.xyz, n.w, 0.0, false);
+    Path path = Path(o.xyz, d.xyz, floatBitsToInt(d.w), w.xyz, floatBitsToUint(w.w), sample_of.y, n.xyz, n.w, 0.0, 0u);
     uint steps = 0u;
     Hit hit = intersect(ray_of(path), steps);
     vec3 radiance = vec3(0.0);
-    Arrival arrival;
+    Vertex vertex;
     ShadowRay shadow;
-    bool alive = path_arrive(path, hit, key, 1u, radiance, arrival, shadow);
+    bool alive = path_arrive(path, hit, key, 1u, radiance, vertex, shadow);
     bool lit = false;
     if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
         bool hidden = light_occluded(ray_of(shadow), shadow.distance, shadow.wanted, steps);
@@ -32,7 +32,7 @@ void scatter(uint i) {
         if (lit) radiance += shadow.radiance;
     }
     uvec2 at = uvec2(sample_of.x % width, sample_of.x / width);
-    path_depart(path, arrival, alive, frame_camera(), at, key, path.index + (alive ? 0u : 1u));
+    path_depart(path, vertex, alive, frame_camera(), at, key, path.index + (alive ? 0u : 1u));
     probe_out[8u * i] = uvec4(floatBitsToUint(hit.t), uint(hit.primitive), alive ? 1u : 0u, lit ? 1u : 0u);
     output_floats(8u * i + 1u, vec4(radiance, 0.0));
     probe_out[8u * i + 2u] = uvec4(floatBitsToUint(path.throughput), path.hits);

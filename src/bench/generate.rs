@@ -27,7 +27,7 @@ pub fn spheres(count: u64) -> Scene {
     let mut scene = empty("spheres", 4);
     scene.materials.push(diffuse("white", [0.75, 0.75, 0.75]));
     let reflectance = [0.9, 0.9, 0.9];
-    scene.materials.push(Material { name: "mirror".to_owned(), surface: Surface::Mirror { reflectance } });
+    scene.materials.push(Material { name: "mirror".to_owned(), surface: Surface::mirror(reflectance) });
     let per_side = (count as f64).cbrt().ceil() as u64;
     let cell = SIDE / per_side as f64;
     let mut random = Pcg64::for_pixel(1, 0);
@@ -108,7 +108,7 @@ fn empty(source: &str, max_depth: u32) -> Scene {
 }
 
 fn diffuse(name: &str, reflectance: [f64; 3]) -> Material {
-    Material { name: name.to_owned(), surface: Surface::Diffuse { reflectance } }
+    Material { name: name.to_owned(), surface: Surface::diffuse(reflectance) }
 }
 
 fn point(position: DVec3, power: f64) -> Light {

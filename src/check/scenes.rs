@@ -82,19 +82,19 @@ pub(crate) fn v(x: f64, y: f64, z: f64) -> DVec3 {
 }
 
 pub(crate) fn diffuse(reflectance: f64) -> Surface {
-    Surface::Diffuse { reflectance: [reflectance; 3] }
+    Surface::diffuse([reflectance; 3])
 }
 
 pub(crate) fn mirror(reflectance: f64) -> Surface {
-    Surface::Mirror { reflectance: [reflectance; 3] }
+    Surface::mirror([reflectance; 3])
 }
 
 pub(crate) fn glass(ior: f64) -> Surface {
-    Surface::Dielectric { ior }
+    Surface::dielectric(ior)
 }
 
 pub(crate) fn emitter(radiance: f64) -> Surface {
-    Surface::Emitter { radiance: [radiance; 3] }
+    Surface::emitter([radiance; 3])
 }
 
 /// Corners and outward triangles of a box.

@@ -8,7 +8,7 @@ use clap::Args;
 use glam::DVec3;
 use photolith::accel::TreeStatistics;
 use photolith::render::Features;
-use photolith::scene::{Scene, Surface};
+use photolith::scene::{Bsdf, Scene, Surface};
 use serde_json::json;
 
 use super::options::SceneOptions;
@@ -56,11 +56,11 @@ fn bounds(scene: &Scene) -> Bounds {
 }
 
 fn kind(surface: &Surface) -> &'static str {
-    match surface {
-        Surface::Diffuse { .. } => "diffuse",
-        Surface::Mirror { .. } => "mirror",
-        Surface::Dielectric { .. } => "dielectric",
-        Surface::Emitter { .. } => "emitter",
+    match surface.bsdf {
+        Bsdf::Diffuse { .. } => "diffuse",
+        Bsdf::Mirror { .. } => "mirror",
+        Bsdf::Dielectric { .. } => "dielectric",
+        Bsdf::Black => "emitter",
     }
 }
 

@@ -1,10 +1,54 @@
-//! Reflection and refraction at a surface. Directions are of unit length; normals face the incoming ray.
+//! How surfaces scatter light: three functions for every BSDF, as in the shaders, but none of their code.
+//!
+//! `wo` points to where the path came from, `wi` to where it goes on, both of unit length. The path arrives on the side of the
+//! hit's normals.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_1_PI, TAU};
 
 use glam::DVec3;
 
-use super::Pcg64;
+use super::{Hit, Pcg64};
+use crate::scene::Bsdf;
+
+/// f(wo, wi)·|cos θi|; 0 where single directions are scattered into.
+pub fn eval(bsdf: &Bsdf, hit: &Hit, _wo: DVec3, wi: DVec3) -> DVec3 {
+    match *bsdf {
+        Bsdf::Diffuse { reflectance } => {
+            DVec3::from(reflectance) * wi.dot(hit.shading_normal).max(0.0) * FRAC_1_PI
+        }
+        Bsdf::Mirror { .. } | Bsdf::Dielectric { .. } | Bsdf::Black => DVec3::ZERO,
+    }
+}
+
+/// Density of [`sample`] per solid angle; 0 where single directions are scattered into.
+pub fn pdf(bsdf: &Bsdf, hit: &Hit, _wo: DVec3, wi: DVec3) -> f64 {
+    match bsdf {
+        Bsdf::Diffuse { .. } => wi.dot(hit.shading_normal).max(0.0) * FRAC_1_PI,
+        Bsdf::Mirror { .. } | Bsdf::Dielectric { .. } | Bsdf::Black => 0.0,
+    }
+}
+
+/// Draws where a path goes on, and its weight f·|cos θi|/pdf. `None` ends it: nothing is scattered, or the shading normal has sent the
+/// ray to the wrong side of the surface.
+pub fn sample(bsdf: &Bsdf, hit: &Hit, wo: DVec3, rng: &mut Pcg64) -> Option<(DVec3, DVec3)> {
+    let normal = hit.shading_normal;
+    let (scattered, weight, crosses) = match *bsdf {
+        Bsdf::Diffuse { reflectance } => (cosine_hemisphere(normal, rng), reflectance.into(), false),
+        Bsdf::Mirror { reflectance } => (reflect(-wo, normal), reflectance.into(), false),
+        Bsdf::Dielectric { ior } => {
+            let ior = if hit.front { ior } else { 1.0 / ior };
+            let reflectance = fresnel(wo.dot(normal).max(0.0), ior);
+            match refract(-wo, normal, ior) {
+                Some(refracted) if reflectance == 0.0 || rng.uniform() >= reflectance => (refracted, DVec3::ONE, true),
+                _ => (reflect(-wo, normal), DVec3::ONE, false),
+            }
+        }
+        Bsdf::Black => return None,
+    };
+    let side = scattered.dot(hit.normal);
+    let allowed = if crosses { side < 0.0 } else { side > 0.0 };
+    allowed.then_some((scattered, weight))
+}
 
 /// Share of unpolarised light that a smooth interface reflects (Fresnel's equations).
 ///

@@ -4,10 +4,9 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::Pcg64;
-use super::bsdf::{cosine_hemisphere, fresnel, reflect, refract};
 use super::trace::{Hit, Ray, closest_hit, occluded};
-use crate::scene::{Light, Scene, Surface};
+use super::{Pcg64, bsdf};
+use crate::scene::{Bsdf, Light, Scene, Surface};
 
 /// An estimate of the radiance that arrives at the ray's origin; its mean over `rng` is exact.
 ///
@@ -19,21 +18,19 @@ pub fn radiance(scene: &Scene, mut ray: Ray, rng: &mut Pcg64) -> DVec3 {
     let mut depth = 0;
     while let Some(hit) = closest_hit(scene, &ray) {
         depth += 1;
-        let surface = &scene.materials[hit.material].surface;
-        if let Surface::Emitter { radiance: emitted } = surface {
-            let emitted = if hit.front { DVec3::from(*emitted) } else { DVec3::ZERO };
-            return radiance + throughput * emitted;
+        let Surface { bsdf, emission } = scene.materials[hit.material].surface;
+        if hit.front {
+            radiance += throughput * DVec3::from(emission);
         }
         if depth > last_hit {
             return radiance;
         }
-        if let Surface::Diffuse { reflectance } = surface {
-            radiance += throughput * DVec3::from(*reflectance) / PI * direct_irradiance(scene, &hit);
-            if !scene.integrator.indirect {
-                last_hit = depth;
-            }
+        let wo = -ray.direction;
+        radiance += throughput * direct_light(scene, &hit, |wi| bsdf::eval(&bsdf, &hit, wo, wi));
+        if !scene.integrator.indirect && matches!(bsdf, Bsdf::Diffuse { .. }) {
+            last_hit = depth;
         }
-        let Some((direction, weight)) = scatter(surface, ray.direction, &hit, rng) else {
+        let Some((direction, weight)) = bsdf::sample(&bsdf, &hit, wo, rng) else {
             return radiance;
         };
         throughput *= weight;
@@ -49,31 +46,9 @@ pub fn radiance(scene: &Scene, mut ray: Ray, rng: &mut Pcg64) -> DVec3 {
     radiance + throughput * DVec3::from(scene.background)
 }
 
-/// Draws where a path goes on, and its weight BSDF·cos/pdf. `None` ends it: the surface only emits, or the
-/// shading normal has sent the ray to the wrong side of the surface.
-fn scatter(surface: &Surface, direction: DVec3, hit: &Hit, rng: &mut Pcg64) -> Option<(DVec3, DVec3)> {
-    let normal = hit.shading_normal;
-    let (scattered, weight, crosses) = match *surface {
-        Surface::Diffuse { reflectance } => (cosine_hemisphere(normal, rng), reflectance.into(), false),
-        Surface::Mirror { reflectance } => (reflect(direction, normal), reflectance.into(), false),
-        Surface::Dielectric { ior } => {
-            let ior = if hit.front { ior } else { 1.0 / ior };
-            let reflectance = fresnel((-direction.dot(normal)).max(0.0), ior);
-            match refract(direction, normal, ior) {
-                Some(refracted) if reflectance == 0.0 || rng.uniform() >= reflectance => (refracted, DVec3::ONE, true),
-                _ => (reflect(direction, normal), DVec3::ONE, false),
-            }
-        }
-        Surface::Emitter { .. } => return None,
-    };
-    let side = scattered.dot(hit.normal);
-    let allowed = if crosses { side < 0.0 } else { side > 0.0 };
-    allowed.then_some((scattered, weight))
-}
-
-/// Irradiance from all point lights at a hit, on the side that the ray came from.
-pub fn direct_irradiance(scene: &Scene, hit: &Hit) -> DVec3 {
-    let mut irradiance = DVec3::ZERO;
+/// Light from all point lights at a hit, on the side that the ray came from, as `scatter` (f·cos) passes it on.
+fn direct_light(scene: &Scene, hit: &Hit, scatter: impl Fn(DVec3) -> DVec3) -> DVec3 {
+    let mut sum = DVec3::ZERO;
     for light in &scene.lights {
         let Light::Point { position, power } = light;
         let to_light = *position - hit.position;
@@ -81,9 +56,14 @@ pub fn direct_irradiance(scene: &Scene, hit: &Hit) -> DVec3 {
         // also false where the light lies on the very point
         let lit = to_light.dot(hit.normal) > 0.0 && to_light.dot(hit.shading_normal) > 0.0;
         if lit && !occluded(scene, &hit.spawn(to_light), 1.0) {
-            let cosine = to_light.dot(hit.shading_normal) / distance;
-            irradiance += DVec3::from(*power) * cosine / (4.0 * PI * distance * distance);
+            let irradiance = DVec3::from(*power) / (4.0 * PI * distance * distance);
+            sum += irradiance * scatter(to_light / distance);
         }
     }
-    irradiance
+    sum
+}
+
+/// Irradiance from all point lights at a hit, on the side that the ray came from.
+pub fn direct_irradiance(scene: &Scene, hit: &Hit) -> DVec3 {
+    direct_light(scene, hit, |wi| DVec3::splat(wi.dot(hit.shading_normal)))
 }

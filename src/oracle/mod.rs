@@ -16,7 +16,7 @@
 //! Lambertian surfaces and mirrors act on both sides. Every surface casts full shadows, glass too. Radiance is
 //! not scaled by n² on refraction (it cancels for every camera and light outside of glass).
 
-mod bsdf;
+pub mod bsdf;
 mod camera;
 mod integrator;
 mod rng;

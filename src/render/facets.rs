@@ -110,7 +110,7 @@ fn join(mesh: &Mesh, scene: &Scene, space: &RenderSpace) -> Vec<Facet> {
         }
         let [a, b, c] = corners.map(|p| space.point(p));
         let Some(normal) = (b - a).cross(c - a).try_normalize() else { continue };
-        let emits = scene.surface(material).is_emitter();
+        let emits = scene.surface(material).emits();
         let next = Facet { corners: [a, b, c, c], normal, material, emits };
         match facets.iter_mut().find_map(|f| quadrilateral(f, &next).map(|q| (f, q))) {
             Some((facet, joined)) => *facet = joined,

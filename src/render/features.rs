@@ -143,7 +143,7 @@ impl Features {
             diffuse: any(Feature::Diffuse, Surface::is_diffuse),
             mirror: any(Feature::Mirror, Surface::is_mirror),
             dielectric,
-            emitter: any(Feature::Emitter, Surface::is_emitter),
+            emitter: any(Feature::Emitter, Surface::emits),
             background: unneeded(Feature::Background) || scene.background != [0.0; 3],
             constant_spheres: constant.len() as u32,
             facets: facets.len() as u32,
@@ -329,7 +329,7 @@ mod tests {
         let mut scene = generate::terrain(10_000);
         assert!(!glass_fills_view(&scene));
         let material = scene.meshes[0].triangle_materials[0] as usize;
-        scene.materials[material].surface = Surface::Dielectric { ior: 1.5 };
+        scene.materials[material].surface = Surface::dielectric(1.5);
         assert!(glass_fills_view(&scene));
         // From farther away, and with the back turned.
         let camera = &mut scene.camera;

@@ -3,12 +3,12 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::accel::{self, Primitive};
-use crate::scene::{self, Material, Mesh, Rgb, Scene, Sphere, Surface};
+use crate::accel::{self, Primitive, Texel};
+use crate::scene::{self, Bsdf, Material, Mesh, Rgb, Scene, Sphere, Surface};
 
 use super::facets::{self, Facet};
 use super::geometry::{self, Geometry, SphereShape, triangle_texels};
-use super::layout::kind;
+use super::layout::bsdf as kind;
 use super::light_list::LightList;
 use super::lights::{Light, LightShape};
 use super::settings::RenderSettings;
@@ -56,7 +56,7 @@ impl Gathered {
         let (constant_origins, other_spheres) = spheres::partition(scene, space);
         let (facets, are_facets) = facets::select(scene, space, settings.triangle_test);
         let mut gathered = Self {
-            geometry: Geometry::new(scene.materials.iter().map(material_texel).collect()),
+            geometry: Geometry::new(scene.materials.iter().map(material_texels).collect()),
             hidden_lights: scene.lights.len() - visible.len(),
             points: points.len(),
             lights: LightList::new(points),
@@ -204,17 +204,20 @@ fn add_sphere(lights: &mut LightList, s: &Sphere, materials: &[Material], space:
     }
 }
 
-fn material_texel(material: &Material) -> [f32; 4] {
-    match material.surface {
-        Surface::Diffuse { reflectance } => rgb(reflectance, kind::DIFFUSE),
-        Surface::Mirror { reflectance } => rgb(reflectance, kind::MIRROR),
-        Surface::Dielectric { ior } => rgb([1.0; 3], ior as f32),
-        Surface::Emitter { radiance } => rgb(radiance, kind::EMITTER),
-    }
+/// The record of a material (shaders/lib/material.glsl).
+fn material_texels(material: &Material) -> [Texel; 2] {
+    let Surface { bsdf, emission } = material.surface;
+    let (kind, reflectance, ior) = match bsdf {
+        Bsdf::Black => (kind::NONE, [0.0; 3], 1.0),
+        Bsdf::Diffuse { reflectance } => (kind::DIFFUSE, reflectance, 1.0),
+        Bsdf::Mirror { reflectance } => (kind::MIRROR, reflectance, 1.0),
+        Bsdf::Dielectric { ior } => (kind::DIELECTRIC, [1.0; 3], ior),
+    };
+    [rgb(reflectance, f32::from_bits(kind)), rgb(emission, ior as f32)].map(|texel| texel.map(f32::to_bits))
 }
 
 fn point_light(light: &scene::Light, space: &RenderSpace) -> Light {
     let scene::Light::Point { position, power } = *light;
-    let per = 1.0 / (4.0 * std::f64::consts::PI * std::f64::consts::PI);
+    let per = 1.0 / (4.0 * std::f64::consts::PI);
     Light { shape: LightShape::Point(space.point(position)), radiance: power.map(|x| space.power(x) * per) }
 }

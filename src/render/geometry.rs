@@ -5,7 +5,7 @@
 //! sphere      centre | material | flags;                           radius, ±1/radius, - | light
 //! polygon     first of 4 vertices, n·p of its points, -, material; normal | light
 //! ```
-//! Two texels a primitive, in the order of their numbers; then a texel a material, a texel a vertex with its position, and, up to the
+//! Two texels a primitive, in the order of their numbers; then two a material, a texel a vertex with its position, and, up to the
 //! last vertex that has one, a texel a vertex with its shading normal.
 
 use glam::Vec3;
@@ -18,7 +18,7 @@ use super::layout::flag;
 #[derive(Debug, Default)]
 pub(super) struct Geometry {
     primitives: Vec<[Texel; 2]>,
-    materials: Vec<[f32; 4]>,
+    materials: Vec<[Texel; 2]>,
     positions: Vec<Texel>,
     normals: Vec<Texel>,
 }
@@ -42,7 +42,7 @@ pub(super) struct SphereShape {
 
 impl Geometry {
     /// A table without primitives.
-    pub fn new(materials: Vec<[f32; 4]>) -> Self {
+    pub fn new(materials: Vec<[Texel; 2]>) -> Self {
         Self { materials, ..Self::default() }
     }
 
@@ -106,8 +106,8 @@ impl Geometry {
         }
         let first_material = 2 * self.primitives.len();
         let mut texels = self.primitives.into_flattened();
-        texels.extend(self.materials.iter().map(|material| material.map(f32::to_bits)));
-        texels.resize(texels.len().max(first_material + 1), [0; 4]);
+        texels.extend(self.materials.iter().flatten());
+        texels.resize(texels.len().max(first_material + 2), [0; 4]);
         let first_position = texels.len();
         texels.append(&mut self.positions);
         texels.resize(texels.len().max(first_position + 1), [0; 4]);
@@ -143,7 +143,7 @@ mod tests {
 
     #[test]
     fn normals_stand_as_far_from_the_first_as_positions() {
-        let mut geometry = Geometry::new(vec![[1.0; 4]]);
+        let mut geometry = Geometry::new(vec![[[1; 4]; 2]]);
         geometry.add_polygon([Vec3::X; 4], Vec3::Z, 0.5, 0, 2);
         let point = |x: f32| position(Vec3::splat(x));
         assert_eq!(geometry.add_vertices([point(1.0), point(2.0)], &[]), 4);
@@ -155,11 +155,11 @@ mod tests {
         geometry.retain_from(1, &[false, true, true]);
         assert_eq!((0..geometry.len()).map(|i| geometry.is_light(i)).collect::<Vec<_>>(), [true, true, false]);
         let table = geometry.into_texels();
-        assert_eq!((table.first_material, table.first_position, table.first_normal), (6, 7, 16));
-        assert_eq!(table.texels[7 + 7], point(4.0));
-        assert_eq!(table.texels[16 + 7], point(6.0));
+        assert_eq!((table.first_material, table.first_position, table.first_normal), (6, 8, 17));
+        assert_eq!(table.texels[8 + 7], point(4.0));
+        assert_eq!(table.texels[17 + 7], point(6.0));
         assert_eq!(table.texels[2], [6, 7, 8, flag::SMOOTH]);
         let empty = Geometry::default().into_texels();
-        assert_eq!(empty.texels.len(), 4);
+        assert_eq!(empty.texels.len(), 5);
     }
 }

@@ -169,11 +169,12 @@ pub(crate) mod mode {
     pub const TURN_SHIFT: u32 = 6;
 }
 
-/// Material kinds; a positive kind is a dielectric's index of refraction.
-pub(crate) mod kind {
-    pub const DIFFUSE: f32 = 0.0;
-    pub const MIRROR: f32 = -1.0;
-    pub const EMITTER: f32 = -2.0;
+/// Types of BSDFs (shaders/lib/bsdf/closure.glsl).
+pub(crate) mod bsdf {
+    pub const NONE: u32 = 0;
+    pub const DIFFUSE: u32 = 1;
+    pub const MIRROR: u32 = 2;
+    pub const DIELECTRIC: u32 = 3;
 }
 
 /// Beside a primitive's material (geometry.rs).

@@ -11,7 +11,7 @@ use super::light_tree::{Cone, LightTree, Link};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Light {
     pub shape: LightShape,
-    /// Φ/(4π²) of a point, radiance of a surface.
+    /// Intensity Φ/4π of a point, radiance of a surface.
     pub radiance: Rgb,
 }
 
@@ -46,7 +46,7 @@ impl Light {
     /// What a white diffuse surface facing it at distance 1 would reflect, summed over channels.
     pub fn strength(&self) -> f64 {
         let size = match self.shape {
-            LightShape::Point(_) => 1.0,
+            LightShape::Point(_) => 1.0 / std::f64::consts::PI,
             LightShape::Triangle([a, b, c]) => (b - a).cross(c - a).length() / 2.0 / std::f64::consts::PI,
             LightShape::Parallelogram([a, b, c]) => (b - a).cross(c - a).length() / std::f64::consts::PI,
             LightShape::Sphere { radius, inward: false, .. } => radius * radius,

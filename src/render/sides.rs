@@ -44,7 +44,7 @@ pub(crate) struct Emitters {
 impl Emitters {
     /// Those of a scene.
     pub fn of(scene: &Scene) -> Self {
-        let emits: Vec<bool> = scene.materials.iter().map(|m| m.surface.is_emitter()).collect();
+        let emits: Vec<bool> = scene.materials.iter().map(|m| m.surface.emits()).collect();
         if !emits.contains(&true) {
             return Self { spheres: Vec::new(), triangles: Vec::new() };
         }

@@ -84,7 +84,7 @@ impl Tables {
         let beam_texels = light_table.texels.len() as u32;
         light_table.texels.extend(&beams.texels);
         let view = View::of(scene);
-        let emits = |&sphere: &usize| scene.surface(scene.spheres[sphere].material).is_emitter();
+        let emits = |&sphere: &usize| scene.surface(scene.spheres[sphere].material).emits();
         let in_tree = gathered.facets.iter().all(|facet| facet.emits) && gathered.constant_origins.iter().all(emits);
         let seen_from_outside = in_tree && are_seen_from_outside(&packed.root_boxes, &lights);
         Self {
@@ -350,12 +350,12 @@ mod tests {
         let mut moved = room.clone();
         moved.spheres[1].center.y += 0.25;
         moved.spheres[1].radius = 0.9;
-        moved.materials[1].surface = Surface::Dielectric { ior: 1.6 };
+        moved.materials[1].surface = Surface::dielectric(1.6);
         moved.lights = vec![scene::Light::Point { position: DVec3::new(-2.0, 3.0, 1.0), power: [2.0, 3.0, 4.0] }];
         assert_eq!(specialization(&moved), specialization(&room));
         // What another kind of light or surface needs is compiled.
         moved.film.filter = PixelFilter::Gaussian;
-        moved.materials[1].surface = Surface::Mirror { reflectance: [1.0; 3] };
+        moved.materials[1].surface = Surface::mirror([1.0; 3]);
         assert_ne!(specialization(&moved), specialization(&room));
     }
 

@@ -66,9 +66,11 @@ pub struct Integrator {
     pub indirect: bool,
 }
 
-/// What a surface does with light.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Surface {
+/// How a surface scatters light (shaders/lib/bsdf/bsdf.glsl).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Bsdf {
+    /// Scatters nothing.
+    Black,
     /// Lambertian, on both sides.
     Diffuse {
         /// Reflectance, 0..=1 per channel.
@@ -85,37 +87,58 @@ pub enum Surface {
         /// [`IOR_RANGE`](crate::scene::IOR_RANGE).
         ior: f64,
     },
-    /// Emits from the front (the normal's side) only; reflects nothing.
-    Emitter {
-        /// Emitted radiance, >= 0 per channel.
-        radiance: Rgb,
-    },
+}
+
+/// What a surface does with light: it scatters and, on its front, emits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Surface {
+    /// What it does with light that arrives.
+    pub bsdf: Bsdf,
+    /// Radiance that leaves its front, the normal's side, in all directions; >= 0 per channel.
+    pub emission: Rgb,
 }
 
 impl Surface {
+    /// A Lambertian surface.
+    pub const fn diffuse(reflectance: Rgb) -> Self {
+        Self { bsdf: Bsdf::Diffuse { reflectance }, emission: [0.0; 3] }
+    }
+
+    /// A perfect mirror.
+    pub const fn mirror(reflectance: Rgb) -> Self {
+        Self { bsdf: Bsdf::Mirror { reflectance }, emission: [0.0; 3] }
+    }
+
+    /// A smooth interface.
+    pub const fn dielectric(ior: f64) -> Self {
+        Self { bsdf: Bsdf::Dielectric { ior }, emission: [0.0; 3] }
+    }
+
+    /// A surface that emits and scatters nothing.
+    pub const fn emitter(radiance: Rgb) -> Self {
+        Self { bsdf: Bsdf::Black, emission: radiance }
+    }
+
     pub(crate) fn is_diffuse(&self) -> bool {
-        matches!(self, Self::Diffuse { .. })
+        matches!(self.bsdf, Bsdf::Diffuse { .. })
     }
 
     pub(crate) fn is_mirror(&self) -> bool {
-        matches!(self, Self::Mirror { .. })
+        matches!(self.bsdf, Bsdf::Mirror { .. })
     }
 
     pub(crate) fn is_dielectric(&self) -> bool {
-        matches!(self, Self::Dielectric { .. })
+        matches!(self.bsdf, Bsdf::Dielectric { .. })
     }
 
-    /// Of an emitter, even one of radiance 0.
-    pub(crate) fn is_emitter(&self) -> bool {
-        matches!(self, Self::Emitter { .. })
+    /// Whether any light leaves it that did not come to it.
+    pub(crate) fn emits(&self) -> bool {
+        self.emission != [0.0; 3]
     }
 
     /// What it emits, if that is anything.
     pub(crate) fn emitted(&self) -> Option<Rgb> {
-        match *self {
-            Self::Emitter { radiance } if radiance != [0.0; 3] => Some(radiance),
-            _ => None,
-        }
+        self.emits().then_some(self.emission)
     }
 }
 

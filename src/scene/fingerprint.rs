@@ -2,7 +2,7 @@
 
 use std::hash::Hasher;
 
-use super::{Light, PixelFilter, Scene, Surface};
+use super::{Bsdf, Light, PixelFilter, Scene, Surface};
 use crate::hash::Fnv;
 
 /// Hash of everything that the expectation of a scene's image depends on. Names, files, the number of samples,
@@ -19,14 +19,16 @@ pub fn fingerprint(scene: &Scene) -> u64 {
     h.numbers(&scene.background);
     h.count(scene.materials.len());
     for material in &scene.materials {
-        let (kind, values) = match material.surface {
-            Surface::Diffuse { reflectance } => (0, reflectance),
-            Surface::Mirror { reflectance } => (1, reflectance),
-            Surface::Dielectric { ior } => (2, [ior; 3]),
-            Surface::Emitter { radiance } => (3, radiance),
+        let Surface { bsdf, emission } = material.surface;
+        let (kind, values) = match bsdf {
+            Bsdf::Diffuse { reflectance } => (0, reflectance),
+            Bsdf::Mirror { reflectance } => (1, reflectance),
+            Bsdf::Dielectric { ior } => (2, [ior; 3]),
+            Bsdf::Black => (3, [0.0; 3]),
         };
         h.write(&[kind]);
         h.numbers(&values);
+        h.numbers(&emission);
     }
     h.count(scene.spheres.len());
     for s in &scene.spheres {
@@ -66,7 +68,7 @@ mod tests {
             film: Film { width: 8, height: 8, filter: PixelFilter::Box, transfer: Transfer::Srgb },
             integrator: Integrator { max_depth: 8, samples: 1, russian_roulette: None, indirect: true },
             background: [0.0; 3],
-            materials: vec![Material { name: "grey".into(), surface: Surface::Diffuse { reflectance: [0.5; 3] } }],
+            materials: vec![Material { name: "grey".into(), surface: Surface::diffuse([0.5; 3]) }],
             spheres: vec![],
             meshes: vec![Mesh {
                 name: "mesh".into(),
@@ -96,7 +98,7 @@ mod tests {
         assert!(!same(|s| s.meshes[0].positions[2].y += 1e-9));
         assert!(!same(|s| s.meshes[0].triangles[0].swap(0, 1)));
         assert!(!same(|s| s.film.width += 1));
-        assert!(!same(|s| s.materials[0].surface = Surface::Dielectric { ior: 1.5 }));
+        assert!(!same(|s| s.materials[0].surface = Surface::dielectric(1.5)));
         assert!(!same(|s| s.lights.clear()));
     }
 }

@@ -134,6 +134,7 @@ pub(super) struct MaterialTable {
     pub reflectance: Option<Triple>,
     pub ior: Option<f64>,
     pub radiance: Option<Triple>,
+    pub emission: Option<Triple>,
 }
 
 #[derive(Deserialize, Clone, Copy)]

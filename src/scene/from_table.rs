@@ -105,27 +105,30 @@ fn define_material(materials: &mut MaterialList, index: usize, table: MaterialTa
     let (kind, surface) = match table.kind {
         MaterialKind::Diffuse => {
             let reflectance = required(entity, "reflectance", table.reflectance)?.0;
-            ("diffuse", Surface::Diffuse { reflectance })
+            ("diffuse", Surface::diffuse(reflectance))
         }
         MaterialKind::Mirror => {
-            ("mirror", Surface::Mirror { reflectance: table.reflectance.map_or([1.0; 3], |triple| triple.0) })
+            ("mirror", Surface::mirror(table.reflectance.map_or([1.0; 3], |triple| triple.0)))
         }
-        MaterialKind::Dielectric => ("dielectric", Surface::Dielectric { ior: required(entity, "ior", table.ior)? }),
+        MaterialKind::Dielectric => ("dielectric", Surface::dielectric(required(entity, "ior", table.ior)?)),
         MaterialKind::Emitter => {
             let radiance = required(entity, "radiance", table.radiance)?.0;
-            ("emitter", Surface::Emitter { radiance })
+            ("emitter", Surface::emitter(radiance))
         }
     };
-    let takes_reflectance = matches!(surface, Surface::Diffuse { .. } | Surface::Mirror { .. });
+    let takes_reflectance = matches!(table.kind, MaterialKind::Diffuse | MaterialKind::Mirror);
+    let is_emitter = matches!(table.kind, MaterialKind::Emitter);
     let superfluous = [
         ("reflectance", table.reflectance.is_some() && !takes_reflectance),
-        ("ior", table.ior.is_some() && !matches!(surface, Surface::Dielectric { .. })),
-        ("radiance", table.radiance.is_some() && !matches!(surface, Surface::Emitter { .. })),
+        ("ior", table.ior.is_some() && !matches!(table.kind, MaterialKind::Dielectric)),
+        ("radiance", table.radiance.is_some() && !is_emitter),
+        ("emission", table.emission.is_some() && is_emitter),
     ];
     if let Some((field, _)) = superfluous.into_iter().find(|&(_, is_there)| is_there) {
         return Err(Problem::new(entity, field, "given", format!("none for a material of type {kind:?}")));
     }
     let quoted_name = format!("{:?}", table.name);
+    let surface = table.emission.map_or(surface, |emission| Surface { emission: emission.0, ..surface });
     match materials.define(table.name, surface) {
         Some(_) => Ok(()),
         None => Err(Problem::new(entity, "name", quoted_name, "a name that no earlier material has")),

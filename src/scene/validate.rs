@@ -187,13 +187,14 @@ fn check_materials(materials: &[Material]) -> Check {
             let expected = format!("a name of its own: it is taken by {}", Entity::Material(first));
             return Err(Problem::new(entity, "name", format!("{:?}", material.name), expected));
         }
-        match material.surface {
-            Surface::Diffuse { reflectance } | Surface::Mirror { reflectance } => {
-                check_reflectance(entity, reflectance)?;
-            }
-            Surface::Dielectric { ior } => check_ior(entity, ior)?,
-            Surface::Emitter { radiance } => check_non_negative(entity, "radiance", radiance)?,
+        let Surface { bsdf, emission } = material.surface;
+        match bsdf {
+            Bsdf::Diffuse { reflectance } | Bsdf::Mirror { reflectance } => check_reflectance(entity, reflectance)?,
+            Bsdf::Dielectric { ior } => check_ior(entity, ior)?,
+            Bsdf::Black => {}
         }
+        let field = if bsdf == Bsdf::Black { "radiance" } else { "emission" };
+        check_non_negative(entity, field, emission)?;
     }
     Ok(())
 }

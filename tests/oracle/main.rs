@@ -78,19 +78,19 @@ fn grey(value: f64) -> Rgb {
 }
 
 fn diffuse(reflectance: f64) -> Surface {
-    Surface::Diffuse { reflectance: grey(reflectance) }
+    Surface::diffuse(grey(reflectance))
 }
 
 fn mirror(reflectance: f64) -> Surface {
-    Surface::Mirror { reflectance: grey(reflectance) }
+    Surface::mirror(grey(reflectance))
 }
 
 fn glass(ior: f64) -> Surface {
-    Surface::Dielectric { ior }
+    Surface::dielectric(ior)
 }
 
 fn emitter(radiance: f64) -> Surface {
-    Surface::Emitter { radiance: grey(radiance) }
+    Surface::emitter(grey(radiance))
 }
 
 /// A square in the plane y = `height`, `2 * half` wide, seen from above as its front.

@@ -13,7 +13,7 @@ fn closed_sphere(reflectance: Rgb, max_depth: u32, light: DVec3) -> Scene {
     let mut scene = empty();
     scene.integrator.max_depth = max_depth;
     scene.camera.position = v(0.3, -1.0, 1.2);
-    scene.sphere(DVec3::ZERO, 3.0, Surface::Diffuse { reflectance }).inward = true;
+    scene.sphere(DVec3::ZERO, 3.0, Surface::diffuse(reflectance)).inward = true;
     scene.light(light, grey(10.0));
     scene
 }

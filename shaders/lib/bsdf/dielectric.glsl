@@ -4,7 +4,7 @@
 #define DIELECTRIC_GLSL
 
 #include "../math.glsl"
-#include "mirror.glsl"
+#include "closure.glsl"
 
 // Fraction of the power that is reflected. `cos_i` >= 0, `eta` = index of the far side over that of the near side.
 // `cos_t` is the cosine of the refracted ray, 0 under total reflection.
@@ -30,20 +30,17 @@ float fresnel(float cos_i, float eta, out float cos_t) {
     return eta == 1.0 ? 0.0 : (f < 1.0 ? f : 1.0);
 }
 
-// Follows the reflected or the refracted ray; the same Fresnel value is the probability and the weight, which
-// therefore is 1. n is the shading normal on the side that d comes from; whether that is the side of index 1 (`front`)
-// is the geometric normal's to say, or rays that graze a smooth mesh would change sides. `crossed`: the ray goes on to
-// the other side.
-vec3 dielectric_sample(vec3 d, vec3 n, bool front, float ior, float u, out bool crossed) {
-    float signed_cos = -dot(d, n);
+// Follows the reflected or the refracted ray; the same Fresnel value is the probability and the weight, which therefore is 1. On which
+// side the index is 1 the geometric normal says (b.eta): by the shading normal, rays that graze a smooth mesh would change sides.
+BsdfSample dielectric_sample(Bsdf b, vec3 n, vec3 wo, vec2 u) {
+    float signed_cos = dot(wo, n);
     float cos_i = upper(signed_cos, 0.0);
-    float eta = (front != (MUTATION == MUTATE_IOR)) ? ior : 1.0 / ior;
     float cos_t;
-    float f = fresnel(cos_i, eta, cos_t);
-    crossed = u >= f;
-    vec3 refracted = d * (1.0 / eta) + n * (cos_i / eta - cos_t);
-    vec3 reflected = d + (2.0 * signed_cos) * n;
-    return normalize(crossed ? refracted : reflected);
+    float f = fresnel(cos_i, b.eta, cos_t);
+    bool crosses = u.x >= f;
+    vec3 refracted = n * (cos_i / b.eta - cos_t) - wo * (1.0 / b.eta);
+    vec3 reflected = (2.0 * signed_cos) * n - wo;
+    return BsdfSample(normalize(crosses ? refracted : reflected), vec3(1.0), 0.0, crosses);
 }
 
 #endif

@@ -1,18 +1,32 @@
-// Lambert: f = reflectance/π on both sides. Sampled proportionally to the cosine, so that f·cosθ/pdf = reflectance.
+// Lambert: f = reflectance/π on both sides, sampled proportionally to the cosine.
 
 #ifndef DIFFUSE_GLSL
 #define DIFFUSE_GLSL
 
 #include "../math.glsl"
+#include "closure.glsl"
 
-// Direction around the unit normal n; pdf = cosθ/π per solid angle.
-vec3 diffuse_sample(vec3 n, vec2 u) {
+// A direction around the unit normal n with density cosθ/π per solid angle.
+vec3 cosine_sample(vec3 n, vec2 u) {
     vec3 tangent, bitangent;
     basis(n, tangent, bitangent);
     vec2 disc = sqrt(u.y) * cos_sin_2pi(u.x);
     return tangent * disc.x + bitangent * disc.y + n * sqrt(1.0 - u.y);
 }
 
-float diffuse_pdf(float cos_theta) { return upper(cos_theta, 0.0) * (1.0 / PI); }
+float cosine_pdf(float cos_theta) { return upper(cos_theta, 0.0) * (1.0 / PI); }
+
+vec3 diffuse_eval(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
+    float cos_theta = dot(n, wi);
+    if (MUTATION == MUTATE_COSINE) cos_theta = cos_theta > 0.0 ? 1.0 : cos_theta;
+    return b.reflectance * cosine_pdf(cos_theta);
+}
+
+float diffuse_pdf(Bsdf b, vec3 n, vec3 wo, vec3 wi) { return cosine_pdf(dot(n, wi)); }
+
+BsdfSample diffuse_sample(Bsdf b, vec3 n, vec3 wo, vec2 u) {
+    vec3 wi = cosine_sample(n, u);
+    return BsdfSample(wi, b.reflectance, cosine_pdf(dot(n, wi)), false);
+}
 
 #endif

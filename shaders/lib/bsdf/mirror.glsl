@@ -1,9 +1,15 @@
-// Perfect mirror.
+// Perfect mirror, on both sides.
 
 #ifndef MIRROR_GLSL
 #define MIRROR_GLSL
 
-// The direction that d is reflected into, for a unit normal on either side.
-vec3 mirror_sample(vec3 d, vec3 n) { return d - 2.0 * dot(d, n) * n; }
+#include "closure.glsl"
+
+// The mirror image of w about a unit normal on either side.
+vec3 mirrored(vec3 w, vec3 n) { return 2.0 * dot(w, n) * n - w; }
+
+BsdfSample mirror_sample(Bsdf b, vec3 n, vec3 wo, vec2 u) {
+    return BsdfSample(mirrored(wo, n), b.reflectance, 0.0, false);
+}
 
 #endif

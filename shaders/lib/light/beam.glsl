@@ -57,7 +57,7 @@ int beam_pair(int light, uint target) {
 // A direction from y towards a target, or by the cosine from within it.
 vec3 beam_direction(vec4 target, vec3 y, vec3 normal, vec2 u) {
     vec3 to = target.xyz - y;
-    if (!(target.w * target.w / dot(to, to) < 1.0)) return diffuse_sample(normal, u);
+    if (!(target.w * target.w / dot(to, to) < 1.0)) return cosine_sample(normal, u);
     return cone_sample(to, target.w, u);
 }
 

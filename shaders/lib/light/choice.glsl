@@ -95,37 +95,39 @@ float light_probability(int cell, int light) {
 }
 
 // Samples a light at the point that `uv` chooses. Density: of the point alone.
-LightSample light_point(Light l, vec3 from, vec3 n, vec2 uv) {
-    if (is_kind(l, LIGHT_POINT)) return point_sample(l.a, l.b, from, n);
-    if (is_flat(l)) return flat_sample(l, from, n, uv);
-    return sphere_sample(l, from, n, uv);
+LightSample light_point(Light l, vec3 from, vec2 uv) {
+    if (is_kind(l, LIGHT_POINT)) return point_sample(l.a, l.b, from);
+    if (is_flat(l)) return flat_sample(l, from, uv);
+    return sphere_sample(l, from, uv);
 }
 
-// Samples the light that u chooses (light_choose). `pdf` of the result includes the choice.
-LightSample light_candidate(int cell, vec3 from, vec3 n, float u, float more, vec2 uv) {
+// Samples the light that u chooses (light_choose). The density includes the choice.
+LightSample light_candidate(int cell, vec3 from, float u, float more, vec2 uv) {
     float probability;
     int light = light_choose(cell, u, more, probability);
-    if (light < 0) return LightSample(from, vec3(0.0), 1.0);
-    LightSample s = light_point(light_of(light), from, n, uv);
+    if (light < 0) return light_none();
+    LightSample s = light_point(light_of(light), from, uv);
     s.radiance /= probability;
     s.pdf *= probability;
     return s;
 }
 
-// Light from one of all lights. `pdf` is that of a candidate: for weights against rays that hit lights by chance, which
-// need no more than that both use the same.
+// Light from one of all lights, for a surface with the normal n: of two candidates one is kept by the light that it brings to a diffuse
+// surface. `pdf` is that of a candidate: for weights against rays that hit lights by chance, which need no more than that both use the
+// same.
 LightSample light_sample(vec3 from, vec3 n, vec2 u, vec2 uv) {
     int cell = light_cell(from);
     // Which of the two is kept hardly depends on the lower digits of u.y.
     float more = fract(4096.0 * u.y);
-    LightSample s = light_candidate(cell, from, n, u.x, more, uv);
+    LightSample s = light_candidate(cell, from, u.x, more, uv);
     if (LIGHT_COUNT > 1u) {
-        LightSample other = light_candidate(cell, from, n, u.x < 0.5 ? u.x + 0.5 : u.x - 0.5, more, uv);
-        float mine = brightness(s.radiance);
-        float theirs = brightness(other.radiance);
+        LightSample other = light_candidate(cell, from, u.x < 0.5 ? u.x + 0.5 : u.x - 0.5, more, uv);
+        float mine = brightness(s.radiance) * upper(dot(n, s.direction), 0.0);
+        float theirs = brightness(other.radiance) * upper(dot(n, other.direction), 0.0);
         bool takes = u.y * (mine + theirs) < theirs;
         float kept = takes ? theirs : mine;
-        s.point = takes ? other.point : s.point;
+        s.direction = takes ? other.direction : s.direction;
+        s.distance = takes ? other.distance : s.distance;
         s.pdf = takes ? other.pdf : s.pdf;
         s.radiance = takes ? other.radiance : s.radiance;
         s.radiance *= kept > 0.0 ? 0.5 * (mine + theirs) / kept : 0.0;

@@ -1,7 +1,7 @@
 // What lights are: points and emitters, as light_texels has them (src/render/lights.rs).
 //
 //   light  a | kind,  b | area or radius,  c | leaf,  radiance | -
-//   kind 0: point at a, b = Φ/(4π²);  1: triangle a, b, c;  2: sphere around a;  3: the same, emitting inward;
+//   kind 0: point at a, b = intensity;  1: triangle a, b, c;  2: sphere around a;  3: the same, emitting inward;
 //   4: parallelogram, corner a between b and c;  5: rectangle, likewise, sampled by solid angle
 
 #ifndef LIGHT_GLSL
@@ -79,11 +79,14 @@ Light light_of(int light) {
                  table_value(l.size, light), table_value(l.radiance, light), table_value(l.normal, light));
 }
 
-// Where a light was sampled, as seen from a surface point.
+// Light that arrives at a point from one of the lights, if nothing is in between. It knows nothing of the surface there.
 struct LightSample {
-    vec3 point;         // end of the shadow ray
-    vec3 radiance;      // arriving, times cos/π of a white diffuse surface over the density of the choice
-    float pdf;          // per solid angle; 0 for a point light, which no ray can hit
+    vec3 radiance;      // over the density of the sample; 0 if the light does not shine there
+    vec3 direction;     // unit, towards the light
+    float distance;     // to where the shadow ray ends
+    float pdf;          // density per solid angle; 0 of a point light, which no ray can hit
 };
+
+LightSample light_none() { return LightSample(vec3(0.0), vec3(0.0, 0.0, 1.0), 0.0, 1.0); }
 
 #endif

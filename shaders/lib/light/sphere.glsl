@@ -14,7 +14,7 @@ float sphere_pdf(Light l, vec3 from, float r2, float cos_light) {
     return 1.0 / (TWO_PI * cone_depth(lower(sin2, 1.0)));
 }
 
-LightSample sphere_sample(Light l, vec3 from, vec3 n, vec2 u) {
+LightSample sphere_sample(Light l, vec3 from, vec2 u) {
     vec3 center = l.a;
     float radius = l.size;
     vec3 to_center = center - from;
@@ -22,21 +22,21 @@ LightSample sphere_sample(Light l, vec3 from, vec3 n, vec2 u) {
     float r2 = radius * radius;
     // A bound on the error of a point on the sphere and of its distance; the shadow ray ends that much before it.
     float slack = 1e-6 * (radius + abs(center.x) + abs(center.y) + abs(center.z) + sqrt(d2));
-    vec3 point;
+    LightSample s;
     // `precise`: of what is divided by the other kind's density, or by this one's alone, drivers would make different things.
     precise float pdf;
     bool visible;
-    vec3 tangent, bitangent;
     if (is_kind(l, LIGHT_INWARD)) {
         float z = 1.0 - 2.0 * u.y;
         vec2 disc = sqrt(upper(1.0 - z * z, 0.0)) * cos_sin_2pi(u.x);
         vec3 m = vec3(disc, z);
-        point = center + (radius - slack) * m;
-        vec3 to = point - from;
+        vec3 to = center + (radius - slack) * m - from;
         float l2 = dot(to, to);
-        float cos_light = dot(m, to) / sqrt(l2);
+        s.distance = sqrt(l2);
+        s.direction = to / s.distance;
+        float cos_light = dot(m, s.direction);
         visible = d2 < r2 && cos_light > 0.0;
-        pdf = visible ? l2 / (4.0 * PI * r2 * cos_light) : 1.0;
+        pdf = l2 / (4.0 * PI * r2 * cos_light);
     } else {
         visible = d2 > r2;
         float sin2_max = lower(r2 / d2, 1.0);
@@ -44,20 +44,20 @@ LightSample sphere_sample(Light l, vec3 from, vec3 n, vec2 u) {
         float cos_a = 1.0 - depth;
         float sin2_a = depth * (2.0 - depth);
         vec3 axis = to_center * inversesqrt(d2);
+        vec3 tangent, bitangent;
         basis(axis, tangent, bitangent);
         vec2 disc = sqrt(sin2_a) * cos_sin_2pi(u.x);
-        vec3 direction = tangent * disc.x + bitangent * disc.y + axis * cos_a;
+        s.direction = normalize(tangent * disc.x + bitangent * disc.y + axis * cos_a);
         // Distance to the near root: d cosα − √(r² − d² sin²α).
-        float distance = sqrt(d2) * cos_a - sqrt(upper(r2 - d2 * sin2_a, 0.0));
-        point = from + direction * upper(distance - slack, 0.0);
-        pdf = visible ? 1.0 / (TWO_PI * cone_depth(sin2_max)) : 1.0;
+        s.distance = upper(sqrt(d2) * cos_a - sqrt(upper(r2 - d2 * sin2_a, 0.0)) - slack, 0.0);
+        pdf = 1.0 / (TWO_PI * cone_depth(sin2_max));
     }
-    vec3 to = point - from;
-    float l2 = dot(to, to);
-    float c = dot(n, to) / sqrt(l2);
-    bool lit = visible && c > 0.0 && l2 > 0.0;
-    precise float weight = c / (PI * pdf);
-    return LightSample(point, lit ? l.radiance * weight : vec3(0.0), pdf);
+    visible = visible && s.distance > 0.0;
+    pdf = visible ? pdf : 1.0;
+    precise float weight = 1.0 / pdf;
+    s.radiance = visible ? l.radiance * weight : vec3(0.0);
+    s.pdf = pdf;
+    return s;
 }
 
 #endif

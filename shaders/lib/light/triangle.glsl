@@ -28,7 +28,7 @@ float flat_pdf(Light l, vec3 from, float r2, float cos_light) {
 }
 
 // A point of a triangle, parallelogram or rectangle.
-LightSample flat_sample(Light l, vec3 from, vec3 n, vec2 u) {
+LightSample flat_sample(Light l, vec3 from, vec2 u) {
     vec2 b = flat_point(l, u);
     vec3 normal = l.normal;
     SeenRectangle seen;
@@ -50,12 +50,12 @@ LightSample flat_sample(Light l, vec3 from, vec3 n, vec2 u) {
     vec3 to = point - from;
     float r2 = dot(to, to);
     float inverse = 1.0 / sqrt(r2);
-    float cos_light = -dot(normal, to) * inverse;
-    float c = dot(n, to) * inverse;
-    bool lit = cos_light > 0.0 && c > 0.0 && r2 > 0.0;
+    vec3 direction = to * inverse;
+    float cos_light = -dot(normal, direction);
+    bool lit = cos_light > 0.0 && r2 > 0.0;
     float pdf = lit ? area_pdf(l.size, r2, cos_light) : 1.0;
     if (HAS_RECTANGLES && large) pdf = 1.0 / seen.solid_angle;
-    return LightSample(point, lit ? l.radiance * (c / (PI * pdf)) : vec3(0.0), pdf);
+    return LightSample(lit ? l.radiance / pdf : vec3(0.0), direction, r2 * inverse, pdf);
 }
 
 #endif

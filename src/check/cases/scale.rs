@@ -7,7 +7,7 @@ use crate::check::lab::{Rendered, pixels_that_differ};
 use crate::check::scenes::{Build, diffuse, empty, lamps, room, v};
 use crate::check::statistics::{relative, worst};
 use crate::check::{Case, CheckError, Lab, Measured};
-use crate::scene::{Light, Scene, Surface};
+use crate::scene::{Light, Scene};
 
 pub(super) const CASES: &[Case] = &[
     Case {
@@ -209,9 +209,7 @@ fn brighter_lamps(lab: &Lab) -> Result<Measured, CheckError> {
         let factor = 2f64.powi(2 * k);
         let mut other = scaled(&scene, 2f64.powi(k), 1.0);
         for material in &mut other.materials {
-            if let Surface::Emitter { radiance } = &mut material.surface {
-                *radiance = radiance.map(|x| x * factor);
-            }
+            material.surface.emission = material.surface.emission.map(|x| x * factor);
         }
         let other = lab.render(&other)?.film.mean();
         let same = |a: &[f32; 3], b: &[f32; 3]| (0..3).all(|c| f64::from(a[c]) * factor == f64::from(b[c]));

@@ -9,7 +9,7 @@ use std::mem::offset_of;
 use super::film;
 use super::kernels::{LIGHT_TRACE, PATH_KERNELS};
 use super::layout::{
-    BeamNote, Counters, FilmSlot, GradientSlot, Push, SceneValues, binding, constant, flag, kind, mode, multiplier, queue,
+    BeamNote, Counters, FilmSlot, GradientSlot, Push, SceneValues, binding, bsdf, constant, flag, mode, multiplier, queue,
 };
 use super::mutation::Mutation;
 use super::sobol;
@@ -257,8 +257,11 @@ fn records() {
 #[test]
 fn kinds_and_mutations() {
     let geometry = include_str!("../../../shaders/lib/geometry.glsl");
-    for (name, kind) in [("DIFFUSE", kind::DIFFUSE), ("MIRROR", kind::MIRROR), ("EMITTER", kind::EMITTER)] {
-        assert!(geometry.contains(&format!("const float KIND_{name} = {kind:.1};")), "{name}");
+    let closure = include_str!("../../../shaders/lib/bsdf/closure.glsl");
+    for (name, of_bsdf) in
+        [("NONE", bsdf::NONE), ("DIFFUSE", bsdf::DIFFUSE), ("MIRROR", bsdf::MIRROR), ("DIELECTRIC", bsdf::DIELECTRIC)]
+    {
+        assert!(closure.contains(&format!("const uint BSDF_{name} = {of_bsdf}u;")), "{name}");
     }
     for (name, bits) in
         [("IS_SPHERE", flag::SPHERE), ("IS_SMOOTH", flag::SMOOTH), ("MATERIAL_BITS", !(flag::SPHERE | flag::SMOOTH))]

@@ -37,7 +37,7 @@ pub(super) fn resolve_materials(
             let at = Location::line(file, *line);
             warnings.push(format!("{at}: the material {name:?} is in no MTL file, {DEFAULT_MATERIAL} is used"));
         }
-        materials.add(DEFAULT_MATERIAL, &Surface::Diffuse { reflectance: GREY })
+        materials.add(DEFAULT_MATERIAL, &Surface::diffuse(GREY))
     };
     let mut resolved = HashMap::new();
     Ok(used.map(|name| *resolved.entry(name).or_insert_with(|| resolve(name))).collect())

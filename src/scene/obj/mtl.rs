@@ -107,14 +107,15 @@ impl MtlMaterial {
         }
         let tobj::Material { diffuse, specular, emissive, dissolve, optical_density: ior, illumination_model, .. } =
             self.parameters;
-        if let Some(radiance) = emissive.filter(|ke| ke.iter().any(|&x| x > 0.0)) {
-            return Surface::Emitter { radiance };
+        let emission = emissive.filter(|ke| ke.iter().any(|&x| x > 0.0));
+        if let (Some(radiance), None) = (emission, diffuse) {
+            return Surface::emitter(radiance);
         }
         let reflects = matches!(illumination_model, Some(3 | 5 | 8));
         let is_perfect_mirror = specular == Some([1.0; 3]) && diffuse == Some([0.0; 3]);
         if reflects || is_perfect_mirror {
             let given = specular.filter(|ks| ks.iter().any(|&x| x > 0.0));
-            return Surface::Mirror { reflectance: clamp("Ks", given.unwrap_or([1.0; 3]), warn) };
+            return Surface::mirror(clamp("Ks", given.unwrap_or([1.0; 3]), warn));
         }
         let filter = self.parameters.unknown_param.get("Tf").map_or("", String::as_str);
         let filters = filter.split_whitespace().any(|x| x.parse().is_ok_and(|x: f64| x < 1.0));
@@ -122,12 +123,12 @@ impl MtlMaterial {
         let refracts =
             matches!(illumination_model, Some(4 | 6 | 7 | 9)) || is_transparent && ior.is_some_and(|ior| ior != 1.0);
         if refracts {
-            return Surface::Dielectric { ior: ior.unwrap_or(GLASS_IOR) };
+            return Surface::dielectric(ior.unwrap_or(GLASS_IOR));
         }
         if is_transparent {
             warn("transparency without refraction (Ni) is not supported and is ignored");
         }
-        Surface::Diffuse { reflectance: clamp("Kd", diffuse.unwrap_or(GREY), warn) }
+        Surface::diffuse(clamp("Kd", diffuse.unwrap_or(GREY), warn))
     }
 }
 

@@ -55,7 +55,7 @@ pub(in crate::scene) fn preview(
         power: [4.0 * PI * PI * light_distance * light_distance; 3],
     };
     let materials = materials.into_vec();
-    let emits = materials.iter().any(|material| material.surface.is_emitter());
+    let emits = materials.iter().any(|material| material.surface.emits());
     Ok(Scene {
         source: file.to_owned(),
         camera: Camera {

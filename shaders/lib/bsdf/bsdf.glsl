@@ -1,0 +1,58 @@
+// How a surface scatters light: one dispatch over the BSDFs, each of which is a file with the same functions.
+//
+//   eval    f(wo, wi)·|cos θi|
+//   sample  a direction wi, its weight f·|cos θi|/pdf, and its density per solid angle
+//   pdf     that density for any wi
+//   flags   BSDF_… below
+//
+// wo points to where the path came from, n is the shading normal on that side. Directions and normals are unit vectors. Distributions
+// of single directions (DELTA) have eval and pdf 0, and a sample of density 0.
+//
+// Conditions name a constant first, so that what a scene lacks is dropped before the driver sees it (src/gpu/prune.rs).
+//
+// To add a BSDF: its file, a line in each function below, its record in src/render/gather.rs, its type in src/render/layout.rs.
+
+#ifndef BSDF_GLSL
+#define BSDF_GLSL
+
+#include "closure.glsl"
+#include "dielectric.glsl"
+#include "diffuse.glsl"
+#include "mirror.glsl"
+
+// Scatters into single directions: light sampling cannot contribute, and paths keep their state.
+const uint BSDF_DELTA = 1u;
+// Lambertian: f is the same for all directions, so that paths of several pixels can be connected here (reuse.glsl).
+const uint BSDF_RECONNECTABLE = 2u;
+
+uint bsdf_flags(Bsdf b) {
+    if (HAS_DIFFUSE && b.type == BSDF_DIFFUSE) return BSDF_RECONNECTABLE;
+    return (HAS_MIRROR && b.type == BSDF_MIRROR) || (HAS_DIELECTRIC && b.type == BSDF_DIELECTRIC) ? BSDF_DELTA : 0u;
+}
+
+bool is_delta(Bsdf b) { return (bsdf_flags(b) & BSDF_DELTA) != 0u; }
+bool is_reconnectable(Bsdf b) { return (bsdf_flags(b) & BSDF_RECONNECTABLE) != 0u; }
+
+// The part of light from wo's direction that is scattered, an estimate: what Russian roulette goes by.
+vec3 bsdf_albedo(Bsdf b) { return b.reflectance; }
+
+vec3 bsdf_eval(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
+    if (HAS_DIFFUSE && b.type == BSDF_DIFFUSE) return diffuse_eval(b, n, wo, wi);
+    return vec3(0.0);
+}
+
+float bsdf_pdf(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
+    if (HAS_DIFFUSE && b.type == BSDF_DIFFUSE) return diffuse_pdf(b, n, wo, wi);
+    return 0.0;
+}
+
+// A direction in which light is scattered. Without a BSDF (BSDF_NONE) the result means nothing.
+BsdfSample bsdf_sample(Bsdf b, vec3 n, vec3 wo, vec2 u) {
+    BsdfSample s = BsdfSample(n, vec3(0.0), 0.0, false);
+    if (HAS_DIFFUSE) s = diffuse_sample(b, n, wo, u);
+    if (HAS_MIRROR && b.type == BSDF_MIRROR) s = mirror_sample(b, n, wo, u);
+    if (HAS_DIELECTRIC && b.type == BSDF_DIELECTRIC) s = dielectric_sample(b, n, wo, u);
+    return s;
+}
+
+#endif
