@@ -110,10 +110,10 @@ fn files_of(library: &str, folder: &Path) -> Vec<PathBuf> {
     }
     let names = file_names(library);
     let are_all_libraries = names.iter().all(|name| name.to_lowercase().ends_with(".mtl"));
-    if names.len() < 2 || !are_all_libraries {
-        if let Some(file) = find_file(folder, library) {
-            return vec![file];
-        }
+    if (names.len() < 2 || !are_all_libraries)
+        && let Some(file) = find_file(folder, library)
+    {
+        return vec![file];
     }
     match names.len() {
         0 | 1 => vec![literal],

@@ -95,7 +95,7 @@ pub(super) fn split_lines(bytes: &[u8], count: usize) -> Vec<Lines<'_>> {
 /// The start of the line that holds a place.
 fn line_start(bytes: &[u8], place: usize) -> usize {
     let place = if place < bytes.len() && bytes[..place + 1].ends_with(b"\r\n") { place - 1 } else { place };
-    bytes[..place].iter().rposition(|byte| ends_line(byte)).map_or(0, |end| end + 1)
+    bytes[..place].iter().rposition(ends_line).map_or(0, |end| end + 1)
 }
 
 impl<'a> Iterator for Lines<'a> {
