@@ -23,7 +23,7 @@ pub(super) struct Source<'a> {
 }
 
 impl Source<'_> {
-    fn locate(&self, entity: Entity, field: &str) -> Location {
+    pub fn locate(&self, entity: Entity, field: &str) -> Location {
         locate_value(self.text, self.name, entity, field)
     }
 
