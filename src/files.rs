@@ -3,8 +3,12 @@
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+#[cfg(unix)]
+use std::time::{Duration, Instant};
 
 use tempfile::NamedTempFile;
+
+use crate::host::available_memory;
 
 /// A file cannot be written; an older one of that name is as it was.
 #[derive(Debug, thiserror::Error)]
@@ -22,11 +26,12 @@ pub type Writer<'a> = BufWriter<&'a mut File>;
 /// Writes a file under a temporary name in the same directory, then renames it to `path`.
 ///
 /// When anything fails, the temporary file is removed and an older file at `path` stays as it was. Where `path` is a
-/// symbolic link, the file that it points to is replaced. The new file has the permissions of the old one. What is no file, such as a pipe or `/dev/null`, is written
-/// as it stands.
+/// symbolic link, the file that it points to is replaced, or made. The new file has the permissions of the old one and, where that
+/// is possible, its owner. What is no file, such as a pipe or `/dev/null`, is written as it stands.
 ///
 /// # Errors
-/// The file cannot be made, `write` fails, or there is a directory at `path`.
+/// The file cannot be made, `write` fails, or at `path` there is a directory, a file that may not be written, or a pipe that nobody
+/// reads.
 pub fn write_whole<T>(path: &Path, write: impl FnOnce(&mut Writer<'_>) -> io::Result<T>) -> Result<T, WriteError> {
     let written = if is_stream(path) { write_stream(path, write) } else { replace(path, write) };
     written.map_err(|source| WriteError { path: path.to_owned(), source })
@@ -43,17 +48,30 @@ pub fn check_writable(path: &Path) -> Result<(), WriteError> {
     checked.map_err(|source| WriteError { path: path.to_owned(), source })
 }
 
-/// The content of a regular file. Anything else (a folder, a pipe that nobody writes to, a device that never ends) is an error.
+/// The content of a regular file. Anything else (a folder, a pipe that nobody writes to, a device that never ends) is an error, and so
+/// is what does not fit into memory.
 ///
 /// # Errors
 /// It is something else, or cannot be read.
 pub fn read_regular(path: &Path) -> io::Result<Vec<u8>> {
+    read_small(path, available_memory().unwrap_or(u64::MAX))
+}
+
+/// The content of a regular file of at most so many bytes.
+///
+/// # Errors
+/// It is larger or something else, or cannot be read.
+pub fn read_small(path: &Path, most_bytes: u64) -> io::Result<Vec<u8>> {
     let metadata = fs::metadata(path)?;
     if metadata.is_dir() {
         return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder, expected a file"));
     }
     if !metadata.is_file() {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is not a regular file"));
+    }
+    if metadata.len() > most_bytes {
+        let found = format!("it has {} bytes, expected at most {most_bytes}", metadata.len());
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, found));
     }
     fs::read(path)
 }
@@ -64,7 +82,41 @@ fn is_stream(path: &Path) -> bool {
 }
 
 fn write_stream<T>(path: &Path, write: impl FnOnce(&mut Writer<'_>) -> io::Result<T>) -> io::Result<T> {
-    fill(&mut File::options().write(true).open(path)?, write)
+    fill(&mut open_stream(path)?, write)
+}
+
+/// How long a pipe may have no reader.
+#[cfg(unix)]
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// Opens what is no file for writing. A pipe without a reader would be waited for without end.
+#[cfg(unix)]
+fn open_stream(path: &Path) -> io::Result<File> {
+    use std::os::fd::AsRawFd;
+    use std::os::unix::fs::OpenOptionsExt;
+    let start = Instant::now();
+    let file = loop {
+        match File::options().write(true).custom_flags(libc::O_NONBLOCK).open(path) {
+            Err(error) if error.raw_os_error() == Some(libc::ENXIO) => {
+                if start.elapsed() > PATIENCE {
+                    return Err(io::Error::new(io::ErrorKind::TimedOut, "it is a pipe that nobody reads"));
+                }
+                std::thread::sleep(Duration::from_millis(20));
+            }
+            opened => break opened?,
+        }
+    };
+    // SAFETY: the descriptor is open; writing waits for the reader again.
+    unsafe {
+        let flags = libc::fcntl(file.as_raw_fd(), libc::F_GETFL);
+        libc::fcntl(file.as_raw_fd(), libc::F_SETFL, flags & !libc::O_NONBLOCK);
+    }
+    Ok(file)
+}
+
+#[cfg(not(unix))]
+fn open_stream(path: &Path) -> io::Result<File> {
+    File::options().write(true).open(path)
 }
 
 fn replace<T>(path: &Path, write: impl FnOnce(&mut Writer<'_>) -> io::Result<T>) -> io::Result<T> {
@@ -72,6 +124,7 @@ fn replace<T>(path: &Path, write: impl FnOnce(&mut Writer<'_>) -> io::Result<T>)
     let result = fill(temporary.as_file_mut(), write)?;
     if let Ok(old) = fs::metadata(&target) {
         // Where the system keeps none, as on some network folders, the image is still written.
+        keep_owner(temporary.as_file(), &old);
         let _ = temporary.as_file().set_permissions(old.permissions());
     }
     temporary.persist(&target).map_err(|e| e.error)?;
@@ -85,18 +138,44 @@ fn fill<T>(file: &mut File, write: impl FnOnce(&mut Writer<'_>) -> io::Result<T>
     Ok(result)
 }
 
+#[cfg(unix)]
+fn keep_owner(file: &File, old: &fs::Metadata) {
+    use std::os::unix::fs::{MetadataExt, fchown};
+    // Only a privileged user can give files away.
+    let _ = fchown(file, Some(old.uid()), Some(old.gid()));
+}
+
+#[cfg(not(unix))]
+fn keep_owner(_: &File, _: &fs::Metadata) {}
+
 /// The file that is to be replaced, and a temporary one beside it.
 fn replaceable(path: &Path) -> io::Result<(PathBuf, NamedTempFile)> {
-    let target = target(path);
-    if target.is_dir() {
-        return Err(io::Error::from(io::ErrorKind::IsADirectory));
+    let target = target(path)?;
+    match File::options().write(true).open(&target) {
+        // A file that is protected from being written is not to be replaced either.
+        Ok(_) => {}
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+        Err(error) => return Err(error),
     }
     let temporary = temporary_beside(&target)?;
     Ok((target, temporary))
 }
 
-fn target(path: &Path) -> PathBuf {
-    if path.is_symlink() { fs::canonicalize(path).unwrap_or_else(|_| path.to_owned()) } else { path.to_owned() }
+/// What a path leads to by way of symbolic links, whether it is there or not.
+///
+/// # Errors
+/// The links lead in a circle.
+pub fn target(path: &Path) -> io::Result<PathBuf> {
+    /// As many as Linux follows.
+    const MOST_LINKS: usize = 40;
+    let mut target = path.to_owned();
+    for _ in 0..MOST_LINKS {
+        match fs::read_link(&target) {
+            Ok(next) => target = target.parent().unwrap_or(Path::new("")).join(next),
+            Err(_) => return Ok(target),
+        }
+    }
+    Err(io::Error::new(io::ErrorKind::InvalidInput, "its symbolic links lead in a circle"))
 }
 
 fn temporary_beside(target: &Path) -> io::Result<NamedTempFile> {
@@ -177,6 +256,72 @@ mod tests {
         assert_eq!(fs::read(&target).unwrap(), b"new");
         let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode();
         assert_eq!((mode(&made), mode(&target) & 0o777), (mode(&plain), 0o600));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_are_followed_to_files_that_are_not_there_yet() {
+        let directory = tempfile::tempdir().unwrap();
+        let at = |name: &str| directory.path().join(name);
+        fs::create_dir(at("disk")).unwrap();
+        for (link, to) in [("a", "b"), ("b", "disk/c"), ("round", "about"), ("about", "round"), ("lost", "gone/d")] {
+            std::os::unix::fs::symlink(to, at(link)).unwrap();
+        }
+        check_writable(&at("a")).unwrap();
+        write_whole(&at("a"), |w| w.write_all(b"new")).unwrap();
+        assert!(at("a").is_symlink() && at("b").is_symlink());
+        assert_eq!(fs::read(at("disk/c")).unwrap(), b"new");
+        for link in ["round", "lost"] {
+            assert!(check_writable(&at(link)).is_err());
+            assert!(write_whole(&at(link), |w| w.write_all(b"new")).is_err());
+            assert!(at(link).is_symlink());
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_file_that_may_not_be_written_is_not_replaced() {
+        use std::os::unix::fs::PermissionsExt;
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("a.png");
+        fs::write(&path, "old").unwrap();
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o444)).unwrap();
+        let privileged = File::options().write(true).open(&path).is_ok();
+        assert_eq!(check_writable(&path).is_ok(), privileged);
+        assert_eq!(write_whole(&path, |w| w.write_all(b"new")).is_ok(), privileged);
+        assert_eq!(fs::read(&path).unwrap(), if privileged { b"new" } else { b"old" });
+        assert_eq!(names(directory.path()), ["a.png"]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_pipe_is_written_while_somebody_reads_and_not_waited_for() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&path).status().unwrap();
+        assert!(made.success());
+        assert_eq!(read_regular(&path).unwrap_err().kind(), io::ErrorKind::InvalidInput);
+        check_writable(&path).unwrap();
+        let error = write_whole(&path, |w| w.write_all(b"new")).unwrap_err();
+        assert!(error.source.to_string().contains("nobody reads"), "{}", error.source);
+        let reader = std::thread::spawn({
+            let path = path.clone();
+            move || fs::read(path).unwrap()
+        });
+        let long = vec![7; 1 << 20];
+        write_whole(&path, |w| w.write_all(&long)).unwrap();
+        assert_eq!(reader.join().unwrap(), long);
+    }
+
+    #[test]
+    fn what_is_too_large_is_not_read() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("a");
+        File::create(&path).unwrap().set_len(1 << 42).unwrap();
+        assert_eq!(read_small(&path, 1 << 20).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
+        assert_eq!(read_regular(&path).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
+        fs::write(&path, "abc").unwrap();
+        assert_eq!(read_small(&path, 3).unwrap(), b"abc");
     }
 
     #[cfg(unix)]

@@ -17,3 +17,71 @@ pub(crate) fn permutes_lanes() -> bool {
 pub(crate) fn permutes_lanes() -> bool {
     false
 }
+
+/// Bytes of memory that the program can still have, by what the system, its control group and `ulimit` allow; `None` where that is
+/// not known.
+pub fn available_memory() -> Option<u64> {
+    let of_system = || {
+        let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+        let free = |key: &str| {
+            let line = text.lines().find_map(|line| line.strip_prefix(key))?;
+            line.trim_start_matches(':').trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
+        };
+        // What is written to disk for others' sake counts too.
+        free("MemAvailable")?.checked_add(free("SwapFree").unwrap_or(0))
+    };
+    [of_system(), of_control_group(), of_address_space()].into_iter().flatten().min()
+}
+
+/// What this process' control group (version 2) and those above it leave.
+fn of_control_group() -> Option<u64> {
+    let groups = std::fs::read_to_string("/proc/self/cgroup").ok()?;
+    let path = groups.lines().find_map(|line| line.strip_prefix("0::"))?;
+    let number =
+        |folder: &std::path::Path, file| std::fs::read_to_string(folder.join(file)).ok()?.trim().parse::<u64>().ok();
+    let group = std::path::Path::new("/sys/fs/cgroup").join(path.trim_start_matches('/'));
+    let left = |folder: &std::path::Path| {
+        // The word "max" is no number: there is no limit.
+        Some(number(folder, "memory.max")?.saturating_sub(number(folder, "memory.current")?))
+    };
+    group.ancestors().take_while(|folder| folder.starts_with("/sys/fs/cgroup")).filter_map(left).min()
+}
+
+/// What `ulimit -v` leaves.
+#[cfg(target_os = "linux")]
+fn of_address_space() -> Option<u64> {
+    let mut limit = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
+    // SAFETY: the structure is valid for the call.
+    let result = unsafe { libc::getrlimit(libc::RLIMIT_AS, &mut limit) };
+    if result != 0 || limit.rlim_cur == libc::RLIM_INFINITY {
+        return None;
+    }
+    let pages = std::fs::read_to_string("/proc/self/statm").ok()?;
+    let used = pages.split(' ').next()?.parse::<u64>().ok()?.saturating_mul(4096);
+    Some(limit.rlim_cur.saturating_sub(used))
+}
+
+#[cfg(not(target_os = "linux"))]
+fn of_address_space() -> Option<u64> {
+    None
+}
+
+/// The name of the machine, where it has one.
+pub(crate) fn host_name() -> Option<String> {
+    let name =
+        std::fs::read_to_string("/proc/sys/kernel/hostname").ok().or_else(|| std::env::var("COMPUTERNAME").ok())?;
+    let name = name.trim();
+    (!name.is_empty()).then(|| name.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn memory_is_known_and_no_more_than_there_can_be() {
+        let bytes = available_memory().expect("Linux tells");
+        assert!((1 << 20..1 << 50).contains(&bytes), "{bytes}");
+    }
+}

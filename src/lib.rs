@@ -51,7 +51,7 @@ pub mod check;
 pub mod files;
 pub mod gpu;
 mod hash;
-mod host;
+pub mod host;
 pub mod image;
 pub mod oracle;
 pub mod render;

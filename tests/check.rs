@@ -125,9 +125,7 @@ fn reports_are_well_formed() {
     assert_eq!(back.schema, "photolith-check-1");
 
     let xml = junit(&report);
-    let open = xml.matches("<testcase ").count();
-    assert_eq!(open, 2);
-    assert_eq!(xml.matches("</testcase>").count(), open);
+    assert_eq!(xml.matches("<testcase ").count(), 2);
     assert!(xml.contains("tests=\"2\" failures=\"0\" errors=\"0\" skipped=\"0\""), "{xml}");
     assert!(xml.ends_with("</testsuites>\n"));
 

@@ -105,7 +105,7 @@ fn load_obj(bytes: &[u8]) {
 fn the_texts_to_mutate_are_good() {
     assert_eq!(Scene::from_toml_str(TOML, "scene.toml", None).unwrap().scene.spheres.len(), 1);
     assert_eq!(Scene::from_obj_bytes(OBJ.as_bytes(), "a.obj", None).unwrap().scene.triangle_count(), 4);
-    assert_eq!(parse_mtl(MTL.as_bytes(), "a.mtl").unwrap().len(), 1);
+    assert_eq!(parse_mtl(MTL.as_bytes(), "a.mtl").0.len(), 1);
 }
 
 proptest! {
@@ -130,10 +130,8 @@ proptest! {
 
     #[test]
     fn mutations_of_an_mtl_file(bytes in mutated(MTL)) {
-        if let Ok(materials) = parse_mtl(&bytes, "a.mtl") {
-            for material in materials {
-                material.surface(|_| {});
-            }
+        for material in parse_mtl(&bytes, "a.mtl").0 {
+            material.surface(|_| {});
         }
     }
 }

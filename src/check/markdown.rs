@@ -20,7 +20,7 @@ pub fn markdown(reports: &[Report]) -> String {
     for (i, d) in devices.iter().enumerate() {
         let _ = writeln!(
             page,
-            "| {} | {} | {} | {} | {} | {} of {} pass | {:.0} s |",
+            "| {} | {} | {} | {} | {} | {} of {} pass{} | {:.0} s |",
             label(i),
             cell(&d.device),
             cell(&d.driver),
@@ -28,6 +28,10 @@ pub fn markdown(reports: &[Report]) -> String {
             if d.full { "full" } else { "quick" },
             d.count(Verdict::Pass),
             d.cases.len(),
+            match d.count(Verdict::NotRun) {
+                0 => String::new(),
+                not_run => format!(", {not_run} not run"),
+            },
             d.seconds
         );
     }

@@ -99,6 +99,9 @@ pub struct DeviceReport {
     pub facts: Vec<Fact>,
     /// All cases that were selected.
     pub cases: Vec<CaseReport>,
+    /// When it began, in seconds since 1970 (0 in reports of versions that did not tell).
+    #[serde(default)]
+    pub started: u64,
     /// Seconds in all.
     pub seconds: f64,
 }

@@ -4,7 +4,7 @@ use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use crate::gpu::{Context, GpuError, Validation, Violation};
 use crate::host::cpu_model;
@@ -67,6 +67,7 @@ pub fn run(
     on_case: impl FnMut(&CaseReport) + Send,
 ) -> Result<DeviceReport, CheckError> {
     let start = Instant::now();
+    let started = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
     let lab = |context: &Context| Lab { context: context.clone(), full: options.full, mutation: options.mutation };
     let facts = facts(&lab(context))?;
     let cases = options.selected();
@@ -98,6 +99,7 @@ pub fn run(
         validation: context.validation() != Validation::Off,
         facts,
         cases: reports.into_iter().flatten().collect(),
+        started,
         seconds: start.elapsed().as_secs_f64(),
     })
 }

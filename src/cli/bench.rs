@@ -22,7 +22,8 @@ use photolith::{Context, RenderSettings, user_cache};
 
 use super::interrupt::Interrupt;
 use super::numbers::{pixels_per_degree, positive};
-use super::options::{DeviceOptions, SceneOptions, Size};
+use super::options::{DeviceOptions, SceneOptions, Size, check_memory};
+use super::text::printable;
 use super::{exit, output};
 use growth::{GrowthArg, Series};
 use samples::SampleCounts;
@@ -253,6 +254,7 @@ fn sample_counts(args: &BenchArgs) -> anyhow::Result<Vec<u32>> {
 fn load(args: &BenchArgs, path: &Path) -> anyhow::Result<(Scene, RenderSettings)> {
     let options = SceneOptions { size: args.size, max_depth: args.max_depth, ..SceneOptions::default() };
     let (scene, settings) = options.load(path)?;
+    check_memory(&scene)?;
     Ok((scene, RenderSettings { spirv_folder: args.spirv.clone(), ..settings }))
 }
 
@@ -339,7 +341,7 @@ impl Progress {
     }
 
     fn say(&self, message: &str) {
-        self.0.set_message(message.to_owned());
+        self.0.set_message(printable(message, &[]).into_owned());
         self.0.tick();
     }
 

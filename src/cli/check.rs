@@ -204,7 +204,8 @@ fn list(options: &RunOptions, json: bool) -> String {
 
 fn read_report(path: &Path) -> anyhow::Result<Report> {
     let text = files::read_regular(path).with_context(|| format!("{} cannot be read", path.display()))?;
-    let report: Report = serde_json::from_slice(&text).with_context(|| format!("{}: not a report", path.display()))?;
+    let not_a_report = || format!("{}: not a report, expected the JSON of `photolith check --json`", path.display());
+    let report: Report = serde_json::from_slice(&text).with_context(not_a_report)?;
     if report.schema != SCHEMA {
         bail!("{}: schema {}, expected {SCHEMA}", path.display(), report.schema);
     }

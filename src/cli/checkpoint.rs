@@ -7,12 +7,16 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::{Context as _, Result, anyhow, bail};
-use photolith::files::{WriteError, read_regular, write_whole};
+use photolith::files::{WriteError, read_small, target, write_whole};
 use photolith::image::Metadata;
 use photolith::render::{Checkpoint, Progress};
 use photolith::{Film, RenderError, Renderer};
 
 use super::output;
+
+/// More than a checkpoint takes: a file that is larger is none.
+const BYTES_OF_PIXEL: u64 = 1 << 10;
+const BYTES_BESIDE_PIXELS: u64 = 1 << 24;
 
 /// The file of a rendering.
 pub struct Keeper {
@@ -25,17 +29,16 @@ pub struct Keeper {
 }
 
 impl Keeper {
-    /// Of a rendering that `what` describes, kept in a file `every` so often; goes on from the file if it is there.
+    /// Of a rendering of so many pixels that `what` describes, kept in a file `every` so often; goes on from the file if it is there.
     ///
     /// # Errors
     /// The file is no checkpoint, or one of another rendering: it stays as it is.
-    pub fn open(path: &Path, every: Duration, what: &Metadata) -> Result<Self> {
+    pub fn open(path: &Path, every: Duration, what: &Metadata, pixels: u64) -> Result<Self> {
         let what: String = what.iter().map(|(key, value)| format!("{key}: {}\n", value.replace('\n', " "))).collect();
         // What is removed at the end is the file, and not a link to it.
-        let path =
-            if path.is_symlink() { fs::canonicalize(path).ok() } else { None }.unwrap_or_else(|| path.to_owned());
+        let path = target(path).with_context(|| format!("{}", path.display()))?;
         let unreadable = || format!("{} cannot be read", path.display());
-        let from = if path.try_exists().with_context(unreadable)? { Some(read(&path, &what)?) } else { None };
+        let from = if path.try_exists().with_context(unreadable)? { Some(read(&path, &what, pixels)?) } else { None };
         Ok(Self { path, every, what, from })
     }
 
@@ -89,8 +92,9 @@ impl Keeper {
 }
 
 /// The checkpoint in a file, if it is of the rendering that `what` describes.
-fn read(path: &Path, what: &str) -> Result<Checkpoint> {
-    let bytes = read_regular(path).with_context(|| format!("{} cannot be read", path.display()))?;
+fn read(path: &Path, what: &str, pixels: u64) -> Result<Checkpoint> {
+    let bytes = read_small(path, BYTES_BESIDE_PIXELS + pixels.saturating_mul(BYTES_OF_PIXEL))
+        .with_context(|| format!("{} cannot be read", path.display()))?;
     let (of, checkpoint) = Checkpoint::read(&bytes).with_context(|| format!("{}", path.display()))?;
     let (mut found, mut expected) = (of.lines(), what.lines());
     loop {

@@ -18,7 +18,7 @@ use super::{exit, output};
 /// Arguments of `photolith info`.
 #[derive(Args)]
 pub struct InfoArgs {
-    /// Scene file (.toml) or mesh (.obj)
+    /// Scene file (.toml) or mesh (.obj), or - for either of them from standard input
     scene: PathBuf,
 
     #[command(flatten)]

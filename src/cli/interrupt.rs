@@ -4,29 +4,20 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use anyhow::Context as _;
-
-use super::exit;
+use super::signals;
 
 /// Whether Ctrl-C was pressed.
 #[derive(Clone)]
 pub struct Interrupt(Arc<AtomicBool>);
 
 impl Interrupt {
-    /// Listens from now on, in a thread that only waits. Once in a process.
+    /// Listens from now on. Once in a process.
     ///
     /// # Errors
     /// The system refuses.
     pub fn install() -> anyhow::Result<Self> {
         let pressed = Arc::new(AtomicBool::new(false));
-        let flag = Arc::clone(&pressed);
-        ctrlc::set_handler(move || {
-            if flag.swap(true, Ordering::SeqCst) {
-                // Whoever insists does not want what there is.
-                std::process::exit(i32::from(exit::INTERRUPTED));
-            }
-        })
-        .context("installing the Ctrl-C handler")?;
+        signals::set_when_asked_to_end(Arc::clone(&pressed))?;
         Ok(Self(pressed))
     }
 

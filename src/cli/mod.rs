@@ -6,7 +6,9 @@ mod checkpoint;
 mod compare;
 mod devices;
 mod exit;
+mod image_output;
 mod info;
+mod input;
 mod interrupt;
 mod numbers;
 mod options;
@@ -17,6 +19,7 @@ mod render;
 mod signals;
 mod text;
 
+use std::io::Write as _;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -58,7 +61,12 @@ pub fn main() -> ExitCode {
         Ok(cli) => run(cli),
         Err(error) if error.use_stderr() => {
             // Where that cannot be written, nobody can be told.
-            let _ = error.print();
+            let _ = if std::env::args_os().any(|argument| argument.to_string_lossy().contains(char::is_control)) {
+                // The message quotes it.
+                write!(std::io::stderr(), "{}", text::printable(&error.render().to_string(), &['\n']))
+            } else {
+                error.print()
+            };
             return ExitCode::from(exit::BAD_INPUT);
         }
         // Help and version are not errors.
@@ -82,8 +90,11 @@ fn run(cli: Cli) -> anyhow::Result<ExitCode> {
     env_logger::Builder::new()
         .filter_module("photolith", level)
         .parse_default_env()
-        .format_target(false)
-        .format_timestamp(None)
+        .format(|out, record| {
+            let style = out.default_level_style(record.level());
+            let message = record.args().to_string();
+            writeln!(out, "[{style}{:<5}{style:#}] {}", record.level(), text::printable(&message, &[]))
+        })
         .init();
     signals::fail_at_the_size_limit_of_files();
     // SAFETY: no other thread has been started.

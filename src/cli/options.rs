@@ -6,13 +6,16 @@ use std::str::FromStr;
 use anyhow::Context as _;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
+use photolith::host::available_memory;
 use photolith::render::{
     Accel, Beams, Choice, Gradients, LightSamples, MAX_SAMPLES, Reuse, SampleMap, Sampler, Scheduler, TriangleTest,
 };
 use photolith::scene::Scene;
 use photolith::{ContextOptions, RenderSettings, Validation, user_cache};
 
+use super::input;
 use super::numbers::seed;
+use super::text::{bytes, counted};
 
 /// Which device, and whether it is watched.
 #[derive(Args, Clone)]
@@ -110,6 +113,10 @@ pub struct SceneOptions {
     /// Compile every feature, needed or not (changes no bit of the image)
     #[arg(long)]
     pub general: bool,
+
+    /// Warnings are errors: end with code 2
+    #[arg(long)]
+    pub strict: bool,
 }
 
 /// A parser of the names of values, which lists them and what they do.
@@ -121,10 +128,11 @@ fn choice<T: Choice>() -> impl TypedValueParser<Value = T> {
 impl SceneOptions {
     /// Loads the scene, prints its warnings, and applies the options to it.
     pub fn load(&self, path: &Path) -> anyhow::Result<(Scene, RenderSettings)> {
-        let loaded = Scene::load(path)?;
+        let loaded = input::load(path)?;
         for warning in &loaded.warnings {
             log::warn!("{warning}");
         }
+        self.check_warnings(loaded.warnings.len())?;
         let mut scene = loaded.scene;
         if let Some(Size { width, height }) = self.size {
             scene.film.width = width;
@@ -153,6 +161,41 @@ impl SceneOptions {
         };
         Ok((scene, settings))
     }
+}
+
+impl SceneOptions {
+    /// Whether to go on after so many warnings.
+    ///
+    /// # Errors
+    /// There are some, and they are errors.
+    pub fn check_warnings(&self, warnings: usize) -> anyhow::Result<()> {
+        if self.strict && warnings > 0 {
+            anyhow::bail!("{}, expected none with --strict", counted(warnings, "warning", "warnings"));
+        }
+        Ok(())
+    }
+}
+
+/// What the host holds of each pixel at least, when the image is read back: a sum and a count in the film, the mean, and the image.
+const BYTES_OF_PIXEL: u64 = 24 + 4 + 12 + 12;
+
+/// Checks that an image is not larger than memory, before it is begun.
+///
+/// # Errors
+/// It is.
+pub fn check_memory(scene: &Scene) -> anyhow::Result<()> {
+    let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
+    let needed = pixels.saturating_mul(BYTES_OF_PIXEL);
+    if let Some(available) = available_memory().filter(|available| *available < needed) {
+        anyhow::bail!(
+            "an image of {}x{} pixels needs at least {} of memory, expected at most {}, which are available",
+            scene.film.width,
+            scene.film.height,
+            bytes(needed),
+            bytes(available)
+        );
+    }
+    Ok(())
 }
 
 /// `WIDTHxHEIGHT`.

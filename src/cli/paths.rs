@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
+use photolith::files;
 
 /// Checks that no output would take the place of an input or of another output. What is no file, such as a pipe or
 /// `/dev/null`, may be named as often as one likes.
@@ -34,6 +35,9 @@ fn place(path: &Path) -> Option<PathBuf> {
     if fs::metadata(path).is_ok_and(|found| !found.is_file()) {
         return None;
     }
+    // A link whose file is not there yet stands for that file.
+    let target = files::target(path);
+    let path = target.as_deref().unwrap_or(path);
     if let Ok(found) = fs::canonicalize(path) {
         return Some(found);
     }
@@ -56,6 +60,8 @@ mod tests {
         fs::create_dir(at("d")).unwrap();
         #[cfg(unix)]
         std::os::unix::fs::symlink("a", at("link")).unwrap();
+        #[cfg(unix)]
+        std::os::unix::fs::symlink("later", at("link to later")).unwrap();
         let check = |inputs: &[&str], outputs: &[&str]| {
             let (inputs, outputs): (Vec<_>, Vec<_>) =
                 (inputs.iter().map(|n| at(n)).collect(), outputs.iter().map(|n| at(n)).collect());
@@ -70,6 +76,8 @@ mod tests {
         );
         #[cfg(unix)]
         assert!(check(&["a"], &["b", "link"]).unwrap_err().starts_with("--two "));
+        #[cfg(unix)]
+        assert!(check(&["a"], &["later", "link to later"]).unwrap_err().starts_with("--two "));
         let null = PathBuf::from("/dev/null");
         assert!(check_apart([&null], [("--one", &null), ("--two", &null)]).is_ok());
     }

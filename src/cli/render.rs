@@ -5,31 +5,37 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
-use anyhow::{Context as _, anyhow};
+use anyhow::Context as _;
 use clap::Args;
 use photolith::files::check_writable;
-use photolith::image::{self, Metadata, Variance};
+use photolith::image::{Format, Metadata, Variance};
 use photolith::render::{Adaptive, Choice as _, Prepared, Progress, RenderStatistics, shaders_hash};
 use photolith::scene::{Scene, fingerprint};
 use photolith::{Context, Image, RenderError, RenderSettings, Renderer, Validation};
 use serde_json::json;
 
 use super::checkpoint::Keeper;
+use super::image_output::{self, ImageOutput};
 use super::interrupt::Interrupt;
 use super::numbers::seconds;
-use super::options::{DeviceOptions, SceneOptions};
+use super::options::{DeviceOptions, SceneOptions, check_memory};
 use super::progress::Bar;
-use super::{exit, output, paths};
+use super::{exit, input, output, paths};
 
 /// Arguments of `photolith render`.
 #[derive(Args)]
 pub struct RenderArgs {
-    /// Scene file (.toml) or mesh (.obj)
+    /// Scene file (.toml) or mesh (.obj), or - for either of them from standard input
     scene: PathBuf,
 
-    /// Image to write: .png (8 bit), .exr, .hdr or .pfm (linear). Without it: the scene's name with .png, here
+    /// Image to write: .png (8 bit), .exr, .hdr or .pfm (linear), or - for standard output. Without it: the scene's name with .png,
+    /// here
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+
+    /// Format of the image, whatever its name; needed for standard output
+    #[arg(long, value_parser = image_output::format())]
+    format: Option<Format>,
 
     #[command(flatten)]
     scene_options: SceneOptions,
@@ -100,14 +106,16 @@ fn noise(text: &str) -> Result<f64, String> {
 
 /// Renders and writes the image.
 pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
-    let path = match &args.output {
+    let place = match &args.output {
         Some(path) => path.clone(),
-        None => default_output(&args.scene)?,
+        None => default_output(&args.scene, args.format)?,
     };
+    let output = ImageOutput::of(&place, args.format, args.json)?;
     // Before hours of rendering, not after.
-    image::check_writable(&path)?;
-    let outputs = [("--output", Some(&path)), ("--checkpoint", args.checkpoint.as_ref())];
-    paths::check_apart([&args.scene], outputs.into_iter().filter_map(|(option, path)| Some((option, path?))))?;
+    output.check()?;
+    let outputs = [("--output", output.path()), ("--checkpoint", args.checkpoint.as_ref())];
+    let outputs = outputs.into_iter().filter_map(|(option, path)| Some((option, path?)));
+    paths::check_apart([&input::path(&args.scene).to_owned()], outputs)?;
     if let Some(checkpoint) = &args.checkpoint {
         check_writable(checkpoint)?;
     }
@@ -123,6 +131,8 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     settings.count_steps = args.count_steps;
     settings.spirv_folder = args.spirv.clone();
 
+    check_memory(&scene)?;
+    let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
     let interrupt = Interrupt::install()?;
     let started = std::time::Instant::now();
     let (prepared, context) = std::thread::scope(|scope| {
@@ -136,9 +146,10 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let mut renderer = Renderer::with(&context, prepared?).map_err(|error| told_of_shaders(args, error))?;
     if renderer.hidden_lights() > 0 {
         log::warn!("{} light(s) left out: an opaque sphere keeps them from all that is seen", renderer.hidden_lights());
+        args.scene_options.check_warnings(1)?;
     }
     let mut keeper = match &args.checkpoint {
-        Some(path) => Some(Keeper::open(path, args.checkpoint_every, &identity(&scene, &settings, &context))?),
+        Some(path) => Some(Keeper::open(path, args.checkpoint_every, &identity(&scene, &settings, &context), pixels)?),
         None => None,
     };
     let setup = started.elapsed().as_secs_f64();
@@ -154,8 +165,10 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let film = film.map_err(|error| told_of_shaders(args, error))?;
     bar.finish();
 
+    let mut late_warnings = 0;
     let statistics = renderer.statistics();
     if statistics.bad_samples > 0 {
+        late_warnings += 1;
         log::warn!("{} samples were NaN or infinite and count as black", statistics.bad_samples);
     }
     let was_interrupted = statistics.stopped && interrupt.requested();
@@ -179,16 +192,18 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     if let Some(variance) = film.variance() {
         image = image.with_variance(Variance { of_mean: variance.to_vec(), batches: HALVES })?;
     }
-    let written = image::write(&path, &image, &metadata(&scene, &settings, &context, &renderer), scene.film.transfer);
+    let written = output.write(&image, &metadata(&scene, &settings, &context, &renderer), scene.film.transfer);
     let kept = keeper.map_or(Ok(()), |keeper| keeper.finish(&mut renderer, written.is_ok()));
     let written = written?;
     if written.non_finite > 0 {
-        log::warn!("{}: {} pixels are not finite", path.display(), written.non_finite);
+        late_warnings += 1;
+        log::warn!("{output}: {} pixels are not finite", written.non_finite);
     }
     let printed = match args.json {
-        true => output::print(&format!("{}\n", report(&context, &settings, &renderer, setup, &path))),
+        true => output::print(&format!("{}\n", report(&context, &settings, &renderer, setup, &place))),
         false => Ok(()),
     };
+    let printed = printed.and(args.scene_options.check_warnings(late_warnings));
     let messages = context.messages().all();
     let code = match messages.first() {
         Some(first) => {
@@ -233,10 +248,11 @@ fn samples(s: &RenderStatistics) -> String {
     if fewest == most { fewest.to_string() } else { format!("{fewest} to {most} (mean {mean:.1})") }
 }
 
-fn default_output(scene: &Path) -> anyhow::Result<PathBuf> {
-    let mut name = scene.file_stem().ok_or_else(|| anyhow!("{}: not a file name", scene.display()))?.to_owned();
+fn default_output(scene: &Path, format: Option<Format>) -> anyhow::Result<PathBuf> {
+    let mut name = input::stem(scene)?;
     // Not with_extension: of frame.001.toml this is frame.001.png.
-    name.push(".png");
+    name.push(".");
+    name.push(format.unwrap_or(Format::Png).extension());
     Ok(PathBuf::from(name))
 }
 

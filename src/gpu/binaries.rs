@@ -5,6 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
+use crate::files::read_small;
 use crate::hash::digest;
 
 /// Files that together take more are too many: those that nobody has asked for the longest go, until half of it is left.
@@ -28,7 +29,7 @@ impl BinaryStore {
     /// What was kept for exactly this identity: all that the binary depends on.
     pub fn load(&self, identity: &[u8]) -> Option<Vec<u8>> {
         let path = self.path(identity);
-        let bytes = fs::read(&path).ok()?;
+        let bytes = read_small(&path, self.most_bytes).ok()?;
         let binary = binary_of(&bytes, identity)?.to_vec();
         // In use: others go first.
         let _ = File::options().append(true).open(&path).and_then(|f| f.set_modified(SystemTime::now()));

@@ -1,5 +1,6 @@
 //! What can go wrong between this program and a Vulkan driver.
 
+use std::ffi::OsString;
 use std::time::Duration;
 
 use ash::vk;
@@ -11,7 +12,7 @@ pub enum GpuError {
     #[error("no Vulkan loader found ({0}); install libvulkan1 and a driver, for example mesa-vulkan-drivers")]
     NoLoader(String),
     /// The loader is there, but no driver reports a device.
-    #[error("no Vulkan device found; install a driver (for example mesa-vulkan-drivers) or set VK_DRIVER_FILES")]
+    #[error("no Vulkan device found; {}", how_to_get_a_device(|name| std::env::var_os(name)))]
     NoDevice,
     /// `--device` names a device that is not there.
     #[error("no Vulkan device matches '{wanted}'; there are: {known}")]
@@ -75,6 +76,26 @@ pub enum GpuError {
     },
 }
 
+/// Variables by which the loader is told which drivers to use (Vulkan-Loader, LoaderInterfaceArchitecture.md), where they may hide all.
+const DRIVER_VARIABLES: [&str; 4] =
+    ["VK_DRIVER_FILES", "VK_ICD_FILENAMES", "VK_LOADER_DRIVERS_SELECT", "VK_LOADER_DRIVERS_DISABLE"];
+
+fn how_to_get_a_device(variable: impl Fn(&str) -> Option<OsString>) -> String {
+    let set: Vec<String> = DRIVER_VARIABLES
+        .iter()
+        .filter_map(|name| Some((name, variable(name).filter(|value| !value.is_empty())?)))
+        .map(|(name, value)| format!("{name}={}", value.to_string_lossy()))
+        .collect();
+    match set.as_slice() {
+        [] => "install a driver (for example mesa-vulkan-drivers) or set VK_DRIVER_FILES".to_owned(),
+        set => format!(
+            "the environment has {}, which decides what drivers are looked for: unset it, name a driver's manifest that is there, or \
+             install a driver (for example mesa-vulkan-drivers)",
+            set.join(" and ")
+        ),
+    }
+}
+
 /// Names the Vulkan function of a failed call, and tells a lost device and a lack of memory apart.
 pub(crate) fn check<T>(call: &'static str, result: Result<T, vk::Result>) -> Result<T, GpuError> {
     result.map_err(|result| match result {
@@ -84,4 +105,16 @@ pub(crate) fn check<T>(call: &'static str, result: Result<T, vk::Result>) -> Res
         }
         result => GpuError::Call { call, result },
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn variables_that_hide_drivers_are_named() {
+        assert!(how_to_get_a_device(|_| None).starts_with("install a driver"));
+        let text = how_to_get_a_device(|name| (name == "VK_ICD_FILENAMES").then(|| "/gone.json".into()));
+        assert!(text.contains("VK_ICD_FILENAMES=/gone.json") && !text.contains("VK_DRIVER_FILES"), "{text}");
+    }
 }

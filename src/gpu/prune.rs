@@ -56,7 +56,7 @@ pub(super) fn prune(words: &[u32], specialization: &Specialization) -> Option<Ve
 }
 
 /// Whether instructions follow each other to the end, and none is one that rspirv would panic at.
-fn is_well_formed(words: &[u32]) -> bool {
+pub(super) fn is_well_formed(words: &[u32]) -> bool {
     // An operation that is no operation, but a constant itself or a branch.
     let is_strange = |i: &[u32]| {
         opcode(i) == Op::SpecConstantOp as u32
@@ -110,7 +110,7 @@ fn keep_described(module: &mut Module, defined: &HashSet<Word>) {
 
 /// Whether everything that is used is still there. It is, unless values of one block are used in another that does not
 /// depend on it being executed.
-fn is_closed(module: &Module, defined: &HashSet<Word>) -> bool {
+pub(super) fn is_closed(module: &Module, defined: &HashSet<Word>) -> bool {
     module.all_inst_iter().flat_map(|i| &i.operands).filter_map(Operand::id_ref_any).all(|id| defined.contains(&id))
 }
 

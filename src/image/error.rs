@@ -74,6 +74,9 @@ pub enum ImageError {
     /// The file could not be written; an older file of that name is as it was.
     #[error(transparent)]
     Write(#[from] WriteError),
+    /// The encoder refuses.
+    #[error("the image cannot be encoded")]
+    Encode(#[source] io::Error),
     /// A metadata entry that not every format can carry.
     #[error("metadata entry {key:?}: {problem}")]
     Metadata {

@@ -30,14 +30,47 @@ pub struct Written {
 /// [`ImageError::UnknownFormat`], [`ImageError::Metadata`] or [`ImageError::Write`]; an older file at
 /// `path` is then as it was.
 pub fn write(path: &Path, image: &Image, metadata: &Metadata, transfer: Transfer) -> Result<Written, ImageError> {
-    let format = Format::from_path(path)?;
+    write_as(path, Format::from_path(path)?, image, metadata, transfer)
+}
+
+/// Writes an image as [`write()`] does, whatever the path's extension.
+///
+/// # Errors
+/// As of [`write()`], but for [`ImageError::UnknownFormat`].
+pub fn write_as(
+    path: &Path,
+    format: Format,
+    image: &Image,
+    metadata: &Metadata,
+    transfer: Transfer,
+) -> Result<Written, ImageError> {
     metadata.check()?;
     files::write_whole(path, |writer| codec::encode(format, image, metadata, transfer, writer))?;
+    Ok(lost(format, image))
+}
+
+/// The bytes of an image's file.
+///
+/// # Errors
+/// [`ImageError::Metadata`], or [`ImageError::Encode`].
+pub fn encode(
+    format: Format,
+    image: &Image,
+    metadata: &Metadata,
+    transfer: Transfer,
+) -> Result<(Vec<u8>, Written), ImageError> {
+    metadata.check()?;
+    let mut bytes = Vec::new();
+    codec::encode(format, image, metadata, transfer, &mut bytes).map_err(ImageError::Encode)?;
+    Ok((bytes, lost(format, image)))
+}
+
+fn lost(format: Format, image: &Image) -> Written {
     let non_finite = match format {
         Format::Png | Format::Hdr => image.pixels().iter().filter(|p| !p.iter().all(|c| c.is_finite())).count(),
         Format::Exr | Format::Pfm => 0,
     };
-    Ok(Written { non_finite })
+    Written { non_finite }
 }
 
 /// Reads an image in the format of the path's extension, as linear radiance.

@@ -15,6 +15,6 @@ mod transfer;
 
 pub use buffer::{Image, MAX_SIDE, Variance};
 pub use error::ImageError;
-pub use file::{Written, check_writable, read, write};
+pub use file::{Written, check_writable, encode, read, write, write_as};
 pub use format::Format;
 pub use metadata::Metadata;

@@ -13,9 +13,7 @@ use crate::scene::Bsdf;
 /// f(wo, wi)·|cos θi|; 0 where single directions are scattered into.
 pub fn eval(bsdf: &Bsdf, hit: &Hit, _wo: DVec3, wi: DVec3) -> DVec3 {
     match *bsdf {
-        Bsdf::Diffuse { reflectance } => {
-            DVec3::from(reflectance) * wi.dot(hit.shading_normal).max(0.0) * FRAC_1_PI
-        }
+        Bsdf::Diffuse { reflectance } => DVec3::from(reflectance) * wi.dot(hit.shading_normal).max(0.0) * FRAC_1_PI,
         Bsdf::Mirror { .. } | Bsdf::Dielectric { .. } | Bsdf::Black => DVec3::ZERO,
     }
 }

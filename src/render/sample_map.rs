@@ -362,8 +362,7 @@ mod tests {
     #[test]
     fn noise_gets_samples_within_the_cost() {
         let contrasts = [(1.0, 1.0), (16.0, 1.0), (16.0, 5.0), (1e6, 1.0), (1e-6, 3.0), (0.0, 1.0)];
-        for ((contrast, cost), samples) in contrasts.into_iter().flat_map(|c| [2, 3, 4].map(|samples| (c, samples)))
-        {
+        for ((contrast, cost), samples) in contrasts.into_iter().flat_map(|c| [2, 3, 4].map(|samples| (c, samples))) {
             let tiles = tiles(contrast, cost);
             let map = divide(&tiles, Allowance::of(samples));
             let taken: f64 = tiles.iter().zip(&map).map(|(tile, multiplier)| tile.cost * multiplier.factor()).sum();

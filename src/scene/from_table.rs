@@ -23,7 +23,7 @@ pub(super) struct Source<'a> {
 }
 
 impl Source<'_> {
-    fn locate(&self, entity: Entity, field: &str) -> Location {
+    pub fn locate(&self, entity: Entity, field: &str) -> Location {
         locate_value(self.text, self.name, entity, field)
     }
 
@@ -107,9 +107,7 @@ fn define_material(materials: &mut MaterialList, index: usize, table: MaterialTa
             let reflectance = required(entity, "reflectance", table.reflectance)?.0;
             ("diffuse", Surface::diffuse(reflectance))
         }
-        MaterialKind::Mirror => {
-            ("mirror", Surface::mirror(table.reflectance.map_or([1.0; 3], |triple| triple.0)))
-        }
+        MaterialKind::Mirror => ("mirror", Surface::mirror(table.reflectance.map_or([1.0; 3], |triple| triple.0))),
         MaterialKind::Dielectric => ("dielectric", Surface::dielectric(required(entity, "ior", table.ior)?)),
         MaterialKind::Emitter => {
             let radiance = required(entity, "radiance", table.radiance)?.0;

@@ -1,12 +1,15 @@
 //! Loading a scene from a file or from memory.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use super::description::Scene;
-use super::error::{Location, SceneError};
+use super::error::{Entity, Location, SceneError};
+use super::facing::looking_away;
 use super::from_table::{Source, build};
 use super::obj;
 use super::parse::parse;
+use super::precision::lost;
 use super::read::read_file;
 
 /// A scene, and what its author should know about it.
@@ -29,17 +32,29 @@ impl Scene {
         let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
         let name = path.display().to_string();
         match extension.as_ref().and_then(|extension| extension.to_str()) {
-            Some("toml") => {
-                let bytes = read_file(path)?;
-                let text = std::str::from_utf8(&bytes).map_err(|error| {
-                    let valid = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
-                    SceneError::NotUtf8 { at: Location::of_byte(&name, &valid, valid.len()) }
-                })?;
-                Self::from_toml_str(text, &name, path.parent())
-            }
+            Some("toml") => Self::from_toml_bytes(&read_file(path)?, &name, path.parent()),
             Some("obj") => Self::from_obj_bytes(&read_file(path)?, &name, path.parent()),
             _ => Err(SceneError::UnknownFileType { path: path.to_owned() }),
         }
+    }
+
+    /// Loads a scene file or a mesh that is in memory, whichever it is, as [`Scene::load`] does.
+    ///
+    /// # Errors
+    /// As for [`Scene::load`].
+    pub fn from_bytes(bytes: &[u8], source_name: &str, base_dir: Option<&Path>) -> Result<Loaded, SceneError> {
+        match is_toml(bytes) {
+            true => Self::from_toml_bytes(bytes, source_name, base_dir),
+            false => Self::from_obj_bytes(bytes, source_name, base_dir),
+        }
+    }
+
+    fn from_toml_bytes(bytes: &[u8], name: &str, base_dir: Option<&Path>) -> Result<Loaded, SceneError> {
+        let text = std::str::from_utf8(bytes).map_err(|error| {
+            let valid = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
+            SceneError::NotUtf8 { at: Location::of_byte(name, &valid, valid.len()) }
+        })?;
+        Self::from_toml_str(text, name, base_dir)
     }
 
     /// Loads a scene file that is in memory. `source_name` stands for it in messages; `base_dir` is where its meshes
@@ -53,7 +68,7 @@ impl Scene {
         let mut warnings = Vec::new();
         let scene = build(&source, tables, &mut warnings)?;
         scene.check_values().map_err(|problem| source.error(problem))?;
-        finish(scene, warnings)
+        finish(scene, warnings, |entity, field| source.locate(entity, field))
     }
 
     /// Loads an OBJ file that is in memory, as [`Scene::load`] does. `source_name` stands for it in messages;
@@ -65,15 +80,41 @@ impl Scene {
         let mut warnings = Vec::new();
         let scene = obj::preview(bytes, source_name, base_dir, &mut warnings)?;
         scene.validate()?;
-        finish(scene, warnings)
+        finish(scene, warnings, |_, _| Location::file(source_name))
     }
 }
 
-fn finish(scene: Scene, mut warnings: Vec<String>) -> Result<Loaded, SceneError> {
+/// Whether a text is a scene file: its first line that says something is a table or a key. (Lines of OBJ begin with a keyword.)
+fn is_toml(bytes: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes));
+    let mut lines = text.split(['\n', '\r']).map(str::trim);
+    let first = lines.find(|line| !line.is_empty() && !line.starts_with('#')).unwrap_or_default();
+    let is_key = |(key, _): (&str, &str)| !key.trim().is_empty() && !key.trim().contains(char::is_whitespace);
+    first.starts_with('[') || first.split_once('=').is_some_and(is_key)
+}
+
+fn finish(
+    scene: Scene,
+    mut warnings: Vec<String>,
+    locate: impl Fn(Entity, &str) -> Location,
+) -> Result<Loaded, SceneError> {
     scene.check_not_empty()?;
+    for (entity, field, problem) in lost(&scene) {
+        warnings.push(format!("{}: {entity}: {problem}", locate(entity, field)));
+    }
+    for (entity, name) in looking_away(&scene) {
+        let at = locate(entity, "material");
+        warnings.push(format!(
+            "{at}: {entity}: the emitter {name:?} shines away from the camera and from all that it could light: \
+             its front is the side from which vertices run counter-clockwise, or the outside of a sphere that is not inward"
+        ));
+    }
     if !scene.has_light() {
         let source = &scene.source;
         warnings.push(format!("{source}: no light, no emitter in use and no background: the image will be black"));
     }
+    // Meshes of the same MTL file have the same to tell.
+    let mut told = HashSet::new();
+    warnings.retain(|warning| told.insert(warning.clone()));
     Ok(Loaded { scene, warnings })
 }

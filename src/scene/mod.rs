@@ -6,6 +6,7 @@
 mod defaults;
 mod description;
 mod error;
+mod facing;
 mod fingerprint;
 mod format;
 mod from_table;
@@ -14,6 +15,7 @@ mod locate;
 mod materials;
 pub mod obj;
 mod parse;
+mod precision;
 mod read;
 mod transform;
 mod triangle;

@@ -23,10 +23,11 @@ pub(super) fn parse(text: &str, file: &str) -> Result<SceneTable, SceneError> {
     };
     let document = DeTable::parse(text).map_err(|error| {
         let context = error.span().map_or_else(String::new, |span| context_of_syntax(text, &span));
-        SceneError::Format { at: locate(error.span().as_ref()), context, message: one_line(error.message()) }
+        let message = syntax(error.message(), text, error.span());
+        SceneError::Format { at: locate(error.span().as_ref()), context, message }
     })?;
     if document.get_ref().iter().all(|(name, _)| name.get_ref() != "version") {
-        let message = format!("missing field `version`, expected version = {VERSION}");
+        let message = format!("`version` is missing, expected version = {VERSION}");
         return Err(SceneError::Format { at: locate(Some(&(0..0))), context: String::new(), message });
     }
     // A file of another version may well have other keys: the version is what to complain about.
@@ -38,18 +39,80 @@ pub(super) fn parse(text: &str, file: &str) -> Result<SceneTable, SceneError> {
     }
     SceneTable::deserialize(Deserializer::from(document)).map_err(|error| {
         let context = error.span().map_or_else(String::new, |span| context_of(text, &span));
-        SceneError::Format { at: locate(error.span().as_ref()), context, message: one_line(error.message()) }
+        let message = match missing_key(error.message()) {
+            Some(key) => format!("`{key}` is missing, expected {}", expected(key)),
+            None if error.message().contains("overflowed") => {
+                let number = error.span().and_then(|span| text.get(span)).unwrap_or_default();
+                format!("found the number `{number}`, expected one of magnitude <= 1e30")
+            }
+            None => one_line(error.message()),
+        };
+        SceneError::Format { at: locate(error.span().as_ref()), context, message }
     })
+}
+
+fn missing_key(message: &str) -> Option<&str> {
+    message.trim().strip_prefix("missing field `")?.strip_suffix('`')
+}
+
+/// What a key that has no default may be.
+fn expected(key: &str) -> &'static str {
+    match key {
+        "camera" => "a table [camera] with position, target and horizontal_fov",
+        "position" | "target" | "center" => "three numbers, such as [0, 0, 1]",
+        "power" => "three numbers >= 0, such as [10, 10, 10]",
+        "horizontal_fov" => "an angle between 0 and 180 degrees, both excluded",
+        "radius" => "a number > 0",
+        "material" => "the name of a [[material]]",
+        "name" => "a name of its own, in quotation marks",
+        "file" => "the name of an OBJ file, in quotation marks",
+        "type" => "a type, in quotation marks: a material is diffuse, mirror, dielectric or emitter, a light is point",
+        _ => "a value",
+    }
+}
+
+/// What the parser says of what is not TOML, with what is there.
+fn syntax(message: &str, text: &str, span: Option<Range<usize>>) -> String {
+    let start = span.as_ref().map_or(text.len(), |span| span.start.min(text.len()));
+    let ends_word = |c: char| c.is_whitespace() || ",[]{}=#".contains(c);
+    let (before, after) = text.split_at_checked(start).unwrap_or((text, ""));
+    let begin = before.rfind(ends_word).map_or(0, |at| at + before[at..].chars().next().map_or(1, char::len_utf8));
+    let line = after.lines().next().unwrap_or_default();
+    let end = line.char_indices().skip(1).find(|(_, c)| ends_word(*c)).map_or(line.len(), |(at, _)| at);
+    let word = format!("{}{}", &before[begin..], &line[..end]);
+    // What the parser points at may be more than a word.
+    let pointed = span.and_then(|span| text.get(span)).filter(|text| text.len() > word.len() && !text.contains('\n'));
+    let word = pointed.map_or(word, str::to_owned);
+    const SHOWN: usize = 40;
+    let found = match word.trim() {
+        "" if after.trim().is_empty() => "the end of the file".to_owned(),
+        "" => "the end of the line".to_owned(),
+        word if word.chars().count() > SHOWN => format!("`{}…`", word.chars().take(SHOWN).collect::<String>()),
+        word => format!("`{word}`"),
+    };
+    let message = one_line(message);
+    let message = message.replace(", expected nothing", ", expected a number");
+    match message.as_str() {
+        "duplicate key" => format!("{found} is there twice, expected once"),
+        message if message.contains("must be quoted") => {
+            format!("found {found}, expected a number, true, false, an array or a string in quotation marks")
+        }
+        message if message.contains("expected") => format!("found {found}: {message}"),
+        message => format!("found {found}: {message}, expected TOML"),
+    }
 }
 
 /// A parser's words in one line, and those of its language in plain ones.
 pub(crate) fn one_line(message: &str) -> String {
     let plain = [
         ("\n", ", "),
-        ("expected i64", "expected an integer"),
+        ("expected i64", "expected an integer of 64 bits"),
         ("expected f64", "expected a number"),
         (" as i128", ""),
         ("wanted string or table", "expected a string"),
+        ("invalid type: map", "invalid type: table or date"),
+        ("invalid type: sequence", "invalid type: array"),
+        ("missing field ", "expected a value, found none of "),
     ];
     plain.iter().fold(message.trim().to_owned(), |message, (from, to)| message.replace(from, to))
 }

@@ -92,6 +92,24 @@ fn what_is_no_file_is_not_read() {
     let directory = directory();
     let d = directory.path();
     std::os::unix::fs::symlink("/dev/zero", d.join("zero.pfm")).unwrap();
+    let made = Command::new("mkfifo").arg(d.join("pipe")).status().unwrap();
+    assert!(made.success());
+    fs::File::create(d.join("huge")).unwrap().set_len(1 << 42).unwrap();
+    let render = "render ball.toml --size 8x8 --samples 1 -o out.png";
+    assert_fails(
+        &run(d, &format!("{render} --checkpoint pipe")),
+        2,
+        &["pipe cannot be read: it is not a regular"],
+        "a pipe",
+    );
+    assert_fails(
+        &run(d, &format!("{render} --checkpoint huge")),
+        2,
+        &["huge cannot be read: it has", "at most"],
+        "a file",
+    );
+    assert_fails(&run(d, "render ball.toml --size 8x8 --samples 1 --format png -o pipe"), 2, &["nobody reads"], "pipe");
+    assert_fails(&run(d, "info pipe"), 2, &["pipe"], "pipe");
     for arguments in [
         "compare zero.pfm zero.pfm",
         "bench ball.toml --size 8x8 --reference zero.pfm",
@@ -123,7 +141,7 @@ fn a_folder_of_shaders_must_have_some() {
 fn an_image_too_large_for_memory_is_an_error() {
     let directory = directory();
     let output = run(directory.path(), "render ball.toml -o out.png --size 65536x65536");
-    assert_fails(&output, 2, &["65536"], "65536x65536");
+    assert_fails(&output, 2, &["65536x65536 pixels needs at least 208.0 GiB", "are available"], "65536x65536");
     assert_eq!(names(directory.path()), ["ball.toml"]);
 }
 
@@ -141,7 +159,8 @@ fn no_device_is_code_3() {
             .env("VK_ICD_FILENAMES", "/nonexistent")
             .output()
             .unwrap();
-        assert_fails(&output, 3, &["no Vulkan device found", "mesa-vulkan-drivers"], command);
+        let words = ["no Vulkan device found", "VK_ICD_FILENAMES=/nonexistent", "mesa-vulkan-drivers"];
+        assert_fails(&output, 3, &words, command);
     }
     let output = program(directory.path())
         .args(["devices", "--json"])
@@ -154,4 +173,56 @@ fn no_device_is_code_3() {
     let json = one_line(&output);
     assert_eq!((&json["devices"], &json["picked"]), (&Value::Array(Vec::new()), &Value::Null));
     assert_eq!(names(directory.path()), ["ball.toml"]);
+}
+
+/// Names and keys of files are shown, but do nothing to a terminal.
+#[test]
+fn no_control_character_reaches_a_terminal() {
+    let directory = directory();
+    let d = directory.path();
+    put(d, "key.toml", &format!("version = 1\n{CAMERA}{BALL}\"\\u001b[31mred\\u0007\" = 1\n"));
+    put(d, "name.toml", &format!("version = 1\n{CAMERA}{SKY}{BALL}").replace("white", "w\\u001b]0;t\\u0007\\nx"));
+    put(d, "word.obj", "v 0 0 0\nv 1 0 0\nv \x1b[2J 0 0\nusemtl \x1b[1m\x7f\u{9b}\u{202e}\nf 1 2 3\n");
+    put(d, "material.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl \x1b[1m\x7f\u{9b}\u{202e}\nf 1 2 3\n");
+    put(d, "\x1b[31m.toml", "version = 2\n");
+    put(d, "two\nlines.toml", "version = 2\n");
+    for arguments in [
+        &["info", "key.toml"][..],
+        &["info", "name.toml"],
+        &["info", "name.toml", "--json"],
+        &["info", "word.obj"],
+        &["info", "material.obj"],
+        &["info", "\x1b[31m.toml"],
+        &["info", "two\nlines.toml"],
+        &["info", "\x1b[32mgone.toml"],
+        &["info", "ball.toml", "--size", "\x1b[31m"],
+        &["\x1b[31m"],
+        &["render", "ball.toml", "--device", "\x1b[31m"],
+        &["check", "--filter", "\x1b[31m"],
+    ] {
+        let output = program(d).args(arguments).output().unwrap();
+        for text in [text(&output.stdout), text(&output.stderr)] {
+            let acts = |c: char| c.is_control() && c != '\n' || c == '\u{202e}';
+            assert!(!text.contains(acts), "{arguments:?}: {text:?}");
+        }
+        assert!(!output.stdout.is_empty() || !output.stderr.is_empty(), "{arguments:?}");
+        if arguments.contains(&"--json") {
+            assert!(one_line(&output)["materials"][0]["name"].as_str().is_some_and(|name| name.contains('\u{1b}')));
+        }
+    }
+}
+
+#[test]
+fn warnings_are_errors_where_that_is_asked_for() {
+    let directory = directory();
+    let d = directory.path();
+    put(d, "black.toml", &format!("version = 1\n{CAMERA}{BALL}"));
+    for command in ["info", "render --size 8x8 --samples 1 -o out.png"] {
+        assert_eq!(run(d, &format!("{command} black.toml")).status.code(), Some(0));
+        assert_eq!(run(d, &format!("{command} ball.toml --strict")).status.code(), Some(0));
+        fs::remove_file(d.join("out.png")).ok();
+        let words = ["the image will be black", "1 warning, expected none with --strict"];
+        assert_fails(&run(d, &format!("{command} black.toml --strict")), 2, &words, command);
+        assert!(!d.join("out.png").exists());
+    }
 }

@@ -45,6 +45,48 @@ fn every_format_is_written_with_its_metadata_and_nothing_else() {
     assert_fails(&output, 2, &["20x10", "8x8"], "compare");
 }
 
+/// The program with a file as its standard input.
+fn run_with_input(directory: &Path, arguments: &str, input: &str) -> Output {
+    let file = fs::File::open(directory.join(input)).expect("a file");
+    program(directory).args(arguments.split(' ')).stdin(file).output().expect("the program starts")
+}
+
+#[test]
+fn scenes_come_by_standard_input_and_images_go_to_standard_output() {
+    let directory = directory();
+    let d = directory.path();
+    put(d, "a.obj", "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n");
+    put(d, "a.mtl", "newmtl a\nKd 1 0 0\n");
+    for name in ["-", "/dev/stdin"] {
+        let output = run_with_input(d, &format!("info {name} --json"), "ball.toml");
+        assert_eq!(one_line(&output)["spheres"], 1, "{output:?}");
+        let output = run_with_input(d, &format!("info {name} --json"), "a.obj");
+        assert_eq!(one_line(&output)["materials"][0]["name"], "a", "{output:?}");
+    }
+    assert_fails(&run(d, "info -"), 2, &["standard input: neither a file nor a pipe"], "/dev/null");
+    put(d, "bad.toml", "version = 2\n");
+    assert_fails(&run_with_input(d, "info -", "bad.toml"), 2, &["stdin:1:11: version is 2"], "a bad scene");
+
+    let settings = "--size 8x8 --samples 1";
+    for format in ["png", "exr", "hdr", "pfm"] {
+        let to_stdout = run_with_input(d, &format!("render - {settings} -o - --format {format}"), "ball.toml");
+        assert!(to_stdout.status.success() && to_stdout.stderr.is_empty(), "{to_stdout:?}");
+        let name = format!("out.{format}");
+        fs::write(d.join(&name), &to_stdout.stdout).unwrap();
+        let (image, _) = read(&d.join(&name)).unwrap();
+        assert_eq!((image.width(), image.height()), (8, 8), "{format}");
+    }
+    assert!(run_with_input(d, &format!("render - {settings} --format hdr"), "ball.toml").status.success());
+    assert!(run(d, &format!("render ball.toml {settings} --format pfm -o other.name")).status.success());
+    assert!(fs::read(d.join("other.name")).unwrap().starts_with(b"PF"));
+    assert!(d.join("stdin.hdr").exists());
+    for (options, words) in
+        [("-o -", "expected --format"), ("-o - --format png --json", "both write to standard output")]
+    {
+        assert_fails(&run(d, &format!("render ball.toml {settings} {options}")), 2, &[words], options);
+    }
+}
+
 #[test]
 fn render_reports_json() {
     let directory = directory();

@@ -95,5 +95,41 @@ fn ctrl_c_lets_the_running_case_end_and_reports_the_others_as_not_run() {
     let cases = cases.as_array().unwrap();
     let left: Vec<_> = cases.iter().filter(|c| c["verdict"] == "not_run").collect();
     assert!(!left.is_empty() && left.iter().all(|c| c["message"] == "interrupted"), "{output:?}");
+    assert!(text(&output.stderr).contains(&format!("{} were not run", left.len())), "{output:?}");
     assert!(fs::read_to_string(directory.path().join("report.xml")).unwrap().contains("interrupted"));
+}
+
+/// What `nohup` and jobs in the background of a script ignore stays ignored; a second request ends the program at once.
+#[cfg(unix)]
+#[test]
+fn signals_that_are_ignored_stay_ignored() {
+    let directory = directory();
+    let d = directory.path();
+    let send = |signal: &str, child: &Child| {
+        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+    };
+    let arguments = format!("render ball.toml {LONG} --time-limit 6 -o out.pfm");
+    let script = format!("trap '' HUP INT; exec \"$0\" {arguments}");
+    let child = Command::new("sh")
+        .current_dir(d)
+        .args(["-c", &script, env!("CARGO_BIN_EXE_photolith")])
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_secs(3));
+    send("-HUP", &child);
+    send("-INT", &child);
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    assert!(text(&output.stderr).contains("time limit reached"), "{output:?}");
+
+    // A pipe without a reader is waited for a while: not after a second request.
+    assert!(Command::new("mkfifo").arg(d.join("pipe.pfm")).status().unwrap().success());
+    let child = interrupted(d, &format!("render ball.toml {LONG} -o pipe.pfm"));
+    std::thread::sleep(Duration::from_millis(1500));
+    let start = Instant::now();
+    send("-TERM", &child);
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130), "{output:?}");
+    assert!(start.elapsed() < Duration::from_secs(2), "{:?}", start.elapsed());
 }

@@ -6,7 +6,7 @@ use photolith::Context;
 use photolith::check::{CaseReport, DeviceReport, Verdict};
 
 use crate::cli::output;
-use crate::cli::text::counted;
+use crate::cli::text::{counted, printable};
 
 /// Prints as cases end.
 pub struct Table {
@@ -25,13 +25,8 @@ impl Table {
     /// A device is about to be checked.
     pub fn device(&mut self, context: &Context, cases: usize) {
         let info = context.info();
-        self.line(&format!(
-            "{} [{}], {}: {}",
-            info.name,
-            info.driver,
-            context.choice(),
-            counted(cases, "case", "cases")
-        ));
+        let device = format!("{} [{}], {}", info.name, info.driver, context.choice());
+        self.line(&format!("{}: {}", printable(&device, &[]), counted(cases, "case", "cases")));
         self.line(&format!("{:<28} {:>10} {:>10}  {:<12} {:>6}  ", "case", "measured", "allowed", "verdict", "s"));
     }
 
@@ -45,7 +40,7 @@ impl Table {
             (true, _) => format!("\x1b[31m{word}\x1b[0m"),
             (false, _) => word,
         };
-        let remark = case.message.as_deref().unwrap_or(&case.detail);
+        let remark = printable(case.message.as_deref().unwrap_or(&case.detail), &[]);
         self.line(&format!(
             "{:<28} {measured:>10} {:>10}  {word} {:>6.1}  {remark}",
             case.name,
@@ -61,14 +56,16 @@ impl Table {
             self.line(&format!("{:<48} {}", fact.name, fact.value));
         }
         self.line("");
-        let bad = report.cases.iter().filter(|c| !c.verdict.is_good()).count();
+        let not_run = report.count(Verdict::NotRun);
+        let bad = report.cases.iter().filter(|c| !c.verdict.is_good()).count() - not_run;
         let expected = report.count(Verdict::ExpectedFail);
         let declared = if expected > 0 { format!(", {expected} failed as declared") } else { String::new() };
         self.line(&format!(
-            "{} of {} cases pass{declared}{} in {:.1} s",
+            "{} of {} cases pass{declared}{}{} in {:.1} s",
             report.count(Verdict::Pass),
             report.cases.len(),
             if bad > 0 { format!(", {bad} do not") } else { String::new() },
+            if not_run > 0 { format!(", {not_run} were not run") } else { String::new() },
             report.seconds
         ));
     }
@@ -87,7 +84,7 @@ impl Table {
         if self.json {
             let _ = io::stderr().write_all(line.as_bytes());
         } else if self.printed.is_ok() {
-            self.printed = output::print(&line);
+            self.printed = output::print_bytes(line.as_bytes());
         }
     }
 }

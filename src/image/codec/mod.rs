@@ -5,7 +5,7 @@ mod hdr;
 mod pfm;
 mod png;
 
-use std::io::{self, Seek, Write};
+use std::io::{self, Write};
 
 use super::{Format, Image, ImageError, MAX_SIDE, Metadata};
 use crate::scene::Transfer;
@@ -46,7 +46,7 @@ pub(super) fn encode(
     image: &Image,
     metadata: &Metadata,
     transfer: Transfer,
-    writer: &mut (impl Write + Seek),
+    writer: &mut impl Write,
 ) -> io::Result<()> {
     match format {
         Format::Png => png::encode(image, metadata, transfer, writer),

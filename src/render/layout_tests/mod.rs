@@ -9,7 +9,8 @@ use std::mem::offset_of;
 use super::film;
 use super::kernels::{LIGHT_TRACE, PATH_KERNELS};
 use super::layout::{
-    BeamNote, Counters, FilmSlot, GradientSlot, Push, SceneValues, binding, bsdf, constant, flag, mode, multiplier, queue,
+    BeamNote, Counters, FilmSlot, GradientSlot, Push, SceneValues, binding, bsdf, constant, flag, mode, multiplier,
+    queue,
 };
 use super::mutation::Mutation;
 use super::sobol;

@@ -138,7 +138,8 @@ impl Renderer {
         // How many samples each pixel gets.
         let mut same = true;
         self.read_slots(&spans, |first, slots: &[FilmSlot]| {
-            same &= slots.iter().zip(&film[first as usize..]).all(|(empty, slot)| empty.multipliers == slot.multipliers);
+            same &=
+                slots.iter().zip(&film[first as usize..]).all(|(empty, slot)| empty.multipliers == slot.multipliers);
         })?;
         if !same {
             return Err(other("pixels are sampled in another way"));

@@ -1,14 +1,15 @@
 //! From the material names of an OBJ file to materials of the scene, by way of its MTL files.
 
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::mtl::{GREY, parse_mtl};
+use super::names::{file_names, find_file, loose};
 use super::parse::Obj;
 use crate::scene::description::Surface;
-use crate::scene::error::{Location, SceneError};
+use crate::scene::error::Location;
 use crate::scene::materials::MaterialList;
-use crate::scene::read::read_relative;
+use crate::scene::read::{no_folder, read_file};
 
 /// Name of the surface of faces whose material is not known.
 const DEFAULT_MATERIAL: &str = "default grey";
@@ -22,15 +23,14 @@ pub(super) fn resolve_materials(
     base_dir: Option<&Path>,
     materials: &mut MaterialList,
     warnings: &mut Vec<String>,
-) -> Result<Vec<u32>, SceneError> {
-    let mut surfaces = HashMap::new();
+) -> Vec<u32> {
+    let mut libraries = Libraries::default();
     for (library, line) in &obj.libraries {
-        let at = Location::line(file, *line);
-        read_library(library, &at, base_dir, &mut surfaces, warnings)?;
+        libraries.read(library, &Location::line(file, *line), base_dir, warnings);
     }
     let mut resolve = |name: Option<u32>| {
         if let Some((name, line)) = name.map(|index| &obj.material_names[index as usize]) {
-            if let Some(LibraryMaterial { surface, warnings: of_material }) = surfaces.get(name) {
+            if let Some(LibraryMaterial { surface, warnings: of_material }) = libraries.find(name) {
                 warnings.extend_from_slice(of_material);
                 return materials.add(name, surface);
             }
@@ -40,7 +40,7 @@ pub(super) fn resolve_materials(
         materials.add(DEFAULT_MATERIAL, &Surface::diffuse(GREY))
     };
     let mut resolved = HashMap::new();
-    Ok(used.map(|name| *resolved.entry(name).or_insert_with(|| resolve(name))).collect())
+    used.map(|name| *resolved.entry(name).or_insert_with(|| resolve(name))).collect()
 }
 
 struct LibraryMaterial {
@@ -49,45 +49,74 @@ struct LibraryMaterial {
     warnings: Vec<String>,
 }
 
-/// Reads what one `mtllib` names: a file with spaces in its name or, if there is none, several files. Of materials of
-/// the same name the last counts. A missing file is a warning: the mesh can be rendered without.
-fn read_library(
-    library: &str,
-    at: &Location,
-    base_dir: Option<&Path>,
-    surfaces: &mut HashMap<String, LibraryMaterial>,
-    warnings: &mut Vec<String>,
-) -> Result<(), SceneError> {
-    if library.is_empty() {
-        warnings.push(format!("{at}: \"mtllib\" has no file name, {DEFAULT_MATERIAL} is used for its materials"));
-        return Ok(());
+/// The materials of all MTL files.
+#[derive(Default)]
+struct Libraries {
+    materials: Vec<LibraryMaterial>,
+    by_name: HashMap<String, usize>,
+    /// By [`loose`] names; `None` where there are several of one.
+    loosely: HashMap<String, Option<usize>>,
+}
+
+impl Libraries {
+    /// The material of exactly this name, else the only one of a name that differs in quotation marks, case or a comment.
+    fn find(&self, name: &str) -> Option<&LibraryMaterial> {
+        let index = self.by_name.get(name).copied().or_else(|| *self.loosely.get(&loose(name))?)?;
+        self.materials.get(index)
     }
-    let portable = library.replace('\\', "/");
-    let files = match read_relative(base_dir, &portable) {
-        Ok(file) => vec![Ok(file)],
-        Err(error) => {
-            let names: Vec<_> = portable.split_whitespace().collect();
-            if names.len() > 1 {
-                names.into_iter().map(|name| read_relative(base_dir, name)).collect()
-            } else {
-                vec![Err(error)]
+
+    /// Reads what one `mtllib` names: a file with spaces in its name or, if there is none, several files. Of materials of
+    /// the same name the last counts. A missing file is a warning: the mesh can be rendered without.
+    fn read(&mut self, library: &str, at: &Location, base_dir: Option<&Path>, warnings: &mut Vec<String>) {
+        if library.is_empty() {
+            warnings.push(format!("{at}: \"mtllib\" has no file name, {DEFAULT_MATERIAL} is used for its materials"));
+            return;
+        }
+        let Some(folder) = base_dir else {
+            let error = no_folder(library);
+            warnings.push(format!("{at}: {error}, {DEFAULT_MATERIAL} is used for its materials"));
+            return;
+        };
+        for path in files_of(library, folder) {
+            match read_file(&path) {
+                Ok(bytes) => self.add(&path.display().to_string(), &bytes, warnings),
+                Err(error) => warnings.push(format!("{at}: {error}, {DEFAULT_MATERIAL} is used for its materials")),
             }
         }
-    };
-    for file in files {
-        match file {
-            Ok((path, bytes)) => {
-                let path = path.display().to_string();
-                for material in parse_mtl(&bytes, &path)? {
-                    let place = Location::line(&path, material.line);
-                    let mut warnings = Vec::new();
-                    let surface = material
-                        .surface(|text| warnings.push(format!("{place}: material {:?}: {text}", material.name)));
-                    surfaces.insert(material.name, LibraryMaterial { surface, warnings });
-                }
-            }
-            Err(error) => warnings.push(format!("{at}: {error}, {DEFAULT_MATERIAL} is used for its materials")),
+    }
+
+    fn add(&mut self, path: &str, bytes: &[u8], warnings: &mut Vec<String>) {
+        let (materials, of_file) = parse_mtl(bytes, path);
+        warnings.extend(of_file);
+        for material in materials {
+            let place = Location::line(path, material.line);
+            let mut warnings = Vec::new();
+            let surface =
+                material.surface(|text| warnings.push(format!("{place}: material {:?}: {text}", material.name)));
+            let index = self.materials.len();
+            self.materials.push(LibraryMaterial { surface, warnings });
+            let is_new = self.by_name.insert(material.name.clone(), index).is_none();
+            let loosely = self.loosely.entry(loose(&material.name)).or_insert(Some(index));
+            *loosely = if is_new && *loosely != Some(index) { None } else { Some(index) };
         }
     }
-    Ok(())
+}
+
+/// The files that a `mtllib` means: those that are found, and as they are written those that are not.
+fn files_of(library: &str, folder: &Path) -> Vec<PathBuf> {
+    let literal = folder.join(library);
+    if literal.is_file() {
+        return vec![literal];
+    }
+    let names = file_names(library);
+    let are_all_libraries = names.iter().all(|name| name.to_lowercase().ends_with(".mtl"));
+    if (names.len() < 2 || !are_all_libraries)
+        && let Some(file) = find_file(folder, library)
+    {
+        return vec![file];
+    }
+    match names.len() {
+        0 | 1 => vec![literal],
+        _ => names.iter().map(|name| find_file(folder, name).unwrap_or_else(|| folder.join(name))).collect(),
+    }
 }

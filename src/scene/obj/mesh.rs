@@ -71,13 +71,13 @@ impl MeshRequest {
             MaterialSource::Given(index) => vec![index; triangles.len()],
             MaterialSource::Mtl => {
                 let used = triangles.iter().map(|triangle| triangle.material);
-                resolve_materials(&obj, used, file, base_dir, materials, warnings)?
+                resolve_materials(&obj, used, file, base_dir, materials, warnings)
             }
         };
         let smooth = match self.normals {
             NormalsChoice::Flat => false,
             NormalsChoice::Smooth => true,
-            NormalsChoice::AsInFile => !obj.normals.is_empty(),
+            NormalsChoice::AsInFile => obj.normals.iter().any(|&normal| unit(normal).is_some()),
         };
         let (vertices, vertices_of_triangles) = number_vertices(&triangles, smooth);
         let mut mesh = Mesh {
@@ -92,11 +92,20 @@ impl MeshRequest {
         if smooth {
             let rotation = self.placement.rotation();
             let generated = area_weighted_normals(&triangles, &positions);
+            let mut lost = 0;
             let normal_of = |corner: &Corner| {
                 let given = obj.normals.get(corner.normal as usize).and_then(|&n| unit(rotation * n));
+                lost += usize::from(given.is_none() && corner.normal != NONE);
                 given.unwrap_or_else(|| generated[corner.position as usize])
             };
             mesh.vertex_normals = vertices.iter().map(normal_of).collect();
+            if lost > 0 {
+                warnings.push(format!(
+                    "{file}: {lost} of {} vertices have a normal that is not in the file, not finite or of length 0: those of the \
+                     faces around them are used",
+                    vertices.len()
+                ));
+            }
         }
         Ok(mesh)
     }

@@ -6,7 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::polygon::cut_concave;
-use super::statement::{Lines, Statement, quoted, split_lines};
+use super::statement::{Lines, Statement, decoded, quoted, split_lines};
 use crate::scene::error::SceneError;
 
 /// Least bytes for a task of its own, and tasks for each thread, at most: lines of one kind take longer than those of another.
@@ -16,13 +16,16 @@ const TASKS: usize = 16;
 /// Stands for an index that is not there.
 pub const NONE: u32 = u32::MAX;
 
+/// Stands for an index of a normal that the file does not have.
+pub const ASTRAY: u32 = u32::MAX - 1;
+
 /// What an OBJ file says about surfaces. Points, lines, curves, groups, smoothing groups and texture coordinates are
-/// left out; the latter are checked all the same.
+/// left out.
 #[derive(Debug, Clone, Default)]
 pub struct Obj {
     /// `v`, without weights and colours.
     pub positions: Vec<DVec3>,
-    /// `vn`.
+    /// `vn`; zero where a file has no finite numbers.
     pub normals: Vec<DVec3>,
     /// Of all triangles, face by face.
     pub triangles: Vec<[Corner; 3]>,
@@ -39,7 +42,7 @@ pub struct Obj {
 pub struct Corner {
     /// Into [`Obj::positions`].
     pub position: u32,
-    /// Into [`Obj::normals`], or [`NONE`].
+    /// Into [`Obj::normals`], or [`NONE`], or [`ASTRAY`].
     pub normal: u32,
 }
 
@@ -55,10 +58,11 @@ pub struct Face {
 /// Reads an OBJ file that is in memory. Statements that are not known are ignored.
 ///
 /// # Errors
-/// [`SceneError::Statement`] with the line of a number that is none, is not finite or exceeds 1e30, of a face with
-/// fewer than three corners, and of an index that is zero or out of range.
+/// [`SceneError::Statement`] with the line of a vertex of a face whose numbers are none, are not finite or exceed 1e30, of a face
+/// with fewer than three corners, and of an index of a vertex that is zero or out of range.
 pub fn parse_obj(bytes: &[u8], file: &str) -> Result<Obj, SceneError> {
-    parse_in(split_lines(bytes, (bytes.len() / CHUNK).min(TASKS * rayon::current_num_threads())), file)
+    let bytes = decoded(bytes);
+    parse_in(split_lines(&bytes, (bytes.len() / CHUNK).min(TASKS * rayon::current_num_threads())), file)
 }
 
 fn parse_in(chunks: Vec<Lines<'_>>, file: &str) -> Result<Obj, SceneError> {
@@ -75,20 +79,23 @@ fn parse_in(chunks: Vec<Lines<'_>>, file: &str) -> Result<Obj, SceneError> {
     let parts = parts.into_iter().collect::<Result<Vec<_>, _>>()?;
     let mut joined = Joined::of(&parts);
     parts.into_iter().for_each(|part| joined.append(part));
+    if let Some(error) = joined.first_bad_vertex_in_use() {
+        return Err(error);
+    }
     cut_concave(&mut joined.obj);
     Ok(joined.obj)
 }
 
-/// What a corner may refer to, in this order.
-const KINDS: [(&str, &str); 3] = [("v", "vertex"), ("vt", "texture coordinate"), ("vn", "normal")];
+/// What a corner may refer to, if it matters: keywords.
+const KINDS: [&[u8]; 2] = [b"v", b"vn"];
 
 fn kind_of(keyword: &[u8]) -> Option<usize> {
-    KINDS.iter().position(|(name, _)| name.as_bytes() == keyword)
+    KINDS.iter().position(|kind| *kind == keyword)
 }
 
-/// Numbers of `v`, `vt` and `vn`.
+/// Numbers of `v` and `vn`.
 #[derive(Debug, Clone, Copy, Default)]
-struct Counts([i64; 3]);
+struct Counts([i64; 2]);
 
 impl Counts {
     fn and(self, other: Self) -> Self {
@@ -115,6 +122,8 @@ struct Part {
     obj: Obj,
     /// Faces of `obj` have no material yet: those up to the given one have this.
     materials: Vec<(usize, Material)>,
+    /// Vertices whose numbers are none that can be used, which have others: the index of each among those of the part, and why.
+    bad_vertices: Vec<(u32, SceneError)>,
 }
 
 impl Part {
@@ -124,17 +133,19 @@ impl Part {
         let mut material = Material::Inherited;
         let mut index_of_name = HashMap::new();
         let mut corners = Vec::new();
-        let mut texcoords = 0;
+        let mut bad_vertices = Vec::new();
         for statement in lines {
             match statement.keyword() {
-                b"v" => obj.positions.push(DVec3::from(statement.numbers::<3>(file, 3)?.0)),
-                b"vn" => obj.normals.push(DVec3::from(statement.numbers::<3>(file, 3)?.0)),
-                b"vt" => {
-                    statement.numbers::<3>(file, 1)?;
-                    texcoords += 1;
+                b"v" => {
+                    let position = statement.numbers::<3>(file, 3).unwrap_or_else(|error| {
+                        bad_vertices.push((obj.positions.len() as u32, error));
+                        [0.0; 3]
+                    });
+                    obj.positions.push(position.into());
                 }
+                b"vn" => obj.normals.push(statement.numbers::<3>(file, 3).unwrap_or_default().into()),
                 b"f" => {
-                    let here = [obj.positions.len(), texcoords, obj.normals.len()].map(|n| n as i64);
+                    let here = [obj.positions.len(), obj.normals.len()].map(|n| n as i64);
                     read_face(&statement, file, before.and(Counts(here)), total, &mut corners)?;
                     obj.triangles.extend(corners[1..].windows(2).map(|pair| [corners[0], pair[0], pair[1]]));
                     obj.faces.push(Face { triangles: corners.len() as u32 - 2, material: None });
@@ -154,11 +165,12 @@ impl Part {
             }
         }
         materials.push((obj.faces.len(), material));
-        Ok(Self { obj, materials })
+        Ok(Self { obj, materials, bad_vertices })
     }
 }
 
-/// Reads the corners of a face. A positive index may refer to what the file defines later, a negative one may not.
+/// Reads the corners of a face. A positive index may refer to what the file defines later, a negative one may not. Texture
+/// coordinates are not looked at.
 fn read_face(
     statement: &Statement<'_>,
     file: &str,
@@ -174,25 +186,25 @@ fn read_face(
                 "v, v/vt, v//vn or v/vt/vn, with indices that count from 1, or from -1 back to a vertex above";
             statement.error(file, format!("corner {number} is {}", quoted(word)), expected)
         };
-        if word.iter().filter(|&&byte| byte == b'/').count() >= KINDS.len() {
+        let mut parts = word.split(|&byte| byte == b'/');
+        let (vertex, _, normal) = (parts.next().unwrap_or_default(), parts.next(), parts.next());
+        if parts.next().is_some() {
             return Err(bad());
         }
-        let mut parts = word.split(|&byte| byte == b'/');
-        let mut indices = [NONE; 3];
-        for (kind, (_, what)) in KINDS.iter().enumerate() {
-            let Some(part) = parts.next().filter(|part| kind == 0 || !part.is_empty()) else { continue };
-            let (count, above) = (total.0[kind], so_far.0[kind]);
-            indices[kind] = match parse_index(part).ok_or_else(bad)? {
-                index if index == 0 || -index > above => return Err(bad()),
-                index if index > count => {
-                    let expected = format!("at most {count}, the number of them in the file");
-                    return Err(statement.error(file, format!("{what} {index} of a face"), expected));
-                }
-                index if index < 0 => (above + index) as u32,
-                index => (index - 1) as u32,
-            };
-        }
-        let [position, _, normal] = indices;
+        let [vertices, normals] = total.0;
+        let position = match index(vertex, so_far.0[0], vertices) {
+            Index::Of(index) => index,
+            Index::Beyond(index) => {
+                let expected = format!("at most {vertices}, the number of them in the file");
+                return Err(statement.error(file, format!("vertex {index} of a face"), expected));
+            }
+            Index::None => return Err(bad()),
+        };
+        let normal = match normal.filter(|part| !part.is_empty()).map(|part| index(part, so_far.0[1], normals)) {
+            Some(Index::Of(index)) => index,
+            Some(_) => ASTRAY,
+            None => NONE,
+        };
         corners.push(Corner { position, normal });
     }
     if corners.len() < 3 {
@@ -201,10 +213,26 @@ fn read_face(
     Ok(())
 }
 
-/// An index as OBJ counts, of a magnitude that a mesh can have.
-fn parse_index(word: &[u8]) -> Option<i64> {
-    let index: i64 = std::str::from_utf8(word).ok()?.parse().ok()?;
-    (index.unsigned_abs() < u32::MAX.into()).then_some(index)
+/// What an index of a corner refers to.
+enum Index {
+    /// This, counted from 0.
+    Of(u32),
+    /// One that the file does not have: as the file counts.
+    Beyond(i64),
+    /// Nothing: zero, no number, or farther back than the file goes.
+    None,
+}
+
+/// Reads an index, where `above` elements are defined before it, and `count` in all.
+fn index(word: &[u8], above: i64, count: i64) -> Index {
+    let index: Option<i64> = std::str::from_utf8(word).ok().and_then(|word| word.parse().ok());
+    // Of a magnitude that a mesh can have.
+    match index.filter(|index| index.unsigned_abs() < ASTRAY.into()) {
+        Some(index) if index > count => Index::Beyond(index),
+        Some(index) if index > 0 => Index::Of((index - 1) as u32),
+        Some(index) if index < 0 && -index <= above => Index::Of((above + index) as u32),
+        _ => Index::None,
+    }
 }
 
 /// The parts so far, put together.
@@ -215,6 +243,8 @@ struct Joined {
     material: Option<u32>,
     index_of_name: HashMap<String, u32>,
     libraries: HashSet<String>,
+    /// Of the file's vertices, in order.
+    bad_vertices: Vec<(u32, SceneError)>,
 }
 
 impl Joined {
@@ -233,7 +263,9 @@ impl Joined {
     }
 
     fn append(&mut self, part: Part) {
-        let Part { obj: mut from, materials } = part;
+        let Part { obj: mut from, materials, bad_vertices } = part;
+        let before = self.obj.positions.len() as u32;
+        self.bad_vertices.extend(bad_vertices.into_iter().map(|(index, error)| (before + index, error)));
         let names: Vec<u32> = from.material_names.into_iter().map(|(name, line)| self.name(name, line)).collect();
         let mut first = 0;
         for (end, material) in materials {
@@ -254,6 +286,21 @@ impl Joined {
         append(&mut self.obj.normals, from.normals);
         append(&mut self.obj.triangles, from.triangles);
         append(&mut self.obj.faces, from.faces);
+    }
+
+    /// Why the first vertex cannot be used that cannot be, but that a face has.
+    fn first_bad_vertex_in_use(&mut self) -> Option<SceneError> {
+        if self.bad_vertices.is_empty() {
+            return None;
+        }
+        let corners = self.obj.triangles.as_flattened();
+        let used: HashSet<u32> = corners
+            .par_iter()
+            .map(|corner| corner.position)
+            .filter(|position| self.bad_vertices.binary_search_by_key(position, |(index, _)| *index).is_ok())
+            .collect();
+        let bad_vertices = std::mem::take(&mut self.bad_vertices);
+        bad_vertices.into_iter().find(|(index, _)| used.contains(index)).map(|(_, error)| error)
     }
 
     fn name(&mut self, name: String, line: u32) -> u32 {

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::scene::error::{Location, SceneError};
 
-/// A statement: a line, or several that end in a backslash but for the last.
+/// A statement: a line, or several that end in a backslash (and white space) but for the last.
 pub(super) struct Statement<'a> {
     /// Of its first line, counted from 1.
     pub line: u32,
@@ -26,6 +26,43 @@ pub(super) fn statements(bytes: &[u8]) -> Lines<'_> {
     Lines { rest: bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes), next_line: 1 }
 }
 
+/// The file in UTF-8 if it begins with a byte order mark of UTF-16, else as it is.
+pub(super) fn decoded(bytes: &[u8]) -> Cow<'_, [u8]> {
+    let unit: fn([u8; 2]) -> u16 = match bytes {
+        [0xff, 0xfe, ..] => u16::from_le_bytes,
+        [0xfe, 0xff, ..] => u16::from_be_bytes,
+        _ => return Cow::Borrowed(bytes),
+    };
+    let units: Vec<u16> = bytes[2..].chunks_exact(2).map(|pair| unit([pair[0], pair[1]])).collect();
+    Cow::Owned(String::from_utf16_lossy(&units).into_bytes())
+}
+
+/// Whether a byte ends a line. `\r\n` ends one line, not two.
+fn ends_line(byte: &u8) -> bool {
+    matches!(byte, b'\n' | b'\r')
+}
+
+/// The first line, without its end, and what follows it.
+fn split_line(bytes: &[u8]) -> (&[u8], &[u8]) {
+    let end = bytes.iter().position(ends_line).unwrap_or(bytes.len());
+    let (line, rest) = bytes.split_at(end);
+    let end = if rest.starts_with(b"\r\n") { 2 } else { rest.len().min(1) };
+    (line, &rest[end..])
+}
+
+fn count_lines(bytes: &[u8]) -> usize {
+    let starts_second = |pair: &&[u8]| *pair == b"\r\n";
+    bytes.iter().filter(|byte| ends_line(byte)).count() - bytes.windows(2).filter(starts_second).count()
+}
+
+/// The line without the backslash at its end, if it goes on in the next line. That of a comment does not.
+fn continued(line: &[u8]) -> Option<&[u8]> {
+    let line = line.trim_ascii_end().strip_suffix(b"\\")?;
+    let starts_comment = |pair: &[u8]| pair[0].is_ascii_whitespace() && pair[1] == b'#';
+    let is_comment = line.trim_ascii_start().starts_with(b"#") || line.windows(2).any(starts_comment);
+    (!is_comment).then_some(line)
+}
+
 /// The same in runs of about equal size, at most `count`.
 pub(super) fn split_lines(bytes: &[u8], count: usize) -> Vec<Lines<'_>> {
     let Lines { mut rest, mut next_line } = statements(bytes);
@@ -34,10 +71,11 @@ pub(super) fn split_lines(bytes: &[u8], count: usize) -> Vec<Lines<'_>> {
     while !rest.is_empty() {
         let mut end = size.min(rest.len());
         // To the end of a statement: of a line that does not go on in the next one.
+        end = line_start(rest, end);
         while end < rest.len() {
-            end += rest[end..].iter().position(|&byte| byte == b'\n').map_or(rest.len() - end, |i| i + 1);
-            let line = rest[..end].strip_suffix(b"\n").unwrap_or(&rest[..end]);
-            if !line.strip_suffix(b"\r").unwrap_or(line).ends_with(b"\\") {
+            let (line, others) = split_line(&rest[end..]);
+            end = rest.len() - others.len();
+            if continued(line).is_none() {
                 break;
             }
         }
@@ -45,13 +83,19 @@ pub(super) fn split_lines(bytes: &[u8], count: usize) -> Vec<Lines<'_>> {
         runs.push(run);
         rest = others;
     }
-    let lines: Vec<usize> = runs.par_iter().map(|run| run.iter().filter(|&&byte| byte == b'\n').count()).collect();
+    let lines: Vec<usize> = runs.par_iter().map(|run| count_lines(run)).collect();
     let run_of = |(run, lines): (_, usize)| {
         let first_line = next_line;
         next_line = next_line.saturating_add(u32::try_from(lines).unwrap_or(u32::MAX));
         Lines { rest: run, next_line: first_line }
     };
     runs.into_iter().zip(lines).map(run_of).collect()
+}
+
+/// The start of the line that holds a place.
+fn line_start(bytes: &[u8], place: usize) -> usize {
+    let place = if place < bytes.len() && bytes[..place + 1].ends_with(b"\r\n") { place - 1 } else { place };
+    bytes[..place].iter().rposition(ends_line).map_or(0, |end| end + 1)
 }
 
 impl<'a> Iterator for Lines<'a> {
@@ -66,13 +110,21 @@ impl<'a> Iterator for Lines<'a> {
             if first_byte.is_none_or(|&byte| byte == b'#') {
                 continue;
             }
-            let mut text = Cow::Borrowed(first_line);
-            while text.ends_with(b"\\") && !rest.is_empty() {
-                let joined = text.to_mut();
-                joined.pop();
+            let Some(mut part) = continued(first_line) else {
+                return Some(Statement { line, text: Cow::Borrowed(first_line) });
+            };
+            let mut joined = Vec::new();
+            loop {
+                joined.extend_from_slice(part);
                 joined.push(b' ');
-                joined.extend_from_slice(take_line(rest, next_line));
+                let next = take_line(rest, next_line);
+                let Some(goes_on) = continued(next) else {
+                    joined.extend_from_slice(next);
+                    break;
+                };
+                part = goes_on;
             }
+            let text = Cow::Owned(joined);
             return Some(Statement { line, text });
         }
         None
@@ -80,11 +132,10 @@ impl<'a> Iterator for Lines<'a> {
 }
 
 fn take_line<'a>(rest: &mut &'a [u8], next_line: &mut u32) -> &'a [u8] {
-    let end = rest.iter().position(|&byte| byte == b'\n').unwrap_or(rest.len());
-    let line = &rest[..end];
-    *rest = rest.get(end + 1..).unwrap_or_default();
+    let (line, others) = split_line(rest);
+    *rest = others;
     *next_line = next_line.saturating_add(1);
-    line.strip_suffix(b"\r").unwrap_or(line)
+    line
 }
 
 impl Statement<'_> {
@@ -106,33 +157,37 @@ impl Statement<'_> {
     }
 
     /// The numbers after the keyword, of which there must be `least`, and at most `N` are read; the others are 0.
-    /// Also returns how many there were.
-    pub fn numbers<const N: usize>(&self, file: &str, least: usize) -> Result<([f64; N], usize), SceneError> {
-        self.numbers_from(1, file, least)
+    ///
+    /// # Errors
+    /// The line, what is there, and what should be.
+    pub fn numbers<const N: usize>(&self, file: &str, least: usize) -> Result<[f64; N], SceneError> {
+        let numbers = self.numbers_from(1, least);
+        numbers.map(|(numbers, _)| numbers).map_err(|(found, expected)| self.error(file, found, expected))
     }
 
-    /// The same of those from word number `first` on, the keyword being word 0.
+    /// The same from word number `first` on, the keyword being word 0, and how many there were.
+    ///
+    /// # Errors
+    /// What is there, and what should be.
     pub fn numbers_from<const N: usize>(
         &self,
         first: usize,
-        file: &str,
         least: usize,
-    ) -> Result<([f64; N], usize), SceneError> {
+    ) -> Result<([f64; N], usize), (String, Cow<'static, str>)> {
         let mut numbers = [0.0; N];
         let mut count = 0;
         for (number, word) in numbers.iter_mut().zip(self.words().skip(first)) {
             match parse_number(word) {
                 Some(value) => *number = value,
                 None => {
-                    let expected = "a finite number of magnitude <= 1e30";
-                    return Err(self.error(file, format!("{} has {}", self.quoted_keyword(), quoted(word)), expected));
+                    let found = format!("{} has {}", self.quoted_keyword(), quoted(word));
+                    return Err((found, "a finite number of magnitude <= 1e30".into()));
                 }
             }
             count += 1;
         }
         if count < least {
-            let found = format!("{} has {count} numbers", self.quoted_keyword());
-            return Err(self.error(file, found, format!("at least {least}")));
+            return Err((format!("{} has {count} numbers", self.quoted_keyword()), format!("at least {least}").into()));
         }
         Ok((numbers, count))
     }
@@ -158,10 +213,4 @@ pub(super) fn quoted(word: &[u8]) -> String {
     let text = String::from_utf8_lossy(&word[..word.len().min(SHOWN)]);
     let ellipsis = if word.len() > SHOWN { "…" } else { "" };
     format!("\"{}{ellipsis}\"", text.escape_debug())
-}
-
-/// For what `tobj` refuses although it has been checked.
-pub(super) fn read_failed(file: &str, error: tobj::LoadError) -> SceneError {
-    let expected = "statements that the MTL reader knows";
-    SceneError::Statement { at: Location::file(file), found: error.to_string(), expected: expected.into() }
 }
