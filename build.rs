@@ -2,7 +2,7 @@
 //!
 //! No optimiser runs: drivers optimise after specialization, and spirv-opt made lavapipe 22 17% slower.
 
-#[path = "src/render/aliased.rs"]
+#[path = "src/render/kernel/aliased.rs"]
 mod aliased;
 #[path = "src/spirv.rs"]
 #[allow(dead_code)]
@@ -21,7 +21,7 @@ use shaderc::{
 use aliased::declare_aliased;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    for source in ["shaders", "build.rs", "src/render/aliased.rs", "src/spirv.rs"] {
+    for source in ["shaders", "build.rs", "src/render/kernel/aliased.rs", "src/spirv.rs"] {
         println!("cargo::rerun-if-changed={source}");
     }
     let out = PathBuf::from(env::var("OUT_DIR")?);

@@ -58,8 +58,8 @@ pub mod render;
 pub mod scene;
 mod spirv;
 
-pub use cache::user_cache;
-pub use gpu::{Context, ContextOptions, GpuError, Validation};
-pub use image::Image;
-pub use render::{Film, RenderError, RenderSettings, Renderer};
-pub use scene::Scene;
+pub use crate::cache::user_cache;
+pub use crate::gpu::{Context, ContextOptions, GpuError, Validation};
+pub use crate::image::Image;
+pub use crate::render::{Film, RenderError, RenderSettings, Renderer};
+pub use crate::scene::Scene;

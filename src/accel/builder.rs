@@ -7,7 +7,7 @@
 use glam::Vec4;
 use rayon::prelude::*;
 
-use super::aabb::Aabb;
+use crate::accel::aabb::Aabb;
 
 /// The deepest leaf that [`build`] makes; the shader's stack holds one entry a level.
 pub const MAX_DEPTH: u32 = 62;

@@ -4,8 +4,8 @@
 //! section 3.1: of all ways to leave nodes out, dynamic programming finds the one in which a random ray meets the
 //! fewest records. A node costs its area, since every record that a ray reads costs the same.
 
-use super::aabb::Aabb;
-use super::builder::{Child, Tree};
+use crate::accel::aabb::Aabb;
+use crate::accel::builder::{Child, Tree};
 
 /// Children of a node, at most.
 pub const WIDTH: usize = 4;
@@ -136,7 +136,7 @@ fn plan(tree: &Tree, node: u32, choices: &mut [Choice]) -> Forest {
 mod tests {
     use glam::Vec3;
 
-    use super::super::builder::build;
+    use crate::accel::builder::build;
     use super::*;
 
     /// The least areas of what may stand for a subtree: up to one, two, three and four nodes or leaves, with all that is below.

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::hash::mix;
 
-use super::primitive::Primitive;
+use crate::accel::primitive::Primitive;
 
 /// Bits of a table for each primitive: of so many pairs that are no copies one looks like one.
 const BITS: usize = 16;

@@ -6,9 +6,9 @@ use rayon::prelude::*;
 
 use crate::hash::mix;
 
-use super::aabb::Aabb;
-use super::morton::along_curve;
-use super::primitive::Primitive;
+use crate::accel::aabb::Aabb;
+use crate::accel::morton::along_curve;
+use crate::accel::primitive::Primitive;
 
 /// Primitives that are near each other, among which triangles look for neighbours.
 const CHUNK: usize = 4096;

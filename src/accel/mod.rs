@@ -11,15 +11,15 @@ mod quantised;
 mod record;
 mod statistics;
 
-pub use aabb::Aabb;
-pub use builder::{Child, MAX_DEPTH, Node, Tree, build};
-pub use collapse::WIDTH;
-pub use copies::copies;
-pub use leaf::{Leaf, leaves};
-pub use primitive::Primitive;
-pub use quantised::Quantised;
-pub use record::{MAX_RECORDS, Packed, Texel, pack};
-pub use statistics::TreeStatistics;
+pub use crate::accel::aabb::Aabb;
+pub use crate::accel::builder::{Child, MAX_DEPTH, Node, Tree, build};
+pub use crate::accel::collapse::WIDTH;
+pub use crate::accel::copies::copies;
+pub use crate::accel::leaf::{Leaf, leaves};
+pub use crate::accel::primitive::Primitive;
+pub use crate::accel::quantised::Quantised;
+pub use crate::accel::record::{MAX_RECORDS, Packed, Texel, pack};
+pub use crate::accel::statistics::TreeStatistics;
 
 /// Numbers in [0, 1) for tests, the same each time (Numerical Recipes, 7.1).
 #[cfg(test)]

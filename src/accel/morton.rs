@@ -3,7 +3,7 @@
 use glam::{UVec3, Vec3};
 use rayon::prelude::*;
 
-use super::aabb::Aabb;
+use crate::accel::aabb::Aabb;
 
 /// Bits of a cell's number along an axis.
 const BITS: u32 = 6;

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::aabb::Aabb;
+use crate::accel::aabb::Aabb;
 
 /// How much larger than a primitive its box is, relative to the largest of its coordinates: a ray may hit by rounding
 /// what it passes beside. shaders/lib/intersect/bvh/slab.glsl has the reckoning, and what is relative to the ray's origin.

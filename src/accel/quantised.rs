@@ -2,8 +2,8 @@
 //!
 //! Ylitie, Karras and Laine (HPG 2017), section 3.2.
 
-use super::aabb::Aabb;
-use super::collapse::WIDTH;
+use crate::accel::aabb::Aabb;
+use crate::accel::collapse::WIDTH;
 
 /// Boxes of up to four children.
 ///

@@ -20,13 +20,13 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::aabb::Aabb;
-use super::builder::{Child, Tree};
-use super::collapse::{Boxed, Collapse, WIDTH};
-use super::leaf::Leaf;
-use super::primitive::Primitive;
-use super::quantised::Quantised;
-use super::statistics::TreeStatistics;
+use crate::accel::aabb::Aabb;
+use crate::accel::builder::{Child, Tree};
+use crate::accel::collapse::{Boxed, Collapse, WIDTH};
+use crate::accel::leaf::Leaf;
+use crate::accel::primitive::Primitive;
+use crate::accel::quantised::Quantised;
+use crate::accel::statistics::TreeStatistics;
 
 /// Four numbers of 32 bits.
 pub type Texel = [u32; 4];
@@ -261,8 +261,8 @@ fn visiting_orders(children: &[Boxed]) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::builder::build;
-    use super::super::leaf::leaves;
+    use crate::accel::builder::build;
+    use crate::accel::leaf::leaves;
     use super::*;
 
     /// Number of the first primitive.

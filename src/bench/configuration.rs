@@ -2,12 +2,9 @@
 
 use std::str::FromStr;
 
-use crate::render::{
-    Accel, Adaptive, Beams, Choice, Feature, Gradients, LightSamples, RenderSettings, Reuse, SampleMap, Sampler,
-    Scheduler, TriangleTest,
-};
+use crate::render::{Accel, Adaptive, Beams, Choice, Feature, Gradients, LightSamples, RenderSettings, Reuse, SampleMap, Sampler, Scheduler, TriangleTest};
 
-use super::error::BenchError;
+use crate::bench::error::BenchError;
 
 /// One way to render a scene.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,15 +4,16 @@ use std::borrow::Cow;
 use std::ops::ControlFlow;
 
 use crate::Context;
-use crate::image::metrics::{self, CompareOptions};
+use crate::image::metrics;
+use crate::image::metrics::CompareOptions;
 use crate::image::{Image, ImageError};
 use crate::render::{Film, RenderError, RenderSettings, RenderStatistics, Renderer};
 use crate::scene::Scene;
 
-use super::configuration::Configuration;
-use super::error::BenchError;
-use super::reference::Reference;
-use super::watched;
+use crate::bench::configuration::Configuration;
+use crate::bench::error::BenchError;
+use crate::bench::reference::Reference;
+use crate::bench::watched;
 
 /// Samples per pixel of the rendering that counts steps through the tree; it is not timed.
 const COUNTED_SAMPLES: u32 = 16;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::statistics::PowerLaw;
+use crate::bench::statistics::PowerLaw;
 
 /// A column: heading, and the cell of a row.
 pub(super) type Column<R> = (&'static str, fn(&R) -> String);

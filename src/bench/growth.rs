@@ -8,9 +8,9 @@ use crate::Context;
 use crate::render::{RenderError, RenderSettings, Renderer, SampleMap};
 use crate::scene::{MAX_DEPTH, MAX_IMAGE_SIDE, Scene};
 
-use super::error::BenchError;
-use super::generate;
-use super::statistics::{PowerLaw, median};
+use crate::bench::error::BenchError;
+use crate::bench::generate;
+use crate::bench::statistics::{PowerLaw, median};
 
 /// Timed renderings of each scene.
 const REPEATS: u32 = 3;

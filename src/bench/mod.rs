@@ -22,8 +22,8 @@ pub mod statistics;
 mod summary;
 mod watched;
 
-pub use configuration::{Configuration, Vary, combine};
-pub use error::BenchError;
-pub use machine::Machine;
-pub use reference::{Origin, Reference};
-pub use summary::{ConfigurationSummary, Row, TimeToTarget};
+pub use crate::bench::configuration::{Configuration, Vary, combine};
+pub use crate::bench::error::BenchError;
+pub use crate::bench::machine::Machine;
+pub use crate::bench::reference::{Origin, Reference};
+pub use crate::bench::summary::{ConfigurationSummary, Row, TimeToTarget};

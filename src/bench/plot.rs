@@ -6,7 +6,7 @@ use std::path::Path;
 use plotters::coord::combinators::{BindKeyPoints, IntoLogRange};
 use plotters::prelude::*;
 
-use super::error::BenchError;
+use crate::bench::error::BenchError;
 use crate::files;
 
 /// Points of one kind.

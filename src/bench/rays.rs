@@ -19,11 +19,11 @@ use crate::render::RenderSettings;
 use crate::render::renderer::push_constants;
 use crate::scene::Scene;
 
-use super::error::BenchError;
-use super::machine::cpu_seconds;
-use super::statistics::median;
+use crate::bench::error::BenchError;
+use crate::bench::machine::cpu_seconds;
+use crate::bench::statistics::median;
 
-pub use dump::dump;
+pub use crate::bench::rays::dump::dump;
 
 /// Timed repetitions of each kind.
 const REPEATS: usize = 15;

@@ -9,13 +9,15 @@ use serde::Serialize;
 use crate::Context;
 use crate::files::WriteError;
 use crate::image::metrics::RELATIVE_OFFSET;
-use crate::image::{self, Image, ImageError, Metadata, Variance};
-use crate::oracle::{self, OracleSettings};
+use crate::image;
+use crate::image::{Image, ImageError, Metadata, Variance};
+use crate::oracle;
+use crate::oracle::OracleSettings;
 use crate::render::{MAX_SAMPLES, RenderSettings, Renderer, Sampler};
 use crate::scene::{Scene, fingerprint};
 
-use super::error::BenchError;
-use super::watched;
+use crate::bench::error::BenchError;
+use crate::bench::watched;
 
 /// Independent batches behind the noise estimate of a reference that is made here.
 const BATCHES: u32 = 16;

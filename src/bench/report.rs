@@ -5,13 +5,13 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::format::{Column, cell, exponent, quoted, significant, table};
-use super::growth::{GrowthReport, GrowthRow};
-use super::machine::Machine;
-use super::plot::{Figure, Panel, Series};
-use super::rays::{RayRate, RaysReport};
-use super::reference::{Origin, Reference};
-use super::summary::{ConfigurationSummary, Row, TimeToTarget};
+use crate::bench::format::{Column, cell, exponent, quoted, significant, table};
+use crate::bench::growth::{GrowthReport, GrowthRow};
+use crate::bench::machine::Machine;
+use crate::bench::plot::{Figure, Panel, Series};
+use crate::bench::rays::{RayRate, RaysReport};
+use crate::bench::reference::{Origin, Reference};
+use crate::bench::summary::{ConfigurationSummary, Row, TimeToTarget};
 
 /// Version of the JSON that a [`Report`] becomes.
 pub const SCHEMA: &str = "photolith-bench-1";

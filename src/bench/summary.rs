@@ -4,9 +4,9 @@ use serde::Serialize;
 
 use crate::image::metrics::LUMINANCE;
 
-use super::convergence::{Contender, Measurement};
-use super::reference::Reference;
-use super::statistics::{Mean, PowerLaw, median};
+use crate::bench::convergence::{Contender, Measurement};
+use crate::bench::reference::Reference;
+use crate::bench::statistics::{Mean, PowerLaw, median};
 
 /// All seeds of one configuration at one number of samples. Times are medians over the seeds.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -1,6 +1,6 @@
 //! What a case is.
 
-use super::{CheckError, Lab};
+use crate::check::{CheckError, Lab};
 
 /// One claim about accuracy, and how it is measured.
 #[derive(Debug, Clone, Copy)]

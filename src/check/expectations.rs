@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use super::cases;
+use crate::check::cases;
 use crate::files::read_regular;
 use crate::scene::{Location, one_line};
 

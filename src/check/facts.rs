@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::probe::{Kernel, Operations};
-use super::rng::Rng;
-use super::{CheckError, Lab, scenes};
+use crate::check::probe::{Kernel, Operations};
+use crate::check::rng::Rng;
+use crate::check::{CheckError, Lab, scenes};
 
 /// A fact about a driver.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::report::{Report, Verdict};
+use crate::check::report::{Report, Verdict};
 use crate::host::host_name;
 
 /// The report as JUnit XML: a suite for each device, a test for each case. It is valid by the schema of Ant's JUnit task (JUnit.xsd of

@@ -9,11 +9,9 @@ use crate::gpu::Context;
 use crate::render::{Film, Mutation, Prepared, RenderSettings, RenderStatistics, Renderer};
 use crate::scene::Scene;
 
-use super::probe::{
-    Function, HitRecord, Kernel, OcclusionRecord, PathInput, PathRecord, Probe, RayInput, RayProbe, Words, tables_of,
-};
-use super::scenes;
-use super::{CheckError, Measured};
+use crate::check::probe::{Function, HitRecord, Kernel, OcclusionRecord, PathInput, PathRecord, Probe, RayInput, RayProbe, Words, tables_of};
+use crate::check::scenes;
+use crate::check::{CheckError, Measured};
 
 /// The device under test.
 #[derive(Clone)]

@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
-use super::cases;
-use super::mutations::held_by;
-use super::report::{Report, Verdict, combined};
+use crate::check::cases;
+use crate::check::mutations::held_by;
+use crate::check::report::{Report, Verdict, combined};
 use crate::render::Mutation;
 
 /// The page docs/accuracy.md: what was measured on each device, side by side.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Fact;
+use crate::check::Fact;
 
 /// Schema of the JSON form of [`Report`].
 pub const SCHEMA: &str = "photolith-check-1";
@@ -56,7 +56,7 @@ impl Verdict {
 /// A case on a device.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CaseReport {
-    /// [`Case::name`](super::Case::name).
+    /// [`Case::name`](crate::check::Case::name).
     pub name: String,
     /// What was done.
     pub what: String,

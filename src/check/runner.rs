@@ -10,9 +10,9 @@ use crate::gpu::{Context, GpuError, Validation, Violation};
 use crate::host::cpu_model;
 use crate::render::Mutation;
 
-use super::expectations::Expectations;
-use super::report::{CaseReport, DeviceReport, Verdict};
-use super::{Case, CheckError, Lab, Measured, cases, facts};
+use crate::check::expectations::Expectations;
+use crate::check::report::{CaseReport, DeviceReport, Verdict};
+use crate::check::{Case, CheckError, Lab, Measured, cases, facts};
 
 /// How to run the suite.
 #[derive(Debug, Clone)]

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::buffer::Buffer;
-use super::device::Device;
-use super::error::{GpuError, check};
-use super::required::STORAGE_BUFFERS;
+use crate::gpu::buffer::Buffer;
+use crate::gpu::device::Device;
+use crate::gpu::error::{GpuError, check};
+use crate::gpu::required::STORAGE_BUFFERS;
 
 /// What a binding is to shaders.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,9 +6,9 @@ use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 
-use super::device::Device;
-use super::error::{GpuError, check};
-use super::select::DeviceKind;
+use crate::gpu::device::Device;
+use crate::gpu::error::{GpuError, check};
+use crate::gpu::select::DeviceKind;
 
 /// What a buffer is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -11,16 +11,17 @@ use ash::{ext, vk};
 use gpu_allocator::AllocationSizes;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 
-use super::error::{GpuError, check};
-use super::instance::{Instance, Validation};
-use super::messages::Messages;
-use super::pipeline::RawPipeline;
-use super::reconvergence;
-use super::required;
-use super::select::{self, DeviceInfo};
-use super::shader_objects::ShaderObjects;
-use super::spares::Spares;
-use super::timestamps::Timestamps;
+use crate::gpu::error::{GpuError, check};
+use crate::gpu::instance::{Instance, Validation};
+use crate::gpu::messages::Messages;
+use crate::gpu::pipeline::RawPipeline;
+use crate::gpu::reconvergence;
+use crate::gpu::required;
+use crate::gpu::select;
+use crate::gpu::select::DeviceInfo;
+use crate::gpu::shader_objects::ShaderObjects;
+use crate::gpu::pipeline_pool::Spares;
+use crate::gpu::timestamps::Timestamps;
 
 /// How long a wait may last before the device is given up.
 pub(super) const WAIT_LIMIT: Duration = Duration::from_secs(600);

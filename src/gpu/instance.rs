@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use ash::{ext, vk};
 
-use super::error::{GpuError, check};
-use super::messages::Messages;
+use crate::gpu::error::{GpuError, check};
+use crate::gpu::messages::Messages;
 
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 

@@ -1,5 +1,7 @@
 //! Vulkan by hand: instance, device, memory, pipelines and submissions. Knows nothing of rendering.
 
+pub(crate) mod pipeline_pool;
+
 mod binaries;
 mod bindings;
 mod buffer;
@@ -14,24 +16,23 @@ mod required;
 mod select;
 mod shader_cache;
 mod shader_objects;
-mod spares;
 mod spirv_check;
 mod submit;
 mod timestamps;
 mod violation;
 
-pub(crate) use bindings::{BindingKind, BindingLayout, BindingSet};
-pub(crate) use buffer::{Buffer, Usage};
-pub(crate) use device::Device;
-pub use device::{Context, ContextOptions};
-pub use error::GpuError;
-pub use instance::Validation;
-pub use messages::Messages;
-pub(crate) use pipeline::Pipeline;
-pub use pipeline::Specialization;
-pub use select::{DeviceInfo, DeviceKind};
-pub use shader_cache::separate_caches_by_width;
-pub use spirv_check::check_spirv;
-pub use submit::StageTime;
-pub(crate) use submit::{Access, Ticket, Timeline};
-pub use violation::Violation;
+pub(crate) use crate::gpu::bindings::{BindingKind, BindingLayout, BindingSet};
+pub(crate) use crate::gpu::buffer::{Buffer, Usage};
+pub(crate) use crate::gpu::device::Device;
+pub use crate::gpu::device::{Context, ContextOptions};
+pub use crate::gpu::error::GpuError;
+pub use crate::gpu::instance::Validation;
+pub use crate::gpu::messages::Messages;
+pub(crate) use crate::gpu::pipeline::Pipeline;
+pub use crate::gpu::pipeline::Specialization;
+pub use crate::gpu::select::{DeviceInfo, DeviceKind};
+pub use crate::gpu::shader_cache::separate_caches_by_width;
+pub use crate::gpu::spirv_check::check_spirv;
+pub use crate::gpu::submit::StageTime;
+pub(crate) use crate::gpu::submit::{Access, Ticket, Timeline};
+pub use crate::gpu::violation::Violation;

@@ -5,13 +5,14 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::binaries::BinaryStore;
-use super::bindings::BindingLayout;
-use super::device::Device;
-use super::error::{GpuError, check};
-use super::prune::{self, prune};
-use super::reconvergence::as_promised;
-use super::shader_objects::ShaderObjects;
+use crate::gpu::binaries::BinaryStore;
+use crate::gpu::bindings::BindingLayout;
+use crate::gpu::device::Device;
+use crate::gpu::error::{GpuError, check};
+use crate::gpu::prune;
+use crate::gpu::prune::prune;
+use crate::gpu::reconvergence::as_promised;
+use crate::gpu::shader_objects::ShaderObjects;
 use crate::spirv::words_of;
 
 /// Values of specialization constants, by id.

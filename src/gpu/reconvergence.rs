@@ -9,8 +9,8 @@ use std::ffi::CStr;
 
 use ash::{khr, vk};
 
-use super::instance::Instance;
-use super::select::has_extension;
+use crate::gpu::instance::Instance;
+use crate::gpu::select::has_extension;
 use crate::spirv::{HEADER_WORDS, instructions, opcode, words_of};
 
 /// The extension that makes the promise.

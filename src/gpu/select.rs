@@ -4,9 +4,9 @@ use std::ffi::CStr;
 
 use ash::vk;
 
-use super::error::{GpuError, check};
-use super::instance::Instance;
-use super::required;
+use crate::gpu::error::{GpuError, check};
+use crate::gpu::instance::Instance;
+use crate::gpu::required;
 
 /// What a physical device is and whether it can be used.
 #[derive(Debug, Clone)]

@@ -13,7 +13,7 @@ const CACHE: &str = "MESA_SHADER_CACHE_DIR";
 /// If the user has asked llvmpipe for vectors of some width and for no shader cache, chooses one for that width: code for other
 /// vectors from the common cache would run without a message, and make a wrong image.
 ///
-/// This sets an environment variable of the process. Call it before the first [`Context`](super::Context).
+/// This sets an environment variable of the process. Call it before the first [`Context`](crate::gpu::Context).
 ///
 /// # Safety
 /// No other thread reads or changes the environment meanwhile (see [`std::env::set_var`]).

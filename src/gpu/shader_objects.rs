@@ -8,12 +8,12 @@ use std::path::{Path, PathBuf};
 
 use ash::{ext, khr, vk};
 
-use super::binaries::BinaryStore;
-use super::bindings::BindingLayout;
-use super::error::{GpuError, check};
-use super::instance::Instance;
-use super::pipeline::{Code, pruned};
-use super::select::{DeviceInfo, DeviceKind, has_extension};
+use crate::gpu::binaries::BinaryStore;
+use crate::gpu::bindings::BindingLayout;
+use crate::gpu::error::{GpuError, check};
+use crate::gpu::instance::Instance;
+use crate::gpu::pipeline::{Code, pruned};
+use crate::gpu::select::{DeviceInfo, DeviceKind, has_extension};
 
 /// The first validation layer that knows of shader objects; earlier ones get in their way.
 const LAYER_VERSION: u32 = vk::make_api_version(0, 1, 3, 246);

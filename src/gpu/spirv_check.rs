@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use rspirv::dr::load_words;
 
-use super::prune::{is_closed, is_well_formed};
+use crate::gpu::prune::{is_closed, is_well_formed};
 use crate::spirv::HEADER_WORDS;
 
 /// Versions that Vulkan 1.2 takes, as the second word of a module has them.

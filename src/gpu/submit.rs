@@ -5,11 +5,11 @@ use std::time::Duration;
 
 use ash::vk;
 
-use super::bindings::BindingSet;
-use super::buffer::Buffer;
-use super::device::{Device, WAIT_LIMIT};
-use super::error::{GpuError, check};
-use super::pipeline::Pipeline;
+use crate::gpu::bindings::BindingSet;
+use crate::gpu::buffer::Buffer;
+use crate::gpu::device::{Device, WAIT_LIMIT};
+use crate::gpu::error::{GpuError, check};
+use crate::gpu::pipeline::Pipeline;
 
 /// A named span of device time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -321,8 +321,8 @@ impl Access {
 mod tests {
     use std::time::Instant;
 
-    use super::super::buffer::Usage;
-    use super::super::device::{Context, ContextOptions};
+    use crate::gpu::buffer::Usage;
+    use crate::gpu::device::{Context, ContextOptions};
     use super::*;
 
     fn context() -> Context {

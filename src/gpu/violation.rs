@@ -2,16 +2,16 @@
 
 use ash::vk;
 
-use super::buffer::{Buffer, Usage};
-use super::device::Context;
-use super::error::{GpuError, check};
+use crate::gpu::buffer::{Buffer, Usage};
+use crate::gpu::device::Context;
+use crate::gpu::error::{GpuError, check};
 
 /// A rule that can be broken on purpose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Violation {
-    /// A fill of a buffer that is not a copy's destination: for [`Validation::Core`](super::Validation::Core).
+    /// A fill of a buffer that is not a copy's destination: for [`Validation::Core`](crate::gpu::Validation::Core).
     Usage,
-    /// Two fills of a buffer without a barrier: for [`Validation::Synchronization`](super::Validation::Synchronization).
+    /// Two fills of a buffer without a barrier: for [`Validation::Synchronization`](crate::gpu::Validation::Synchronization).
     Hazard,
 }
 

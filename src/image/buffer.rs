@@ -1,6 +1,6 @@
 //! The image itself: pixels of linear radiance and, where known, how uncertain they are.
 
-use super::ImageError;
+use crate::image::ImageError;
 
 /// Largest width and height, pixels.
 pub const MAX_SIDE: u32 = 65_536;

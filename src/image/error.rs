@@ -3,7 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
-use super::{Format, MAX_SIDE};
+use crate::image::{Format, MAX_SIDE};
 use crate::files::WriteError;
 
 /// An error of the image module; each message names the file and what is wrong with it.

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use super::codec::{self, DecodeError};
-use super::{Format, Image, ImageError, Metadata};
+use crate::image::codec;
+use crate::image::codec::DecodeError;
+use crate::image::{Format, Image, ImageError, Metadata};
 use crate::files;
 use crate::scene::Transfer;
 

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::Path;
 
-use super::ImageError;
+use crate::image::ImageError;
 
 /// An image file format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,7 +1,8 @@
 //! Error maps: which pixels differ, and by how much, as colours.
 
-use super::metrics::{self, RELATIVE_OFFSET, flip};
-use super::{Image, ImageError};
+use crate::image::metrics;
+use crate::image::metrics::{RELATIVE_OFFSET, flip};
+use crate::image::{Image, ImageError};
 use crate::scene::Transfer;
 
 /// What a heat map shows of each pixel.

@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use super::ImageError;
+use crate::image::ImageError;
 
 /// An ordered list of (key, value): settings, seed, device, version.
 ///

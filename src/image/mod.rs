@@ -13,8 +13,8 @@ mod metadata;
 pub mod metrics;
 mod transfer;
 
-pub use buffer::{Image, MAX_SIDE, Variance};
-pub use error::ImageError;
-pub use file::{Written, check_writable, encode, read, write, write_as};
-pub use format::Format;
-pub use metadata::Metadata;
+pub use crate::image::buffer::{Image, MAX_SIDE, Variance};
+pub use crate::image::error::ImageError;
+pub use crate::image::file::{Written, check_writable, encode, read, write, write_as};
+pub use crate::image::format::Format;
+pub use crate::image::metadata::Metadata;

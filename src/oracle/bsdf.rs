@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_1_PI, TAU};
 
 use glam::DVec3;
 
-use super::{Hit, Pcg64};
+use crate::oracle::{Hit, Pcg64};
 use crate::scene::Bsdf;
 
 /// f(wo, wi)·|cos θi|; 0 where single directions are scattered into.

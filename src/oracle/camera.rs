@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-use super::{Pcg64, Ray};
+use crate::oracle::{Pcg64, Ray};
 use crate::scene::{PixelFilter, Scene, unit};
 
 /// Draws a point by the pixel filter, in pixels from the upper left corner of the pixel.

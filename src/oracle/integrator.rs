@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::trace::{Hit, Ray, closest_hit, occluded};
-use super::{Pcg64, bsdf};
+use crate::oracle::trace::{Hit, Ray, closest_hit, occluded};
+use crate::oracle::{Pcg64, bsdf};
 use crate::scene::{Bsdf, Light, Scene, Surface};
 
 /// An estimate of the radiance that arrives at the ray's origin; its mean over `rng` is exact.

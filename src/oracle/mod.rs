@@ -22,11 +22,11 @@ mod integrator;
 mod rng;
 pub mod trace;
 
-pub use bsdf::{cosine_hemisphere, fresnel, reflect, refract};
-pub use camera::{film_offset, primary_ray};
-pub use integrator::{direct_irradiance, radiance};
-pub use rng::Pcg64;
-pub use trace::{Hit, Primitive, Ray};
+pub use crate::oracle::bsdf::{cosine_hemisphere, fresnel, reflect, refract};
+pub use crate::oracle::camera::{film_offset, primary_ray};
+pub use crate::oracle::integrator::{direct_irradiance, radiance};
+pub use crate::oracle::rng::Pcg64;
+pub use crate::oracle::trace::{Hit, Primitive, Ray};
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;

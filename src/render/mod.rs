@@ -1,65 +1,34 @@
 //! From a scene to a film: what the scene needs, how it is cut into dispatches, and the loop that runs them.
 
-mod alias;
-mod aliased;
-mod beam_light;
-mod beams;
-pub(crate) mod bindings;
-mod checkpoint;
-mod choice;
-mod corners;
-pub(crate) mod driver;
-mod dual;
-mod error;
-mod facets;
-mod features;
-mod film;
-pub(crate) mod gather;
-mod geometry;
-pub(crate) mod kernels;
-mod lamp_places;
-pub(crate) mod layout;
-#[cfg(test)]
-mod layout_tests;
-mod light_grid;
-mod light_list;
-mod light_tree;
-mod lights;
-mod mutation;
-mod plan;
-mod prepared;
-mod rectangles;
-pub(crate) mod renderer;
-mod sample_map;
-mod screened_poisson;
-mod settings;
-mod sides;
-pub(crate) mod sobol;
-pub(crate) mod space;
-mod spheres;
-mod statistics;
-mod stopping;
-pub(crate) mod tables;
-mod targets;
-mod upload;
-mod view;
+pub(crate) mod gradient;
+pub(crate) mod plan;
+pub(crate) mod kernel;
+pub(crate) mod scene;
 
-pub use checkpoint::{Checkpoint, CheckpointError};
-pub use choice::Choice;
-pub use error::RenderError;
-pub use features::{Feature, Features};
-pub use film::Film;
-pub use kernels::shaders_hash;
-pub use mutation::Mutation;
-pub use prepared::Prepared;
-pub use renderer::Renderer;
-pub use settings::{
-    Accel, Adaptive, Beams, Gradients, LightSamples, RenderSettings, Reuse, SampleMap, Sampler, Scheduler, TriangleTest,
-};
-pub use sobol::MAX_SAMPLES;
-pub use statistics::{AdaptiveStatistics, Progress, RenderStatistics};
+pub(crate) mod sampling;
+pub(crate) mod light_tracing;
+pub(crate) mod light;
+mod error;
+mod film;
+pub(crate) mod renderer;
+mod settings;
+pub(crate) mod space;
+mod statistics;
+
+pub use crate::render::film::checkpoint::{Checkpoint, CheckpointError};
+pub use crate::render::settings::named::Choice;
+pub use crate::render::error::RenderError;
+pub use crate::render::kernel::features::{Feature, Features};
+pub use crate::render::film::Film;
+pub use crate::render::kernel::shaders_hash;
+pub use crate::render::settings::mutation::Mutation;
+pub use crate::render::scene::Prepared;
+pub use crate::render::renderer::Renderer;
+pub use crate::render::settings::{Accel, Adaptive, Beams, Gradients, LightSamples, RenderSettings, Reuse, SampleMap, Sampler, Scheduler, TriangleTest};
+pub use crate::render::sampling::sobol::MAX_SAMPLES;
+pub use crate::render::statistics::{AdaptiveStatistics, Progress, RenderStatistics};
 
 /// Builds the tree of a scene and measures it; `None` if the scene needs none under these settings.
 pub fn tree_statistics(scene: &crate::scene::Scene, settings: &RenderSettings) -> Option<crate::accel::TreeStatistics> {
-    tables::Tables::of(scene, &space::RenderSpace::of(scene), settings).tree
+    scene::tables::Tables::of(scene, &space::RenderSpace::of(scene), settings).tree
 }

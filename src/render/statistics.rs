@@ -6,8 +6,8 @@ use rayon::prelude::*;
 
 use crate::gpu::StageTime;
 
-use super::film::Film;
-use super::layout::Counters;
+use crate::render::film::Film;
+use crate::render::kernel::layout::Counters;
 
 /// How far a rendering is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,7 +20,7 @@ pub struct Progress {
     pub elapsed: Duration,
 }
 
-/// The noise that was reached, which is defined at [`Adaptive`](super::Adaptive).
+/// The noise that was reached, which is defined at [`Adaptive`](crate::render::Adaptive).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AdaptiveStatistics {
     /// Estimated noise of the image.
@@ -36,8 +36,8 @@ pub struct AdaptiveStatistics {
 /// What a rendering did.
 #[derive(Debug, Clone, Default)]
 pub struct RenderStatistics {
-    /// Seconds that [`Renderer::new`](super::Renderer::new) took until it could render: tree, uploads, compilation. With
-    /// [`Renderer::with`](super::Renderer::with) those of [`Prepared::of`](super::Prepared::of) are among them.
+    /// Seconds that [`Renderer::new`](crate::render::Renderer::new) took until it could render: tree, uploads, compilation. With
+    /// [`Renderer::with`](crate::render::Renderer::with) those of [`Prepared::of`](crate::render::Prepared::of) are among them.
     pub setup_seconds: f64,
     /// The part of `setup_seconds` that went into making and warming up the pipeline: little if the context has had one of the kind
     /// lately.
@@ -54,23 +54,23 @@ pub struct RenderStatistics {
     pub most_samples_per_pixel: u32,
     /// The noise that was reached, if it came as far as an estimate.
     pub adaptive: Option<AdaptiveStatistics>,
-    /// Samples, over all pixels, made with paths that serve several pixels (see [`Reuse`](super::Reuse)).
+    /// Samples, over all pixels, made with paths that serve several pixels (see [`Reuse`](crate::render::Reuse)).
     pub reused_samples: u64,
     /// By how much reuse lowered the variance in the trial that decided about it; `None`: there was none.
     pub reuse_gain: Option<f64>,
-    /// The image was made from differences between neighbouring pixels (see [`Gradients`](super::Gradients)). The survey for
+    /// The image was made from differences between neighbouring pixels (see [`Gradients`](crate::render::Gradients)). The survey for
     /// that is in no other number but the times.
     pub gradients: bool,
-    /// Pixels that get more samples than are asked for (see [`SampleMap`](super::SampleMap)). How they were found is in no other number but
+    /// Pixels that get more samples than are asked for (see [`SampleMap`](crate::render::SampleMap)). How they were found is in no other number but
     /// the times.
     pub multiplied_pixels: u64,
-    /// Beams of light traced from lamps (see [`Beams`](super::Beams)).
+    /// Beams of light traced from lamps (see [`Beams`](crate::render::Beams)).
     pub beams: u64,
     /// Closest-hit rays.
     pub rays: u64,
     /// Shadow rays.
     pub shadow_rays: u64,
-    /// Steps through the tree (with [`RenderSettings::count_steps`](super::RenderSettings::count_steps)).
+    /// Steps through the tree (with [`RenderSettings::count_steps`](crate::render::RenderSettings::count_steps)).
     pub tree_steps: u64,
     /// Samples that were NaN or infinite and count as black.
     pub bad_samples: u64,

@@ -1,6 +1,6 @@
 //! What a scene has if its author says nothing.
 
-use super::description::{Film, Integrator, PixelFilter, Transfer};
+use crate::scene::description::{Film, Integrator, PixelFilter, Transfer};
 
 impl Default for Film {
     /// 512 × 512 pixels, Gaussian filter, gamma 2.2.

@@ -58,7 +58,7 @@ pub struct Film {
 pub struct Integrator {
     /// Longest chain of surface hits of a path, each with its direct light; 1 = direct light only. At least 1.
     pub max_depth: u32,
-    /// Samples per pixel, 1 to [`MAX_SAMPLES`](super::MAX_SAMPLES).
+    /// Samples per pixel, 1 to [`MAX_SAMPLES`](crate::scene::MAX_SAMPLES).
     pub samples: u32,
     /// First surface hit (1 = the first) after which a path may be ended at random; `None`: never.
     pub russian_roulette: Option<u32>,

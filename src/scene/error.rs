@@ -138,7 +138,7 @@ pub enum SceneError {
     },
 
     /// The scene file is of a version that this program does not know.
-    #[error("{at}: version is {found}, expected {expected}", expected = super::format::VERSION)]
+    #[error("{at}: version is {found}, expected {expected}", expected = crate::scene::format::VERSION)]
     Version {
         /// Where.
         at: Location,

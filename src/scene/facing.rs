@@ -3,9 +3,9 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::description::Bsdf;
-use super::description::{Mesh, Scene};
-use super::error::Entity;
+use crate::scene::description::Bsdf;
+use crate::scene::description::{Mesh, Scene};
+use crate::scene::error::Entity;
 
 /// Pairs of a face and a vertex that are looked at, at most, for an emitter.
 const MOST_PAIRS: usize = 1 << 27;

@@ -2,7 +2,7 @@
 
 use std::hash::Hasher;
 
-use super::{Bsdf, Light, PixelFilter, Scene, Surface};
+use crate::scene::{Bsdf, Light, PixelFilter, Scene, Surface};
 use crate::hash::Fnv;
 
 /// Hash of everything that the expectation of a scene's image depends on. Names, files, the number of samples,
@@ -58,7 +58,7 @@ pub fn fingerprint(scene: &Scene) -> u64 {
 mod tests {
     use glam::DVec3;
 
-    use super::super::*;
+    use crate::scene::*;
     use super::fingerprint;
 
     fn scene() -> Scene {

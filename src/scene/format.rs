@@ -7,7 +7,7 @@ use std::fmt;
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, SeqAccess, Unexpected, Visitor};
 
-use super::description::{Film, Integrator, PixelFilter, Transfer};
+use crate::scene::description::{Film, Integrator, PixelFilter, Transfer};
 
 /// The version of the format that this program reads.
 pub(super) const VERSION: i64 = 1;

@@ -4,15 +4,15 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::description::*;
-use super::error::{Entity, Location, SceneError};
-use super::format::*;
-use super::locate::locate_value;
-use super::materials::MaterialList;
-use super::obj::{MaterialSource, MeshRequest, NormalsChoice};
-use super::read::read_relative;
-use super::transform::Placement;
-use super::validate::{MAX_DEPTH, MAX_IMAGE_SIDE, MAX_SAMPLES, Problem, check_integer, check_positive, check_vector};
+use crate::scene::description::*;
+use crate::scene::error::{Entity, Location, SceneError};
+use crate::scene::format::*;
+use crate::scene::locate::locate_value;
+use crate::scene::materials::MaterialList;
+use crate::scene::obj::{MaterialSource, MeshRequest, NormalsChoice};
+use crate::scene::read::read_relative;
+use crate::scene::transform::Placement;
+use crate::scene::validate::{MAX_DEPTH, MAX_IMAGE_SIDE, MAX_SAMPLES, Problem, check_integer, check_positive, check_vector};
 
 /// The text that a scene is being built from.
 pub(super) struct Source<'a> {

@@ -3,14 +3,14 @@
 use std::collections::HashSet;
 use std::path::Path;
 
-use super::description::Scene;
-use super::error::{Entity, Location, SceneError};
-use super::facing::looking_away;
-use super::from_table::{Source, build};
-use super::obj;
-use super::parse::parse;
-use super::precision::lost;
-use super::read::read_file;
+use crate::scene::description::Scene;
+use crate::scene::error::{Entity, Location, SceneError};
+use crate::scene::facing::looking_away;
+use crate::scene::from_table::{Source, build};
+use crate::scene::obj;
+use crate::scene::parse::parse;
+use crate::scene::precision::lost;
+use crate::scene::read::read_file;
 
 /// A scene, and what its author should know about it.
 #[derive(Debug, Clone, PartialEq)]

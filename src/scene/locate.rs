@@ -7,7 +7,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::error::{Entity, Location};
+use crate::scene::error::{Entity, Location};
 
 /// The place of an entity's value; of the entity itself if the file leaves the value to its default; of the file if
 /// the entity is not in it.

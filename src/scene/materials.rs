@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::description::{Material, Surface};
+use crate::scene::description::{Material, Surface};
 
 #[derive(Default)]
 pub(super) struct MaterialList {

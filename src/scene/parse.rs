@@ -5,9 +5,9 @@ use std::ops::Range;
 use serde::Deserialize;
 use toml::de::{DeTable, DeValue, Deserializer};
 
-use super::error::{Location, SceneError};
-use super::format::{SceneTable, VERSION};
-use super::locate::{context_of, context_of_syntax};
+use crate::scene::error::{Location, SceneError};
+use crate::scene::format::{SceneTable, VERSION};
+use crate::scene::locate::{context_of, context_of_syntax};
 
 /// Parts that a scene has one of, each a table.
 const SINGLE: [&str; 4] = ["camera", "film", "integrator", "background"];

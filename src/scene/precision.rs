@@ -6,9 +6,9 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::description::{Light, Mesh, Scene};
-use super::error::Entity;
-use super::validate::number;
+use crate::scene::description::{Light, Mesh, Scene};
+use crate::scene::error::Entity;
+use crate::scene::validate::number;
 
 /// Half the distance between numbers near 1.
 const ROUNDING: f64 = 1.0 / (1 << 24) as f64;

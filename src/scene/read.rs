@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::files::read_regular;
 
-use super::error::SceneError;
+use crate::scene::error::SceneError;
 
 /// The content of a regular file. Anything else (a folder, a device that never ends) is an error.
 pub(super) fn read_file(path: &Path) -> Result<Vec<u8>, SceneError> {

@@ -7,10 +7,10 @@ use std::ops::RangeInclusive;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::description::*;
-use super::error::{Entity, Location, SceneError};
-use super::triangle::has_area;
-use super::unit::unit;
+use crate::scene::description::*;
+use crate::scene::error::{Entity, Location, SceneError};
+use crate::scene::triangle::has_area;
+use crate::scene::unit::unit;
 
 /// Largest magnitude of any number of a scene: leaves room below `f32::MAX` (3.4e38) for a sum or a product with a
 /// few others, since images are rendered in single precision.

@@ -7,8 +7,8 @@ use crate::files;
 use crate::render::space::RenderSpace;
 use crate::scene::Scene;
 
-use super::super::error::BenchError;
-use super::RaySet;
+use crate::bench::error::BenchError;
+use crate::bench::rays::RaySet;
 
 const MAGIC: &[u8; 16] = b"photolith-rays-1";
 

@@ -73,7 +73,7 @@ fn after_firefly(lab: &Lab) -> Result<Measured, CheckError> {
     let film = probe.accumulate(slots, per_dispatch, dispatches)?;
     let total = per_dispatch * dispatches;
     let exact = f64::from(0.1f32) * f64::from(total);
-    let error = |sums: &crate::render::layout::FilmSlot| {
+    let error = |sums: &crate::render::kernel::layout::FilmSlot| {
         let complete = sums.count == total + 1;
         if complete { relative(sums.total(2) - 1e8, exact) } else { f64::INFINITY }
     };

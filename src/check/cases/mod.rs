@@ -18,7 +18,7 @@ mod spheres;
 mod tree;
 mod triangles;
 
-use super::Case;
+use crate::check::Case;
 
 /// All cases, in the order in which they run: what others build on comes first.
 pub fn cases() -> impl Iterator<Item = &'static Case> {

@@ -1,10 +1,9 @@
 //! Whole images against the path tracer in double precision.
 
-use crate::check::scenes::{
-    Build, diffuse, divided_room, emitter, empty, glass, icosphere, lamps, mirror, room, screened_room, v,
-};
+use crate::check::scenes::{Build, diffuse, divided_room, emitter, empty, glass, icosphere, lamps, mirror, room, screened_room, v};
 use crate::check::{Case, CheckError, Lab, Measured};
-use crate::oracle::{self, OracleSettings};
+use crate::oracle;
+use crate::oracle::OracleSettings;
 use crate::render::{RenderSettings, Reuse, Scheduler};
 use crate::scene::{Normals, PixelFilter, Scene};
 

@@ -8,7 +8,8 @@ use crate::check::rng::Rng;
 use crate::check::scenes::{Build, diffuse, empty, grid, icosphere, v};
 use crate::check::statistics::relative;
 use crate::check::{Case, CheckError, Lab, Measured};
-use crate::oracle::{self, Ray};
+use crate::oracle;
+use crate::oracle::Ray;
 use crate::scene::Scene;
 
 pub(super) const CASES: &[Case] = &[

@@ -7,7 +7,8 @@ use crate::check::rng::Rng;
 use crate::check::scenes::{Build, diffuse, empty, glass, v};
 use crate::check::statistics::{relative, worst};
 use crate::check::{Case, CheckError, Lab, Measured};
-use crate::oracle::{self, Ray};
+use crate::oracle;
+use crate::oracle::Ray;
 use crate::scene::Scene;
 
 pub(super) const CASES: &[Case] = &[

@@ -9,7 +9,7 @@ use crate::check::{Case, CheckError, Lab, Measured};
 use crate::render::{RenderSettings, TriangleTest};
 use crate::scene::Scene;
 
-use super::tree::{differ, point_of, soup};
+use crate::check::cases::tree::{differ, point_of, soup};
 
 pub(super) const CASES: &[Case] = &[
     Case {

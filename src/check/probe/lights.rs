@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::Kernel;
+use crate::check::probe::Kernel;
 
 const LIGHT: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/light.spv"));
 

@@ -13,20 +13,22 @@ use std::time::Instant;
 use bytemuck::{AnyBitPattern, NoUninit, Zeroable};
 
 use crate::gpu::{Access, BindingKind, BindingSet, Buffer, Context, Pipeline, Timeline, Usage};
-use crate::render::bindings::{self, TableBuffers};
-use crate::render::driver::DriverFacts;
-use crate::render::layout::{Counters, FilmSlot, Push, binding, constant};
+use crate::render::kernel::bindings;
+use crate::render::kernel::bindings::TableBuffers;
+use crate::render::kernel::driver_traits::DriverFacts;
+use crate::render::kernel::layout::{Counters, FilmSlot, Push, binding, constant};
 use crate::render::space::RenderSpace;
-use crate::render::tables::Tables;
-use crate::render::{Features, RenderSettings, sobol};
+use crate::render::scene::tables::Tables;
+use crate::render::{Features, RenderSettings};
+use crate::render::sampling::sobol;
 use crate::scene::Scene;
 
-use super::CheckError;
+use crate::check::CheckError;
 
-pub(crate) use functions::{Function, Operations, Words};
-pub(crate) use lights::{Density, DensityQuery, LightPoint, LightQuery};
-pub(crate) use rays::{HitRecord, INSIDE, OcclusionRecord, PathInput, PathRecord, RayInput, RayProbe};
-pub(crate) use traversal::{Query, Traced, Traversal};
+pub(crate) use crate::check::probe::functions::{Function, Operations, Words};
+pub(crate) use crate::check::probe::lights::{Density, DensityQuery, LightPoint, LightQuery};
+pub(crate) use crate::check::probe::rays::{HitRecord, INSIDE, OcclusionRecord, PathInput, PathRecord, RayInput, RayProbe};
+pub(crate) use crate::check::probe::traversal::{Query, Traced, Traversal};
 
 /// Inputs of one dispatch.
 pub(crate) const BATCH: usize = 1 << 18;

@@ -6,12 +6,12 @@ use glam::{DVec3, Vec3};
 use crate::gpu::Context;
 use crate::oracle::Primitive;
 use crate::render::RenderSettings;
-use crate::render::gather::Origin;
+use crate::render::scene::collect::Origin;
 use crate::render::space::RenderSpace;
-use crate::render::tables::Tables;
+use crate::render::scene::tables::Tables;
 use crate::scene::Scene;
 
-use super::{CheckError, Kernel, Probe, tables_of};
+use crate::check::probe::{CheckError, Kernel, Probe, tables_of};
 
 const CLOSEST: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/closest.spv"));
 const OCCLUSION: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/occlusion.spv"));

@@ -3,13 +3,14 @@
 use bytemuck::{Pod, Zeroable};
 
 use crate::gpu::Context;
-use crate::render::driver::DriverFacts;
-use crate::render::kernels::{self, TRAVERSE};
+use crate::render::kernel::driver_traits::DriverFacts;
+use crate::render::kernel;
+use crate::render::kernel::TRAVERSE;
 use crate::render::{RenderError, RenderSettings};
 use crate::scene::Scene;
 
-use super::rays::RayInput;
-use super::{CheckError, Kernel, Probe, tables_of};
+use crate::check::probe::rays::RayInput;
+use crate::check::probe::{CheckError, Kernel, Probe, tables_of};
 
 /// Rays of a workgroup on a CPU, of which a lane fetches the next when it is done with one.
 const LONG_RUN: u32 = 512;
@@ -53,7 +54,7 @@ impl Traversal {
         let info = context.info();
         let facts = DriverFacts::of(info);
         let kernel = Kernel {
-            spirv: kernels::spirv(&TRAVERSE, settings)?,
+            spirv: kernel::spirv(&TRAVERSE, settings)?,
             workgroup: info.subgroup_size,
             // On a GPU what matters is that there are many workgroups: one that goes on with further rays takes 1.2 to 2.2 times as long
             // for them (H100, 2¹⁸ rays).
@@ -65,7 +66,7 @@ impl Traversal {
         Ok(Self { probe: Probe::new(context, kernel, scene, &tables, settings, 0)?, count: 0 })
     }
 
-    /// Uploads rays, at most [`super::BATCH`], and traces them once: some drivers compile only then.
+    /// Uploads rays, at most [`crate::check::probe::BATCH`], and traces them once: some drivers compile only then.
     pub fn load(&mut self, rays: &[RayInput]) -> Result<(), CheckError> {
         self.probe.load(rays)?;
         self.count = rays.len();

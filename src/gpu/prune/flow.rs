@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use rspirv::dr::{Block, Function, Instruction, Operand};
 use rspirv::spirv::{Op, Word};
 
-use super::constants::{Constants, fold};
+use crate::gpu::prune::constants::{Constants, fold};
 
 /// Rounds in which to find out more; what is not known by then stays.
 const ROUNDS: usize = 16;

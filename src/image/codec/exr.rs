@@ -13,7 +13,7 @@ use ::exr::prelude::{
 };
 use smallvec::SmallVec;
 
-use super::{DecodeError, check_header};
+use crate::image::codec::{DecodeError, check_header};
 use crate::image::{Image, Metadata, Variance};
 
 /// Attributes of the header that hold metadata: this, then the key.

@@ -8,7 +8,7 @@ use std::io::{self, Write};
 use ::image::codecs::hdr::{HdrDecoder, HdrEncoder};
 use ::image::{DynamicImage, ImageDecoder, Rgb};
 
-use super::{DecodeError, check_header, limits};
+use crate::image::codec::{DecodeError, check_header, limits};
 use crate::image::metadata::is_key;
 use crate::image::transfer::clamp;
 use crate::image::{Image, Metadata};

@@ -7,7 +7,7 @@ mod png;
 
 use std::io::{self, Write};
 
-use super::{Format, Image, ImageError, MAX_SIDE, Metadata};
+use crate::image::{Format, Image, ImageError, MAX_SIDE, Metadata};
 use crate::scene::Transfer;
 
 /// Why bytes are not an image.

@@ -3,7 +3,7 @@
 
 use std::io::{self, Write};
 
-use super::{DecodeError, check_header};
+use crate::image::codec::{DecodeError, check_header};
 use crate::image::Image;
 
 /// Writes colour, little-endian, at scale 1.

@@ -11,7 +11,7 @@ use ::png::text_metadata::{ITXtChunk, TEXtChunk};
 use ::png::{BitDepth, ColorType, Compression, Decoder, Encoder, Info, ScaledFloat, SrgbRenderingIntent};
 use rayon::prelude::*;
 
-use super::{DecodeError, check_header, limits};
+use crate::image::codec::{DecodeError, check_header, limits};
 use crate::image::{Image, Metadata};
 use crate::scene::Transfer;
 

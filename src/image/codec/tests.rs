@@ -4,7 +4,7 @@ use std::io::Cursor;
 
 mod damaged;
 
-use super::*;
+use crate::image::codec::*;
 use crate::image::Variance;
 
 /// A pixel-wise hash in 0..1, so that compression has something to do.

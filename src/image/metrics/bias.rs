@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use super::Pair;
-use super::student::two_sided_quantile;
-use super::tiles::{TILE_SIDE, tiles};
+use crate::image::metrics::Pair;
+use crate::image::metrics::student::two_sided_quantile;
+use crate::image::metrics::tiles::{TILE_SIDE, tiles};
 
 /// Confidence level of the intervals.
 pub const CONFIDENCE: f64 = 0.95;

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
-use super::Pair;
+use crate::image::metrics::Pair;
 use crate::image::transfer::clamp;
 use crate::image::{Image, ImageError};
 

@@ -13,14 +13,14 @@ mod worst;
 
 use serde::Serialize;
 
-pub(crate) use bias::LUMINANCE;
-pub use bias::{Bias, CONFIDENCE, Estimate};
-pub use pointwise::{Pointwise, RELATIVE_OFFSET};
-pub use tiles::TILE_SIDE;
-pub use welch::{Family, TestedValue, Untestable, Welch};
-pub use worst::WorstPixel;
+pub(crate) use crate::image::metrics::bias::LUMINANCE;
+pub use crate::image::metrics::bias::{Bias, CONFIDENCE, Estimate};
+pub use crate::image::metrics::pointwise::{Pointwise, RELATIVE_OFFSET};
+pub use crate::image::metrics::tiles::TILE_SIDE;
+pub use crate::image::metrics::welch::{Family, TestedValue, Untestable, Welch};
+pub use crate::image::metrics::worst::WorstPixel;
 
-use super::{Image, ImageError};
+use crate::image::{Image, ImageError};
 
 /// How to compare.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::Pair;
+use crate::image::metrics::Pair;
 
 /// Keeps relative errors finite where the reference is dark; radiance.
 pub const RELATIVE_OFFSET: f64 = 1e-2;

@@ -1,6 +1,6 @@
 //! Metrics against values computed by hand, and the error rates of Welch's test.
 
-use super::*;
+use crate::image::metrics::*;
 use crate::image::Variance;
 
 fn image(width: u32, height: u32, pixels: &[[f32; 3]]) -> Image {

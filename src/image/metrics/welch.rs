@@ -5,9 +5,9 @@
 
 use serde::Serialize;
 
-use super::Pair;
-use super::student::two_sided_p;
-use super::tiles::{TILE_SIDE, Tile, tiles};
+use crate::image::metrics::Pair;
+use crate::image::metrics::student::two_sided_p;
+use crate::image::metrics::tiles::{TILE_SIDE, Tile, tiles};
 use crate::image::Variance;
 
 /// Why the test could not be done.

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::Pair;
+use crate::image::metrics::Pair;
 
 /// A pixel that differs much.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -24,7 +24,7 @@ pub(super) fn worst_pixels(pair: &Pair, count: usize) -> Vec<WorstPixel> {
     let mut errors: Vec<(f64, usize)> = if count == 0 {
         Vec::new()
     } else {
-        pair.finite_pixels().map(|(i, x, r)| (super::pixel_error(x, r), i)).collect()
+        pair.finite_pixels().map(|(i, x, r)| (crate::image::metrics::pixel_error(x, r), i)).collect()
     };
     let worse = |a: &(f64, usize), b: &(f64, usize)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
     if count < errors.len() {

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use super::super::bindings::TableBuffers;
-use super::super::error::RenderError;
-use super::super::layout::{Counters, FilmSlot, GradientSlot, binding, queue};
-use super::super::tables::Tables;
-use super::IN_FLIGHT;
-use super::trial::SET_SLOTS;
+use crate::render::kernel::bindings::TableBuffers;
+use crate::render::error::RenderError;
+use crate::render::kernel::layout::{Counters, FilmSlot, GradientSlot, binding, queue};
+use crate::render::scene::tables::Tables;
+use crate::render::renderer::IN_FLIGHT;
+use crate::render::renderer::pilot::SET_SLOTS;
 use crate::accel::Texel;
 use crate::gpu::{Access, BindingKind, BindingLayout, BindingSet, Buffer, Device, Timeline, Usage};
 

@@ -1,4 +1,4 @@
-//! Rendering to a noise, in two halves that share no random numbers ([dual buffers](super::super::dual)).
+//! Rendering to a noise, in two halves that share no random numbers ([dual buffers](crate::render::sampling::dual)).
 //!
 //! A number of samples that depends on these samples biases an image: one that has missed rare bright light looks converged, and
 //! stops early (Kirk and Arvo, "Unbiased sampling techniques for image synthesis", SIGGRAPH 1991). So each half decides from its own
@@ -7,16 +7,16 @@
 
 use std::mem::replace;
 
-use super::super::beam_light::BeamLight;
-use super::super::dual::{DualFilms, Noise, Weighting, change};
-use super::super::error::RenderError;
-use super::super::film::Film;
-use super::super::layout::{FilmSlot, GradientSlot};
-use super::super::settings::Adaptive;
-use super::super::statistics::AdaptiveStatistics;
-use super::super::stopping::Stopping;
-use super::Renderer;
-use super::passes::Watch;
+use crate::render::light_tracing::splats::BeamLight;
+use crate::render::sampling::dual::{DualFilms, Noise, Weighting, change};
+use crate::render::error::RenderError;
+use crate::render::film::Film;
+use crate::render::kernel::layout::{FilmSlot, GradientSlot};
+use crate::render::settings::Adaptive;
+use crate::render::statistics::AdaptiveStatistics;
+use crate::render::sampling::stopping::Stopping;
+use crate::render::renderer::Renderer;
+use crate::render::renderer::pass::Watch;
 
 /// What the seed of the second half is changed by (XOR).
 const SEED: u32 = 0x2993_8a61;

@@ -3,17 +3,17 @@
 
 use rayon::prelude::*;
 
-use super::super::error::RenderError;
-use super::super::features::Features;
-use super::super::film::{SIDE, TILE, pixel_of_slot, pixels_in, slot_count, tile_of_pixel, tiles_around};
-use super::super::layout::{FilmSlot, mode};
-use super::super::mutation::Mutation;
-use super::super::plan::{Span, Work};
-use super::super::sample_map::Multiplier;
-use super::super::view::Rectangle;
-use super::Renderer;
-use super::sample_map::greatest_multiplier;
-use super::verdict::ReuseTrial;
+use crate::render::error::RenderError;
+use crate::render::kernel::features::Features;
+use crate::render::film::{SIDE, TILE, pixel_of_slot, pixels_in, slot_count, tile_of_pixel, tiles_around};
+use crate::render::kernel::layout::{FilmSlot, mode};
+use crate::render::settings::mutation::Mutation;
+use crate::render::plan::dispatch::{Span, Work};
+use crate::render::sampling::sample_map::Multiplier;
+use crate::render::space::view::Rectangle;
+use crate::render::renderer::Renderer;
+use crate::render::renderer::sample_map::greatest_multiplier;
+use crate::render::renderer::decision::ReuseTrial;
 
 /// Samples of a pixel from which edges are found.
 const FIRST_SAMPLES: u32 = 4;

@@ -2,21 +2,22 @@
 
 use crate::gpu::{Device, DeviceKind, Specialization};
 
-use super::super::driver::DriverFacts;
-use super::super::error::RenderError;
-use super::super::features::Features;
-use super::super::film::{slot_count, slots_of_row};
-use super::super::kernels::Schedule;
-use super::super::layout::{FilmSlot, constant, queue};
-use super::super::plan::{Pace, Rounds};
-use super::super::prepared::Prepared;
-use super::super::settings::RenderSettings;
-use super::super::view::{Rectangle, View};
-use super::buffers::Shape;
-use super::handout::Handout;
-use super::schedule::Job;
-use super::split::{self, Split};
-use super::{beams, emitter_edges, reuse_policy, sample_map};
+use crate::render::kernel::driver_traits::DriverFacts;
+use crate::render::error::RenderError;
+use crate::render::kernel::features::Features;
+use crate::render::film::{slot_count, slots_of_row};
+use crate::render::kernel::Schedule;
+use crate::render::kernel::layout::{FilmSlot, constant, queue};
+use crate::render::plan::dispatch::{Pace, Rounds};
+use crate::render::scene::Prepared;
+use crate::render::settings::RenderSettings;
+use crate::render::space::view::{Rectangle, View};
+use crate::render::renderer::buffers::Shape;
+use crate::render::renderer::distribution::Handout;
+use crate::render::renderer::scheduler::Job;
+use crate::render::renderer::split;
+use crate::render::renderer::split::Split;
+use crate::render::renderer::{light_tracing, emitter_edges, reuse_policy, sample_map};
 
 /// What an invocation of path_turns.comp keeps where its workgroup shares memory: a slot of the film.
 const KEPT_BYTES: u32 = size_of::<FilmSlot>() as u32;
@@ -67,7 +68,7 @@ impl Launch {
         } else {
             features.clone()
         };
-        let beam_targets = beams::targets(&needed, tables, settings);
+        let beam_targets = light_tracing::targets(&needed, tables, settings);
         let reuse = reuse_policy::may_reuse(scene, &needed, settings, &facts) && beam_targets == 0;
         let job = Job {
             features,

@@ -6,15 +6,15 @@
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use super::super::beam_light::BeamLight;
-use super::super::checkpoint::{Checkpoint, Figures};
-use super::super::error::RenderError;
-use super::super::film::Film;
-use super::super::kernels::LIGHT_TRACE;
-use super::super::layout::FilmSlot;
-use super::super::statistics::Progress;
-use super::Renderer;
-use super::passes::Watch;
+use crate::render::light_tracing::splats::BeamLight;
+use crate::render::film::checkpoint::{Checkpoint, Figures};
+use crate::render::error::RenderError;
+use crate::render::film::Film;
+use crate::render::kernel::LIGHT_TRACE;
+use crate::render::kernel::layout::FilmSlot;
+use crate::render::statistics::Progress;
+use crate::render::renderer::Renderer;
+use crate::render::renderer::pass::Watch;
 
 /// What had been done when the rendering that goes on was stopped.
 #[derive(Debug, Clone, Copy, Default)]

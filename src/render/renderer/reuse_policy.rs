@@ -2,9 +2,9 @@
 
 use crate::scene::Scene;
 
-use super::super::driver::{DriverFacts, Sharers};
-use super::super::features::{Features, glass_fills_view};
-use super::super::settings::{RenderSettings, Reuse};
+use crate::render::kernel::driver_traits::{DriverFacts, Sharers};
+use crate::render::kernel::features::{Features, glass_fills_view};
+use crate::render::settings::{RenderSettings, Reuse};
 
 /// Whether paths may serve several pixels, in a scene that needs these features, on such a device. It depends on neither
 /// scheduler nor on what else is compiled, so that the image does not.

@@ -1,14 +1,15 @@
 //! Decides how many of the samples each pixel gets (shaders/lib/sample_map.glsl).
 
-use super::super::error::RenderError;
-use super::super::features::Features;
-use super::super::film::{TILE, pixel_of_slot, pixels_in, rows_of_blocks, slot_count, slots_of_row};
-use super::super::layout::{FilmSlot, queue};
-use super::super::sample_map::{Grid, Multiplier, SampleMap, Tile};
-use super::super::settings::{self, RenderSettings};
-use super::super::sobol::{MAX_SAMPLES, levels};
-use super::Renderer;
-use super::trial::{SET, Tried};
+use crate::render::error::RenderError;
+use crate::render::kernel::features::Features;
+use crate::render::film::{TILE, pixel_of_slot, pixels_in, rows_of_blocks, slot_count, slots_of_row};
+use crate::render::kernel::layout::{FilmSlot, queue};
+use crate::render::sampling::sample_map::{Grid, Multiplier, SampleMap, Tile};
+use crate::render::settings;
+use crate::render::settings::RenderSettings;
+use crate::render::sampling::sobol::{MAX_SAMPLES, levels};
+use crate::render::renderer::Renderer;
+use crate::render::renderer::pilot::{SET, Tried};
 
 /// Samples that the first level of the sampler's table is for. Multipliers above 4 stay within: a second level makes all samples slower,
 /// and where there are many the error at edges, which falls faster than elsewhere, needs no more.

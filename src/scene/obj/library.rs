@@ -3,9 +3,9 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use super::mtl::{GREY, parse_mtl};
-use super::names::{file_names, find_file, loose};
-use super::parse::Obj;
+use crate::scene::obj::mtl::{GREY, parse_mtl};
+use crate::scene::obj::names::{file_names, find_file, loose};
+use crate::scene::obj::parse::Obj;
 use crate::scene::description::Surface;
 use crate::scene::error::Location;
 use crate::scene::materials::MaterialList;

@@ -6,8 +6,8 @@ use std::path::Path;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::library::resolve_materials;
-use super::parse::{Corner, NONE, Obj, parse_obj};
+use crate::scene::obj::library::resolve_materials;
+use crate::scene::obj::parse::{Corner, NONE, Obj, parse_obj};
 use crate::scene::description::{Mesh, Normals};
 use crate::scene::error::SceneError;
 use crate::scene::materials::MaterialList;

@@ -14,8 +14,8 @@ mod polygon;
 mod preview;
 mod statement;
 
-pub use mtl::{MtlMaterial, parse_mtl};
-pub use parse::{ASTRAY, Corner, Face, NONE, Obj, parse_obj};
+pub use crate::scene::obj::mtl::{MtlMaterial, parse_mtl};
+pub use crate::scene::obj::parse::{ASTRAY, Corner, Face, NONE, Obj, parse_obj};
 
-pub(super) use mesh::{MaterialSource, MeshRequest, NormalsChoice};
-pub(super) use preview::preview;
+pub(super) use crate::scene::obj::mesh::{MaterialSource, MeshRequest, NormalsChoice};
+pub(super) use crate::scene::obj::preview::preview;

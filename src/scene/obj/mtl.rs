@@ -3,7 +3,7 @@
 //! MTL describes shading models of 1995 and is used loosely. What cannot be read, or is not supported, is told of where the material
 //! is used; no statement makes a file unreadable.
 
-use super::statement::{Statement, decoded, quoted, statements};
+use crate::scene::obj::statement::{Statement, decoded, quoted, statements};
 use crate::scene::description::{Bsdf, Rgb, Surface};
 use crate::scene::error::Location;
 use crate::scene::validate::{EXPECTED_IOR, IOR_RANGE, number};

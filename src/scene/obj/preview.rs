@@ -5,7 +5,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::mesh::{MaterialSource, MeshRequest, NormalsChoice};
+use crate::scene::obj::mesh::{MaterialSource, MeshRequest, NormalsChoice};
 use crate::scene::description::*;
 use crate::scene::error::SceneError;
 use crate::scene::materials::MaterialList;

@@ -1,6 +1,6 @@
 //! Damaged files: refused with the reason, without panic and without much memory.
 
-use super::*;
+use crate::image::codec::tests::*;
 
 #[test]
 fn damaged_headers_are_refused_with_the_reason() {

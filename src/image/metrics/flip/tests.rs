@@ -1,6 +1,6 @@
 //! FLIP against the authors' evaluator, and properties.
 
-use super::*;
+use crate::image::metrics::flip::*;
 
 const SIZE: (u32, u32) = (48, 40);
 

@@ -1,0 +1,64 @@
+//! What all kernels see, those of the path tracer and the probes (shaders/lib/layout.glsl).
+
+use std::sync::Arc;
+
+use crate::accel::Texel;
+use crate::gpu::{BindingKind, BindingLayout, Buffer, Device, GpuError, Timeline, Usage};
+
+use crate::render::error::RenderError;
+use crate::render::kernel::layout::{Push, binding};
+use crate::render::scene::tables::Tables;
+use crate::render::kernel::upload::upload;
+
+const COMMON: [(u32, BindingKind); 8] = [
+    (binding::TREE, BindingKind::Texels),
+    (binding::GEOMETRY, BindingKind::Texels),
+    (binding::SOBOL, BindingKind::Texels),
+    (binding::LIGHTS, BindingKind::Texels),
+    (binding::FILM, BindingKind::StorageTexels),
+    (binding::FILM_ROWS, BindingKind::Array),
+    (binding::COUNTERS, BindingKind::Array),
+    (binding::SCENE, BindingKind::Values),
+];
+
+/// The layout of a kernel that sees this and something of its own.
+pub(crate) fn layout(device: &Arc<Device>, own: &[(u32, BindingKind)]) -> Result<Arc<BindingLayout>, GpuError> {
+    BindingLayout::new(device, &[&COMMON, own].concat(), size_of::<Push>() as u32)
+}
+
+/// The tables of a scene and the sampler's, on the device.
+pub(crate) struct TableBuffers(Vec<(u32, Buffer)>);
+
+impl TableBuffers {
+    /// Makes and fills them.
+    ///
+    /// # Errors
+    /// A limit of the device or its memory is exceeded.
+    pub fn new(
+        device: &Arc<Device>,
+        timeline: &mut Timeline,
+        tables: &Tables,
+        sobol: &[Texel],
+    ) -> Result<Self, RenderError> {
+        let values = tables.values();
+        let sources: [(u32, &str, &[u8], Usage); 5] = [
+            (binding::TREE, "tree", bytemuck::cast_slice(&tables.packed.texels), Usage::Texel),
+            (binding::GEOMETRY, "geometry", bytemuck::cast_slice(&tables.geometry.texels), Usage::Texel),
+            (binding::SOBOL, "sobol", bytemuck::cast_slice(sobol), Usage::Texel),
+            (binding::LIGHTS, "lights", bytemuck::cast_slice(&tables.lights.texels), Usage::Texel),
+            (binding::SCENE, "scene", bytemuck::bytes_of(&values), Usage::Values),
+        ];
+        let mut uploads = Vec::new();
+        for (_, name, bytes, usage) in sources {
+            uploads.push((Buffer::new(device, name, bytes.len() as u64, usage)?, bytes));
+        }
+        upload(device, timeline, &mut uploads)?;
+        let numbers = sources.iter().map(|&(number, ..)| number);
+        Ok(Self(numbers.zip(uploads.into_iter().map(|(buffer, _)| buffer)).collect()))
+    }
+
+    /// What to bind: these, and others.
+    pub fn and<'a>(&'a self, others: &[(u32, &'a Buffer)]) -> Vec<(u32, &'a Buffer)> {
+        self.0.iter().map(|(number, buffer)| (*number, buffer)).chain(others.iter().copied()).collect()
+    }
+}

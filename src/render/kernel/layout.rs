@@ -1,0 +1,264 @@
+//! What host and shader share: the numbers of shaders/lib/layout.glsl, and of geometry.glsl, sphere.glsl, facet.glsl,
+//! light/light.glsl and choice.glsl.
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::render::scene::spheres::MAX_CONSTANT_SPHERES;
+
+/// Ids of specialization constants.
+pub(crate) mod constant {
+    pub const WORKGROUP: u32 = 0;
+    pub const FILTER: u32 = 2;
+    pub const SAMPLER: u32 = 3;
+    pub const MAX_DEPTH: u32 = 4;
+    pub const ROULETTE_DEPTH: u32 = 5;
+    pub const INDIRECT: u32 = 6;
+    pub const HAS_DIFFUSE: u32 = 7;
+    pub const HAS_MIRROR: u32 = 8;
+    pub const HAS_DIELECTRIC: u32 = 9;
+    pub const HAS_EMITTER: u32 = 10;
+    pub const HAS_BACKGROUND: u32 = 11;
+    pub const SPHERE_COUNT: u32 = 12;
+    pub const HAS_TREE: u32 = 13;
+    pub const TREE_SPHERES: u32 = 14;
+    pub const TREE_TRIANGLES: u32 = 32;
+    pub const BRUTE_FORCE: u32 = 15;
+    pub const MOLLER_TRUMBORE: u32 = 16;
+    pub const SMOOTH_NORMALS: u32 = 17;
+    pub const LIGHT_COUNT: u32 = 18;
+    pub const SOBOL_LEVELS: u32 = 19;
+    pub const LOOP_BUDGET: u32 = 20;
+    pub const TREE_BOX_COUNT: u32 = 21;
+    pub const LIGHT_KINDS: u32 = 22;
+    pub const TREE_LEVELS: u32 = 23;
+    pub const MUTATION: u32 = 24;
+    pub const EMITTER_COUNT: u32 = 25;
+    pub const PATH_STATS: u32 = 26;
+    pub const REGIONS: u32 = 27;
+    pub const ENOUGH_LANES: u32 = 28;
+    pub const DRAWS_WORK: u32 = 33;
+    pub const THREADS: u32 = 35;
+    pub const SHUFFLES: u32 = 36;
+    pub const SPLIT: u32 = 37;
+    pub const LIGHT_NODES: u32 = 29;
+    pub const LIGHT_LOOPS: u32 = 30;
+    pub const LIGHT_ENTRIES: u32 = 59;
+    pub const LIGHT_CELLS: u32 = 60;
+    pub const LIGHT_DEPTH: u32 = 61;
+    pub const SAMPLE_MAP: u32 = 62;
+    pub const REUSE: u32 = 57;
+    pub const SUBGROUP_LANES: u32 = 58;
+    pub const FACET_COUNT: u32 = 31;
+    /// Boxes around children of the tree's root that there is room for.
+    pub const MAX_TREE_BOXES: usize = crate::accel::WIDTH;
+    /// Two ids a sphere: side, form.
+    pub const SPHERES: u32 = 64;
+    /// Sixteen ids a facet, of which fifteen are in use: four corners (or edges, see facet.glsl), unit normal.
+    pub const FACETS: u32 = 256;
+    /// Facets that there are constants for.
+    pub const MAX_FACETS: usize = 32;
+    pub const POINT_INSIDE: u32 = 200;
+    pub const LIGHT_SAMPLES: u32 = 202;
+    pub const FACET_OCCLUDERS: u32 = 206;
+    pub const FACETS_ACROSS_X: u32 = 208;
+    pub const FACETS_ACROSS_Y: u32 = 209;
+    pub const BEAM_TARGETS: u32 = 214;
+    pub const BEAM_TEXELS: u32 = 215;
+}
+
+/// Binding numbers.
+pub(crate) mod binding {
+    pub const TREE: u32 = 0;
+    pub const GEOMETRY: u32 = 1;
+    pub const SOBOL: u32 = 2;
+    pub const LIGHTS: u32 = 3;
+    pub const FILM: u32 = 4;
+    /// The same, to write.
+    pub const FILM_ROWS: u32 = 12;
+    pub const COUNTERS: u32 = 5;
+    /// What the queue's paths note.
+    pub const PATHS: u32 = 6;
+    /// Which regions of that are taken, a bit each.
+    pub const QUEUE_POOL: u32 = 7;
+    /// The same as `PATHS`, to read.
+    pub const PATH_TEXELS: u32 = 8;
+    pub const GRADIENTS: u32 = 9;
+    /// The same, to write.
+    pub const GRADIENT_ROWS: u32 = 13;
+    /// What beams light.
+    pub const BEAMS: u32 = 10;
+    pub const SCENE: u32 = 11;
+}
+
+const _: () = assert!(cfg!(target_endian = "little"), "the words of a counter would change places");
+
+/// What a dispatch counts, in the order of the shader's indices; each is two words there, the lower one first.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable, Default, PartialEq, Eq)]
+pub(crate) struct Counters {
+    pub samples: u64,
+    pub bad: u64,
+    pub rays: u64,
+    pub shadow_rays: u64,
+    pub steps: u64,
+    pub truncated: u64,
+    pub reused: u64,
+    pub misfits: u64,
+    /// Pieces of work, or parts of them, that have been drawn, and as many more as workgroups or subgroups that drew in vain; the
+    /// lower word of it.
+    pub drawn: u64,
+}
+
+/// The numbers of a scene.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable, PartialEq)]
+pub(crate) struct SceneValues {
+    /// Centre, radius; power; unused.
+    pub spheres: [[[f32; 4]; 2]; MAX_CONSTANT_SPHERES],
+    /// Of each child of the tree's root: lowest and highest corner.
+    pub tree_boxes: [[[f32; 4]; 2]; constant::MAX_TREE_BOXES],
+    /// Of the edges, and of the plane, what depends on where a facet is.
+    pub facets: [[[f32; 4]; 2]; constant::MAX_FACETS],
+    pub point_position: [f32; 4],
+    pub point_intensity: [f32; 4],
+    pub light_grid: [f32; 4],
+    pub record_count: u32,
+    /// The last word of the root's record, which says in which order to visit its children.
+    pub root_order: u32,
+    /// Texels of the table of primitives (geometry.rs).
+    pub first_material: u32,
+    pub first_position: u32,
+    pub first_normal: u32,
+    pub unused: [u32; 3],
+}
+
+/// Push constants.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable, Default, PartialEq)]
+pub(crate) struct Push {
+    pub camera_right: [f32; 3],
+    pub pieces: u32,
+    pub camera_up: [f32; 4],
+    pub camera_forward: [f32; 4],
+    pub background: [f32; 4],
+    pub width: u32,
+    pub height: u32,
+    pub seed: u32,
+    pub first_slot: u32,
+    pub end_slot: u32,
+    pub target_samples: u32,
+    pub max_new_samples: u32,
+    pub band_first: u32,
+    pub tile_step: u32,
+    pub piece_stride: u32,
+    pub modes: u32,
+    pub band_rows: u32,
+    pub other_samples: u32,
+    pub beam_scale: f32,
+    pub tile_bits: u32,
+}
+
+/// Bits of [`Push::modes`].
+pub(crate) mod mode {
+    pub const SHIFTED: u32 = 1;
+    pub const ALIKE: u32 = 2;
+    pub const SURVEY: u32 = 4;
+    pub const SCATTERED: u32 = 8;
+    pub const REUSED: u32 = 16;
+    pub const EMITTERS: u32 = 32;
+    pub const TURN_SHIFT: u32 = 6;
+}
+
+/// Types of BSDFs (shaders/lib/bsdf/closure.glsl).
+pub(crate) mod bsdf {
+    pub const NONE: u32 = 0;
+    pub const DIFFUSE: u32 = 1;
+    pub const MIRROR: u32 = 2;
+    pub const DIELECTRIC: u32 = 3;
+}
+
+/// Beside a primitive's material (geometry.rs).
+pub(crate) mod flag {
+    pub const SPHERE: u32 = 1 << 31;
+    /// Its vertices have shading normals.
+    pub const SMOOTH: u32 = 1 << 30;
+}
+
+/// A pixel of the film buffer.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable, Default, PartialEq)]
+pub(crate) struct FilmSlot {
+    pub sum: [f32; 3],
+    pub count: u32,
+    pub compensation: [f32; 3],
+    /// How far the first two samples are apart in the light that does not come by what groups share.
+    pub trial: f32,
+    pub residue: [f32; 3],
+    /// The pixel's multipliers (src/render/sample_map.rs).
+    pub multipliers: u32,
+}
+
+/// A pixel that a beam lights (shaders/light_trace.comp).
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable, Default, PartialEq)]
+pub(crate) struct BeamNote {
+    pub light: [f32; 3],
+    /// Its number, or one of those below.
+    pub pixel: u32,
+}
+
+impl BeamNote {
+    /// Most notes of a beam.
+    pub const MOST: u32 = 16;
+    /// The beam has no further ones.
+    pub const NO_PIXEL: u32 = u32::MAX;
+    /// The loop budget was spent before the beam ended.
+    pub const UNFINISHED: u32 = u32::MAX - 1;
+}
+
+/// Where a film's slot has its pixel's multipliers (shaders/lib/sample_map.glsl).
+pub(crate) mod multiplier {
+    /// Of either.
+    pub const BITS: u32 = 4;
+    /// In groups as they are.
+    pub const PLAIN: u32 = 0;
+    /// In shifted ones.
+    pub const SHIFTED: u32 = 4;
+}
+
+/// What shaders/path_queue.comp is written for.
+pub(crate) mod queue {
+    /// Pixels of a workgroup.
+    pub const TILE: u32 = 64;
+    /// Paths of a workgroup in one dispatch.
+    pub const PATHS: u32 = 2048;
+    /// Texels of a path's notes.
+    pub const PATH_ROWS: u32 = 7;
+    /// Tiles of which a scattered one is made.
+    pub const SCATTERED_TILES: u32 = 8;
+    /// Samples of the trial whether it pays to reuse paths.
+    pub const TRIAL: u32 = 2;
+    /// Samples of a pixel of which gradients are noted.
+    pub const MOST_GRADIENTS: u32 = 4096;
+}
+
+/// What a slot's pixel has gathered of light by what it shares with its neighbours
+/// (shaders/lib/gradient.glsl): its sum, and those of the differences from the neighbours on the right and below, each with
+/// the difference between the two samples of the trial.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable, Default, PartialEq)]
+pub(crate) struct GradientSlot {
+    pub light: [f32; 3],
+    pub trial_light: f32,
+    pub right: [f32; 3],
+    pub trial_right: f32,
+    pub down: [f32; 3],
+    pub trial_down: f32,
+}
+
+impl FilmSlot {
+    /// Sum of the samples of a channel: its three parts, the smallest first.
+    pub fn total(&self, channel: usize) -> f64 {
+        [self.residue, self.compensation, self.sum].iter().map(|part| f64::from(part[channel])).sum()
+    }
+}

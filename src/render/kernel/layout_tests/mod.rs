@@ -1,0 +1,290 @@
+//! The numbers in layout.rs against the compiled shaders, by SPIR-V reflection.
+
+mod aliased;
+mod reflect;
+
+use std::collections::BTreeMap;
+use std::mem::offset_of;
+
+use crate::render::film;
+use crate::render::kernel::{LIGHT_TRACE, PATH_KERNELS};
+use crate::render::kernel::layout::{BeamNote, Counters, FilmSlot, GradientSlot, Push, SceneValues, binding, bsdf, constant, flag, mode, multiplier, queue};
+use crate::render::settings::mutation::Mutation;
+use crate::render::sampling::sobol;
+use crate::render::scene::spheres::MAX_CONSTANT_SPHERES;
+use crate::render::light::table;
+use crate::render::scene::tables;
+use crate::render::kernel::layout_tests::reflect::{Interface, interface};
+
+/// Every specialization constant that the shaders may have, by name.
+fn expected_constants() -> BTreeMap<String, u32> {
+    let features = [
+        ("FILTER", constant::FILTER),
+        ("SAMPLER", constant::SAMPLER),
+        ("MAX_DEPTH", constant::MAX_DEPTH),
+        ("ROULETTE_DEPTH", constant::ROULETTE_DEPTH),
+        ("INDIRECT", constant::INDIRECT),
+        ("HAS_DIFFUSE", constant::HAS_DIFFUSE),
+        ("HAS_MIRROR", constant::HAS_MIRROR),
+        ("HAS_DIELECTRIC", constant::HAS_DIELECTRIC),
+        ("HAS_EMITTER", constant::HAS_EMITTER),
+        ("HAS_BACKGROUND", constant::HAS_BACKGROUND),
+        ("SPHERE_COUNT", constant::SPHERE_COUNT),
+        ("HAS_TREE", constant::HAS_TREE),
+        ("TREE_SPHERES", constant::TREE_SPHERES),
+        ("TREE_TRIANGLES", constant::TREE_TRIANGLES),
+        ("BRUTE_FORCE", constant::BRUTE_FORCE),
+        ("MOLLER_TRUMBORE", constant::MOLLER_TRUMBORE),
+        ("SMOOTH_NORMALS", constant::SMOOTH_NORMALS),
+        ("LIGHT_COUNT", constant::LIGHT_COUNT),
+        ("SOBOL_LEVELS", constant::SOBOL_LEVELS),
+        ("LOOP_BUDGET", constant::LOOP_BUDGET),
+        ("TREE_BOX_COUNT", constant::TREE_BOX_COUNT),
+        ("LIGHT_KINDS", constant::LIGHT_KINDS),
+        ("TREE_LEVELS", constant::TREE_LEVELS),
+        ("MUTATION", constant::MUTATION),
+        ("EMITTER_COUNT", constant::EMITTER_COUNT),
+        ("PATH_STATS", constant::PATH_STATS),
+        ("REGIONS", constant::REGIONS),
+        ("SAMPLE_MAP", constant::SAMPLE_MAP),
+        ("REUSE", constant::REUSE),
+        ("SUBGROUP_LANES", constant::SUBGROUP_LANES),
+        ("DRAWS_WORK", constant::DRAWS_WORK),
+        ("ENOUGH_LANES", constant::ENOUGH_LANES),
+        ("LIGHT_NODES", constant::LIGHT_NODES),
+        ("LIGHT_LOOPS", constant::LIGHT_LOOPS),
+        ("LIGHT_ENTRIES", constant::LIGHT_ENTRIES),
+        ("LIGHT_CELLS", constant::LIGHT_CELLS),
+        ("LIGHT_DEPTH", constant::LIGHT_DEPTH),
+        ("FACET_COUNT", constant::FACET_COUNT),
+        ("POINT_INSIDE", constant::POINT_INSIDE),
+        ("THREADS", constant::THREADS),
+        ("SHUFFLES", constant::SHUFFLES),
+        ("SPLIT", constant::SPLIT),
+        ("LIGHT_SAMPLES", constant::LIGHT_SAMPLES),
+        ("FACET_OCCLUDERS", constant::FACET_OCCLUDERS),
+        ("FACETS_ACROSS_X", constant::FACETS_ACROSS_X),
+        ("FACETS_ACROSS_Y", constant::FACETS_ACROSS_Y),
+        ("BEAM_TARGETS", constant::BEAM_TARGETS),
+        ("BEAM_TEXELS", constant::BEAM_TEXELS),
+    ];
+    let mut all: BTreeMap<_, _> = features.into_iter().map(|(name, id)| (name.to_owned(), id)).collect();
+    let mut add = |prefix: &str, base: u32, names: &[&str]| {
+        all.extend(names.iter().zip(base..).map(|(name, id)| (format!("{prefix}_{name}"), id)));
+    };
+    for i in 0..MAX_CONSTANT_SPHERES {
+        add(&format!("SPHERE_{i}"), constant::SPHERES + 2 * i as u32, &["SIDE", "FORM"]);
+    }
+    for i in 0..constant::MAX_FACETS {
+        let names = ["AX", "AY", "BX", "BY", "CX", "CY", "DX", "DY", "NX", "NY", "NZ"];
+        add(&format!("FACET_{i}"), constant::FACETS + 16 * i as u32, &names);
+    }
+    all
+}
+
+/// The path tracing kernels, and that of beams.
+fn kernels() -> Vec<(&'static str, Interface)> {
+    PATH_KERNELS.into_iter().chain([LIGHT_TRACE]).map(|kernel| (kernel.name, interface(kernel.spirv))).collect()
+}
+
+/// A kernel may leave out what it does not use: none may have a constant that the host does not know of or knows by
+/// another number, and all together have all of them.
+#[test]
+fn specialization_constants() {
+    let mut expected = expected_constants();
+    // The size of the workgroup has no name in SPIR-V.
+    expected.insert(String::new(), constant::WORKGROUP);
+    let mut all = BTreeMap::new();
+    for (kernel, interface) in kernels() {
+        let found: BTreeMap<_, _> = interface.constants.iter().cloned().collect();
+        assert_eq!(found.len(), interface.constants.len(), "{kernel}: a name is there twice");
+        for (name, id) in &found {
+            assert_eq!(expected.get(name), Some(id), "{kernel} has {name} = {id}");
+        }
+        all.extend(found);
+    }
+    assert_eq!(all, expected);
+    let mut ids: Vec<_> = expected.values().collect();
+    ids.sort_unstable();
+    assert!(ids.windows(2).all(|w| w[0] != w[1]), "an id is used twice");
+}
+
+#[test]
+fn bindings() {
+    let all = [
+        (binding::TREE, "tree_texels", false),
+        (binding::GEOMETRY, "geometry_texels", false),
+        (binding::SOBOL, "sobol_texels", false),
+        (binding::LIGHTS, "light_texels", false),
+        (binding::FILM, "film_texels", false),
+        (binding::COUNTERS, "Counters", true),
+        (binding::PATHS, "Paths", true),
+        (binding::QUEUE_POOL, "QueuePool", true),
+        (binding::PATH_TEXELS, "path_texels", false),
+        (binding::GRADIENTS, "gradient_texels", false),
+        (binding::BEAMS, "beam_texels", false),
+        (binding::SCENE, "SceneValues", false),
+        (binding::FILM_ROWS, "Film", true),
+        (binding::FILM_ROWS, "FilmWords", true),
+        (binding::GRADIENT_ROWS, "GradientRows", true),
+    ]
+    .map(|(number, name, storage)| (0, number, name.to_owned(), storage));
+    for (kernel, interface) in kernels() {
+        let mut known = all.to_vec();
+        known.retain(|(_, number, ..)| kernel == LIGHT_TRACE.name || *number != binding::BEAMS);
+        assert_eq!(interface.bindings, known, "{kernel}");
+    }
+}
+
+#[test]
+fn push_constants() {
+    let expected = [
+        ("camera_right", offset_of!(Push, camera_right)),
+        ("pieces", offset_of!(Push, pieces)),
+        ("camera_up", offset_of!(Push, camera_up)),
+        ("camera_forward", offset_of!(Push, camera_forward)),
+        ("background", offset_of!(Push, background)),
+        ("width", offset_of!(Push, width)),
+        ("height", offset_of!(Push, height)),
+        ("seed", offset_of!(Push, seed)),
+        ("first_slot", offset_of!(Push, first_slot)),
+        ("end_slot", offset_of!(Push, end_slot)),
+        ("target_samples", offset_of!(Push, target_samples)),
+        ("max_new_samples", offset_of!(Push, max_new_samples)),
+        ("band_first", offset_of!(Push, band_first)),
+        ("tile_step", offset_of!(Push, tile_step)),
+        ("piece_stride", offset_of!(Push, piece_stride)),
+        ("modes", offset_of!(Push, modes)),
+        ("band_rows", offset_of!(Push, band_rows)),
+        ("other_samples", offset_of!(Push, other_samples)),
+        ("beam_scale", offset_of!(Push, beam_scale)),
+        ("tile_bits", offset_of!(Push, tile_bits)),
+    ]
+    .map(|(name, offset)| (name.to_owned(), offset));
+    for (kernel, interface) in kernels() {
+        assert_eq!(interface.push, expected, "{kernel}");
+        assert_eq!(interface.push_bytes, size_of::<Push>(), "{kernel}");
+        // The least that every Vulkan device allows.
+        assert!(interface.push_bytes <= 128, "{kernel}");
+    }
+}
+
+/// The numbers of a scene.
+#[test]
+fn scene_values() {
+    let expected = [
+        ("sphere_values", offset_of!(SceneValues, spheres)),
+        ("tree_box_values", offset_of!(SceneValues, tree_boxes)),
+        ("facet_values", offset_of!(SceneValues, facets)),
+        ("point_position", offset_of!(SceneValues, point_position)),
+        ("point_intensity", offset_of!(SceneValues, point_intensity)),
+        ("light_grid", offset_of!(SceneValues, light_grid)),
+        ("record_count", offset_of!(SceneValues, record_count)),
+        ("root_order", offset_of!(SceneValues, root_order)),
+        ("first_material", offset_of!(SceneValues, first_material)),
+        ("first_position", offset_of!(SceneValues, first_position)),
+        ("first_normal", offset_of!(SceneValues, first_normal)),
+    ]
+    .map(|(name, offset)| (name.to_owned(), offset));
+    for (kernel, interface) in kernels() {
+        assert_eq!(interface.values, expected, "{kernel}");
+    }
+    // The least that every Vulkan device allows.
+    assert!(size_of::<SceneValues>() <= 16384);
+}
+
+/// The records of storage buffers are arrays to the shaders, which index them by the sizes that are held here.
+#[test]
+fn records() {
+    assert_eq!((offset_of!(FilmSlot, count), offset_of!(FilmSlot, compensation)), (12, 16));
+    assert_eq!((offset_of!(FilmSlot, residue), size_of::<FilmSlot>()), (32, 48));
+    let order = include_str!("../../../../shaders/lib/pixel_order.glsl");
+    assert!(order.contains(&format!("const uint TILE_BITS = {}u;", queue::TILE.ilog2())));
+    assert!(order.contains(&format!("const uint MEMBERS = {}u;", film::MEMBERS)));
+    let sampler = include_str!("../../../../shaders/lib/sampler.glsl");
+    assert!(sampler.contains(&format!("const uint LEVEL_BITS = {}u;", sobol::LEVEL_BITS)));
+    assert!(sampler.contains(&format!("const uint COLUMN_GAP = {}u;", sobol::COLUMN_GAP)));
+    assert!(sampler.contains(&format!("const uint MEMBER_SHIFT = {}u;", sobol::MAX_SAMPLES.ilog2())));
+    let notes = include_str!("../../../../shaders/lib/reuse_notes.glsl");
+    assert!(notes.contains(&format!("const uint SLOT_BITS = {}u;", queue::PATHS.ilog2())));
+    let layout = include_str!("../../../../shaders/lib/layout.glsl");
+    let gradient = include_str!("../../../../shaders/lib/gradient.glsl");
+    assert!(gradient.contains(&format!("const uint TRIAL = {}u;", queue::TRIAL)));
+    assert!(gradient.contains(&format!("const uint MOST_GRADIENTS = {}u;", queue::MOST_GRADIENTS)));
+    assert_eq!((offset_of!(GradientSlot, right), offset_of!(GradientSlot, down)), (16, 32));
+    assert!(layout.contains(&format!("const uint GRADIENT_ROWS = {}u;", size_of::<GradientSlot>() / 16)));
+    assert!(order.contains(&format!("const uint SCATTERED_TILES = {}u;", queue::SCATTERED_TILES)));
+    let map = include_str!("../../../../shaders/lib/sample_map.glsl");
+    assert!(map.contains(&format!("const int MULTIPLIER_BITS = {};", multiplier::BITS)));
+    assert!(map.contains(&format!("const int PLAIN_MULTIPLIER = {};", multiplier::PLAIN)));
+    assert!(map.contains("const int SHIFTED_MULTIPLIER = MULTIPLIER_BITS;") && multiplier::SHIFTED == multiplier::BITS);
+    for (name, bit) in [
+        ("MODE_SHIFTED", mode::SHIFTED),
+        ("MODE_ALIKE", mode::ALIKE),
+        ("MODE_SURVEY", mode::SURVEY),
+        ("MODE_SCATTERED", mode::SCATTERED),
+        ("MODE_REUSED", mode::REUSED),
+        ("MODE_EMITTERS", mode::EMITTERS),
+        ("MODES_TURN", mode::TURN_SHIFT),
+    ] {
+        assert!(layout.contains(&format!("const uint {name} = {bit}u;")), "{name}");
+    }
+    assert!(layout.contains(&format!("const uint PATH_ROWS = {}u;", queue::PATH_ROWS)));
+    let light_trace = include_str!("../../../../shaders/light_trace.comp");
+    assert!(light_trace.contains(&format!("const uint NO_PIXEL = {:#x}u;", BeamNote::NO_PIXEL)));
+    assert!(light_trace.contains(&format!("const uint UNFINISHED = {:#x}u;", BeamNote::UNFINISHED)));
+    let beam = include_str!("../../../../shaders/lib/light/beam.glsl");
+    assert!(beam.contains(&format!("const uint BEAM_HITS = {}u;", BeamNote::MOST + 1)));
+    assert_eq!((offset_of!(BeamNote, pixel), size_of::<BeamNote>()), (12, 16));
+    for (name, offset) in [
+        ("COUNT_SAMPLES", offset_of!(Counters, samples)),
+        ("COUNT_BAD", offset_of!(Counters, bad)),
+        ("COUNT_RAYS", offset_of!(Counters, rays)),
+        ("COUNT_SHADOW", offset_of!(Counters, shadow_rays)),
+        ("COUNT_STEPS", offset_of!(Counters, steps)),
+        ("COUNT_TRUNCATED", offset_of!(Counters, truncated)),
+        ("COUNT_REUSED", offset_of!(Counters, reused)),
+        ("COUNT_MISFITS", offset_of!(Counters, misfits)),
+        ("COUNT_DRAWN", offset_of!(Counters, drawn)),
+    ] {
+        let line = format!("const uint {name} = {}u;", offset / size_of::<u64>());
+        assert!(layout.contains(&line), "layout.glsl should have `{line}`");
+    }
+}
+
+/// Numbers that say what something is.
+#[test]
+fn kinds_and_mutations() {
+    let geometry = include_str!("../../../../shaders/lib/geometry.glsl");
+    let closure = include_str!("../../../../shaders/lib/bsdf/closure.glsl");
+    for (name, of_bsdf) in
+        [("NONE", bsdf::NONE), ("DIFFUSE", bsdf::DIFFUSE), ("MIRROR", bsdf::MIRROR), ("DIELECTRIC", bsdf::DIELECTRIC)]
+    {
+        assert!(closure.contains(&format!("const uint BSDF_{name} = {of_bsdf}u;")), "{name}");
+    }
+    for (name, bits) in
+        [("IS_SPHERE", flag::SPHERE), ("IS_SMOOTH", flag::SMOOTH), ("MATERIAL_BITS", !(flag::SPHERE | flag::SMOOTH))]
+    {
+        assert!(geometry.contains(&format!("const uint {name} = {bits:#010x}u;")), "{name}");
+    }
+    let light = include_str!("../../../../shaders/lib/light/light.glsl");
+    for (name, kind) in [
+        ("POINT", table::kind::POINT),
+        ("TRIANGLE", table::kind::TRIANGLE),
+        ("SPHERE", table::kind::SPHERE),
+        ("INWARD", table::kind::INWARD),
+        ("PARALLELOGRAM", table::kind::PARALLELOGRAM),
+        ("RECTANGLE", table::kind::RECTANGLE),
+    ] {
+        assert!(light.contains(&format!("const uint LIGHT_{name} = {kind}u;")), "{name}");
+    }
+    let tree = include_str!("../../../../shaders/lib/intersect/bvh/traversal.glsl");
+    assert!(tree.contains(&format!("const int TREE_ID = {:#010x};", tables::TREE_ID)));
+    // Thin boxes are the host's.
+    let layout = include_str!("../../../../shaders/lib/layout.glsl");
+    let of_shaders =
+        |line: &str| line.strip_prefix("const uint MUTATE_")?.split_once(" = ")?.1.strip_suffix("u;")?.parse().ok();
+    let found: Vec<u32> = layout.lines().filter_map(of_shaders).collect();
+    let expected = Mutation::ALL.into_iter().filter(|m| *m != Mutation::ThinBoxes).map(|m| m as u32);
+    assert_eq!(found, expected.collect::<Vec<_>>());
+}

@@ -1,0 +1,162 @@
+//! The SPIR-V of the path tracer's kernels.
+
+pub(crate) mod aliased;
+pub(crate) mod bindings;
+pub(crate) mod driver_traits;
+pub(crate) mod features;
+pub(crate) mod layout;
+#[cfg(test)]
+pub(crate) mod layout_tests;
+pub(crate) mod upload;
+
+use std::borrow::Cow;
+use std::hash::Hasher;
+use std::path::{Path, PathBuf};
+
+use crate::files::read_regular;
+use crate::gpu::GpuError;
+use crate::hash::Fnv;
+use crate::spirv::{HEADER_WORDS, instructions, opcode, words_of};
+
+use crate::render::kernel::aliased::declare_aliased;
+use crate::render::error::RenderError;
+use crate::render::settings::RenderSettings;
+
+/// How rays that need the tree are scheduled, once that is decided.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Schedule {
+    /// A lane walks the tree where a ray arises.
+    Inline,
+    /// Lanes whose rays are done go on while others walk.
+    Turns,
+    /// Rays wait, and a subgroup walks the tree with many.
+    Queue,
+}
+
+/// A kernel: its name, and its SPIR-V.
+pub(crate) struct Kernel {
+    pub name: &'static str,
+    pub spirv: &'static [u8],
+}
+
+/// Traces rays where they arise (shaders/path_trace.comp).
+const PATH_TRACE: Kernel =
+    Kernel { name: "path_trace", spirv: include_bytes!(concat!(env!("OUT_DIR"), "/path_trace.spv")) };
+/// Shades and walks in turns (shaders/path_turns.comp).
+const PATH_TURNS: Kernel =
+    Kernel { name: "path_turns", spirv: include_bytes!(concat!(env!("OUT_DIR"), "/path_turns.spv")) };
+/// Lets rays wait for the tree (shaders/path_queue.comp).
+const PATH_QUEUE: Kernel =
+    Kernel { name: "path_queue", spirv: include_bytes!(concat!(env!("OUT_DIR"), "/path_queue.spv")) };
+
+/// Traces light from lamps (shaders/light_trace.comp).
+pub(crate) const LIGHT_TRACE: Kernel =
+    Kernel { name: "light_trace", spirv: include_bytes!(concat!(env!("OUT_DIR"), "/light_trace.spv")) };
+
+/// Traces rays and nothing else, for `bench --rays` (shaders/probe/traverse.comp).
+pub(crate) const TRAVERSE: Kernel =
+    Kernel { name: "traverse", spirv: include_bytes!(concat!(env!("OUT_DIR"), "/traverse.spv")) };
+
+/// All that trace paths.
+#[cfg(test)]
+pub(crate) const PATH_KERNELS: [Kernel; 3] = [PATH_TRACE, PATH_TURNS, PATH_QUEUE];
+
+/// The kernel of a scheduler.
+pub(crate) const fn built_in(schedule: Schedule) -> Kernel {
+    match schedule {
+        Schedule::Inline => PATH_TRACE,
+        Schedule::Turns => PATH_TURNS,
+        Schedule::Queue => PATH_QUEUE,
+    }
+}
+
+/// A number that tells the built-in shaders apart from those of another build.
+pub fn shaders_hash() -> u64 {
+    let mut hash = Fnv::default();
+    [PATH_TRACE, PATH_TURNS, PATH_QUEUE, LIGHT_TRACE].iter().for_each(|kernel| hash.write(kernel.spirv));
+    hash.finish()
+}
+
+/// The names of kernels that may be in the folder of the settings.
+const NAMES: [&str; 5] = [PATH_TRACE.name, PATH_TURNS.name, PATH_QUEUE.name, LIGHT_TRACE.name, TRAVERSE.name];
+
+fn file_of(kernel: &str, folder: &Path) -> PathBuf {
+    folder.join(kernel).with_extension("spv")
+}
+
+/// The SPIR-V of a kernel: the caller's, if there is one in the folder of the settings, else the built-in one. The caller's need not
+/// say which variables are the same memory.
+///
+/// # Errors
+/// The folder has no kernel at all (its name may be mistyped), or a file that cannot be read or is no SPIR-V.
+pub(crate) fn spirv(kernel: &Kernel, settings: &RenderSettings) -> Result<Cow<'static, [u8]>, RenderError> {
+    let Some(folder) = &settings.spirv_folder else { return Ok(Cow::Borrowed(kernel.spirv)) };
+    if !NAMES.iter().any(|name| file_of(name, folder).exists()) {
+        let (folder, files) = (folder.display(), NAMES.join(".spv, "));
+        return Err(RenderError::Settings(format!("{folder}: no shader is there, expected one of {files}.spv")));
+    }
+    let path = file_of(kernel.name, folder);
+    if !path.exists() {
+        log::info!("{}: not there, the built-in shader is used", path.display());
+        return Ok(Cow::Borrowed(kernel.spirv));
+    }
+    log::info!("{}: used instead of the built-in shader", path.display());
+    let fail = |problem: &dyn std::fmt::Display| RenderError::Settings(format!("{}: {problem}", path.display()));
+    let bytes = read_regular(&path).map_err(|error| fail(&error))?;
+    // The magic number of the SPIR-V specification, section 2.3.
+    if bytes.len() < 4 * HEADER_WORDS || bytes.len() % 4 != 0 || bytes[..4] != 0x0723_0203u32.to_le_bytes() {
+        return Err(fail(&"not a SPIR-V module"));
+    }
+    let words = words_of(&bytes);
+    check_module(&words).map_err(|problem| fail(&problem))?;
+    Ok(Cow::Owned(declare_aliased(&words).into_iter().flat_map(u32::to_le_bytes).collect()))
+}
+
+/// What went wrong in making a pipeline: a driver that cannot do anything with the caller's shader is not at fault.
+pub(crate) fn not_made(kernel: &Kernel, settings: &RenderSettings, error: GpuError) -> RenderError {
+    let path = settings.spirv_folder.as_deref().map(|folder| file_of(kernel.name, folder)).filter(|path| path.exists());
+    match (path, error) {
+        (Some(path), error @ GpuError::Call { .. }) => {
+            RenderError::Settings(format!("{}: the driver does not take this shader: {error}", path.display()))
+        }
+        (_, error) => error.into(),
+    }
+}
+
+/// Checks what a driver would only crash at: that a module is whole, and has a compute shader `main`.
+fn check_module(words: &[u32]) -> Result<(), &'static str> {
+    // Opcodes and models are those of the SPIR-V specification 1.6, section 3.
+    const ENTRY_POINT: u32 = 15;
+    const FUNCTION_END: u32 = 1 << 16 | 56;
+    const DAMAGED: &str = "the SPIR-V module is damaged: it ends within a function or an instruction";
+    const GL_COMPUTE: u32 = 5;
+    const MAIN: u32 = u32::from_le_bytes(*b"main");
+    let mut all = instructions(words);
+    let is_entry = |i: &[u32]| opcode(i) == ENTRY_POINT && matches!(*i, [_, GL_COMPUTE, _, MAIN, 0, ..]);
+    let entries = all.by_ref().filter(|i| is_entry(i)).count();
+    if !all.rest().is_empty() || words.last() != Some(&FUNCTION_END) {
+        return Err(DAMAGED);
+    }
+    if entries > 0 { Ok(()) } else { Err("there is no compute shader main in the SPIR-V module") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn damaged_modules_and_other_shaders_are_refused() {
+        for kernel in [PATH_TRACE, PATH_TURNS, PATH_QUEUE, LIGHT_TRACE, TRAVERSE] {
+            let words = words_of(kernel.spirv);
+            assert_eq!(check_module(&words), Ok(()), "{}", kernel.name);
+            for cut in [1, 2, 3, 1000] {
+                assert!(check_module(&words[..words.len() - cut]).unwrap_err().contains("damaged"), "{cut} words less");
+            }
+            let mut graphics = words.clone();
+            let model = graphics.windows(4).position(|w| w[0] & 0xffff == 15 && w[1] == 5).unwrap();
+            graphics[model + 1] = 4;
+            assert!(check_module(&graphics).unwrap_err().contains("no compute shader"));
+        }
+        assert!(check_module(&[0; 5]).is_err());
+    }
+}

@@ -1,0 +1,92 @@
+//! The lights of a scene, each of them once.
+//!
+//! Where surfaces lie on each other rays meet the first one, so that a copy of a lamp (a face that is twice in a file, a mesh that was
+//! loaded twice) adds no light. Sampling must not find it either. What is the same in single precision is the same to rays
+//! (accel::copies).
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use crate::scene::Rgb;
+
+use crate::render::light::table::{Light, LightShape};
+
+/// Lights by number, and where the surfaces among them are.
+pub(crate) struct LightList {
+    lights: Vec<Light>,
+    /// Numbers by the corners of the surface as rays see them, in single precision, in ascending order.
+    surfaces: HashMap<Vec<[u32; 3]>, usize>,
+}
+
+impl LightList {
+    pub fn new(points: Vec<Light>) -> Self {
+        Self { lights: points, surfaces: HashMap::new() }
+    }
+
+    /// Adds a polygon that emits; `corners` are all of its corners. Returns its number, that of an earlier one if it is
+    /// a copy, or −1 if another one hides it that shines otherwise or to the other side.
+    pub fn add_polygon(&mut self, shape: LightShape, corners: &[DVec3], radiance: Rgb) -> i32 {
+        self.add(Light { shape, radiance }, corners)
+    }
+
+    /// Adds a sphere that emits, likewise.
+    pub fn add_sphere(&mut self, center: DVec3, radius: f64, inward: bool, radiance: Rgb) -> i32 {
+        let shape = LightShape::Sphere { center, radius, inward };
+        // The centre twice: centre and radius must not change places when they are sorted.
+        self.add(Light { shape, radiance }, &[center, center, DVec3::splat(radius)])
+    }
+
+    pub fn into_vec(self) -> Vec<Light> {
+        self.lights
+    }
+
+    fn add(&mut self, light: Light, corners: &[DVec3]) -> i32 {
+        // −0 is where 0 is.
+        let mut key: Vec<_> = corners.iter().map(|p| p.as_vec3().to_array().map(|x| (x + 0.0).to_bits())).collect();
+        key.sort_unstable();
+        let number = self.lights.len();
+        let first = *self.surfaces.entry(key).or_insert(number);
+        if first == number {
+            self.lights.push(light);
+            return number as i32;
+        }
+        let other = &self.lights[first];
+        if other.radiance == light.radiance && same_side(&other.shape, &light.shape) { first as i32 } else { -1 }
+    }
+}
+
+fn same_side(a: &LightShape, b: &LightShape) -> bool {
+    let front = |shape: &LightShape| match *shape {
+        LightShape::Triangle([a, b, c]) | LightShape::Parallelogram([a, b, c]) => (b - a).cross(c - a),
+        LightShape::Sphere { inward: true, .. } => -DVec3::X,
+        LightShape::Sphere { inward: false, .. } | LightShape::Point(_) => DVec3::X,
+    };
+    front(a).dot(front(b)) > 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn copies_share_a_number_and_what_is_hidden_has_none() {
+        let mut list = LightList::new(vec![Light { shape: LightShape::Point(DVec3::ZERO), radiance: [1.0; 3] }]);
+        let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
+        let mut add = |[i, j, k]: [usize; 3], radiance: f64| {
+            let corners = [corners[i], corners[j], corners[k]];
+            list.add_polygon(LightShape::Triangle(corners), &corners, [radiance; 3])
+        };
+        assert_eq!([add([0, 1, 2], 2.0), add([0, 1, 2], 2.0), add([1, 2, 0], 2.0)], [1, 1, 1]);
+        assert_eq!([add([0, 2, 1], 2.0), add([0, 1, 2], 3.0)], [-1, -1], "the other side, another radiance");
+        let almost = [DVec3::ZERO, DVec3::X * (1.0 + 1e-12), DVec3::Y];
+        assert_eq!(list.add_polygon(LightShape::Triangle(almost), &almost, [2.0; 3]), 1, "the same to rays");
+        assert_eq!(list.add_sphere(DVec3::X, 1.0, false, [2.0; 3]), 2);
+        assert_eq!(list.add_sphere(DVec3::X, 1.0, false, [2.0; 3]), 2);
+        assert_eq!(list.add_sphere(DVec3::X, 1.0, true, [2.0; 3]), -1);
+        assert_eq!(list.add_sphere(DVec3::X, 2.0, false, [2.0; 3]), 3);
+        assert_eq!(list.add_sphere(DVec3::splat(3.0), 4.0, false, [2.0; 3]), 4);
+        assert_eq!(list.add_sphere(DVec3::splat(4.0), 3.0, false, [2.0; 3]), 5, "radius and centre exchanged");
+        assert_eq!(list.into_vec().len(), 6);
+    }
+}

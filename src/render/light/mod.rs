@@ -1,0 +1,9 @@
+//! TODO
+
+pub(crate) mod alias;
+pub(crate) mod grid;
+pub(crate) mod list;
+pub(crate) mod screen_bounds;
+pub(crate) mod solid_angle;
+pub(crate) mod table;
+pub(crate) mod tree;

@@ -1,0 +1,166 @@
+//! Lights as the shaders see them, and the table from which one of many is chosen: see shaders/lib/light/choice.glsl.
+
+use glam::{DVec3, Vec3};
+
+use crate::scene::Rgb;
+
+use crate::render::light::grid::LightGrid;
+use crate::render::light::tree::{Cone, LightTree, Link};
+
+/// A source of light in render space.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Light {
+    pub shape: LightShape,
+    /// Intensity Φ/4π of a point, radiance of a surface.
+    pub radiance: Rgb,
+}
+
+/// Where a light is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum LightShape {
+    Point(DVec3),
+    Triangle([DVec3; 3]),
+    /// A corner and its two neighbours.
+    Parallelogram([DVec3; 3]),
+    Sphere {
+        center: DVec3,
+        radius: f64,
+        inward: bool,
+    },
+}
+
+impl Light {
+    /// Lowest and highest corner.
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        match self.shape {
+            LightShape::Point(p) => (p, p),
+            LightShape::Triangle([a, b, c]) => (a.min(b).min(c), a.max(b).max(c)),
+            LightShape::Parallelogram([a, b, c]) => {
+                let d = b + c - a;
+                (a.min(b).min(c).min(d), a.max(b).max(c).max(d))
+            }
+            LightShape::Sphere { center, radius, .. } => (center - radius, center + radius),
+        }
+    }
+
+    /// What a white diffuse surface facing it at distance 1 would reflect, summed over channels.
+    pub fn strength(&self) -> f64 {
+        let size = match self.shape {
+            LightShape::Point(_) => 1.0 / std::f64::consts::PI,
+            LightShape::Triangle([a, b, c]) => (b - a).cross(c - a).length() / 2.0 / std::f64::consts::PI,
+            LightShape::Parallelogram([a, b, c]) => (b - a).cross(c - a).length() / std::f64::consts::PI,
+            LightShape::Sphere { radius, inward: false, .. } => radius * radius,
+            // Seen from inside, all of it shines.
+            LightShape::Sphere { radius, inward: true, .. } => 4.0 * radius * radius,
+        };
+        size * self.radiance.iter().sum::<f64>()
+    }
+
+    /// Directions around which it emits a hemisphere, or everywhere.
+    pub fn cone(&self) -> Cone {
+        match self.shape {
+            LightShape::Triangle([a, b, c]) | LightShape::Parallelogram([a, b, c]) => {
+                Cone { axis: (b - a).cross(c - a).try_normalize().unwrap_or(DVec3::Z), angle: 0.0 }
+            }
+            LightShape::Point(_) | LightShape::Sphere { .. } => Cone::ALL,
+        }
+    }
+}
+
+/// Kinds of lights (shaders/lib/light/light.glsl).
+pub(crate) mod kind {
+    pub const POINT: u32 = 0;
+    pub const TRIANGLE: u32 = 1;
+    pub const SPHERE: u32 = 2;
+    pub const INWARD: u32 = 3;
+    pub const PARALLELOGRAM: u32 = 4;
+    /// One that is sampled by solid angle; for anything else it is a parallelogram.
+    pub const RECTANGLE: u32 = 5;
+}
+
+/// What the shaders see of lights.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct LightTable {
+    /// Nodes of a texel, then lights of four, then the grid.
+    pub texels: Vec<[f32; 4]>,
+    pub nodes: u32,
+    pub grid: LightGrid,
+    /// Kinds that there are, a bit each.
+    pub kinds: u32,
+}
+
+impl LightTable {
+    /// As if there were lights of all kinds.
+    pub const ALL_KINDS: u32 = (2 << kind::RECTANGLE) - 1;
+
+    /// The table of lights, of which some are rectangles to be sampled by solid angle; an empty one for none.
+    pub fn of(lights: &[Light], is_rectangle: impl Fn(&Light) -> bool) -> Self {
+        if lights.is_empty() {
+            return Self { texels: vec![[0.0; 4]], ..Self::default() };
+        }
+        let tree = LightTree::of(lights);
+        let (grid, entries) = LightGrid::of(&tree);
+        let mut texels = Vec::with_capacity(tree.nodes.len() + 4 * lights.len() + entries.len());
+        let mut leaves = vec![0; lights.len()];
+        let whole = tree.nodes[0].strength;
+        for (i, node) in tree.nodes.iter().enumerate() {
+            // Only ratios count, which must not leave the range of single precision.
+            let strength = if whole > 0.0 { (node.strength / whole) as f32 } else { 0.0 };
+            texels.push(match node.link {
+                Link::Light(light) => {
+                    leaves[light as usize] = i as u32;
+                    [0.0, 0.0, strength, f32::from_bits(light)]
+                }
+                Link::Inner { second, end } => {
+                    let first = tree.nodes[i + 1].strength;
+                    let share = if node.strength > 0.0 { first / node.strength } else { 0.5 };
+                    [share as f32, f32::from_bits(second), strength, f32::from_bits(!end)]
+                }
+            });
+        }
+        let mut kinds = 0;
+        for (light, &leaf) in lights.iter().zip(&leaves) {
+            let kind = if is_rectangle(light) { kind::RECTANGLE } else { kind_of(light) };
+            kinds |= 1 << kind;
+            texels.extend(light_texels(light, kind, leaf));
+        }
+        texels.extend(entries);
+        Self { texels, nodes: tree.nodes.len() as u32, grid, kinds }
+    }
+}
+
+fn texel(v: DVec3, w: f32) -> [f32; 4] {
+    let Vec3 { x, y, z } = v.as_vec3();
+    [x, y, z, w]
+}
+
+fn kind_of(light: &Light) -> u32 {
+    match light.shape {
+        LightShape::Point(_) => kind::POINT,
+        LightShape::Triangle(_) => kind::TRIANGLE,
+        LightShape::Parallelogram(_) => kind::PARALLELOGRAM,
+        LightShape::Sphere { inward: false, .. } => kind::SPHERE,
+        LightShape::Sphere { inward: true, .. } => kind::INWARD,
+    }
+}
+
+fn light_texels(light: &Light, kind: u32, leaf: u32) -> [[f32; 4]; 4] {
+    let kind = kind as f32;
+    let leaf = f32::from_bits(leaf);
+    let radiance = light.radiance.map(|x| x as f32);
+    let color = [radiance[0], radiance[1], radiance[2], 0.0];
+    match light.shape {
+        LightShape::Point(p) => [texel(p, kind), color, texel(DVec3::ZERO, leaf), color],
+        LightShape::Triangle([a, b, c]) => {
+            let area = (b - a).cross(c - a).length() / 2.0;
+            [texel(a, kind), texel(b, area as f32), texel(c, leaf), color]
+        }
+        LightShape::Parallelogram([a, b, c]) => {
+            let area = (b - a).cross(c - a).length();
+            [texel(a, kind), texel(b, area as f32), texel(c, leaf), color]
+        }
+        LightShape::Sphere { center, radius, .. } => {
+            [texel(center, kind), texel(DVec3::ZERO, radius as f32), texel(DVec3::ZERO, leaf), color]
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! The trial of a rendering, from which it is decided whether paths serve several pixels (shaders/lib/reuse.glsl), and where samples go.
+
+use std::mem::take;
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::render::error::RenderError;
+use crate::render::film::{MEMBERS, TILE, TILE_GROUPS, pixel_of_slot};
+use crate::render::kernel::layout::{mode, queue};
+use crate::render::plan::dispatch::{Span, Work};
+use crate::render::sampling::sample_map::Multiplier;
+use crate::render::renderer::Renderer;
+use crate::render::renderer::gradient::TriedPair;
+use crate::render::renderer::pilot_statistics::{GroupNoise, TriedGroup};
+use crate::render::renderer::decision::ReuseTrial;
+
+/// What the seed is changed by (XOR) in the trial.
+const SEED: u32 = 0x3707_3443;
+/// Tiles of which one takes part in the trial, made of a group of each.
+pub(crate) const SET: u32 = queue::SCATTERED_TILES;
+/// Slots of these.
+pub(crate) const SET_SLOTS: u32 = TILE as u32 * SET;
+/// Slots whose trial is one dispatch: 131,072 samples.
+const DISPATCH_SLOTS: u32 = 1024 * SET_SLOTS;
+
+/// What came of a trial.
+#[derive(Default)]
+pub(crate) struct Tried {
+    pub reuse: ReuseTrial,
+    /// Neighbours, if it is to be seen whether gradients pay.
+    pub pairs: Vec<TriedPair>,
+    /// Of each group, in the order of their slots.
+    pub groups: Vec<GroupNoise>,
+    /// Some samples were taken again: what they cost is not known.
+    pub repeated: bool,
+}
+
+/// How many of the eight groups of each tile take part in the trial of a rendering of so many samples per pixel: it takes a
+/// sixty-fourth of the time, if these are many.
+fn turns(samples: u32) -> u32 {
+    (samples / 16).clamp(1, TILE_GROUPS)
+}
+
+/// The first slots of the groups of a set of tiles that take part in such turns of the trial, tile by tile, as `slot_of_tile` of
+/// shaders/lib/pixel_order.glsl has them.
+fn groups_of_set(first_slot: u32, turns: Range<u32>) -> impl Iterator<Item = u32> {
+    let group = |tile: u32, turn: u32| tile * TILE as u32 + (tile * 3 + turn) % TILE_GROUPS;
+    (0..SET).flat_map(move |tile| turns.clone().map(move |turn| first_slot + group(tile, turn)))
+}
+
+impl Renderer {
+    /// Whether paths serve several pixels.
+    pub(crate) fn reuses_paths(&self) -> bool {
+        self.reuse.pays(self.reuse_is_worth)
+    }
+
+    /// Before a rendering, the film being empty: tries reuse in a few groups of every tile, with other random numbers, so that nothing
+    /// that is decided depends on the image's.
+    /// Pixels of which more samples are `wanted` for what they see, row by row, have no say.
+    pub(crate) fn try_reuse(&mut self, wanted: &[Multiplier]) -> Result<(), RenderError> {
+        let due = self.reuse == ReuseTrial::Pending || (self.reuse == ReuseTrial::Always && self.makes_gradients());
+        if !due || self.settings.samples < queue::TRIAL {
+            return Ok(());
+        }
+        self.clear_film()?;
+        let tried = self.beforehand(|renderer| {
+            renderer.push.seed ^= SEED;
+            renderer.push.modes |= mode::SCATTERED;
+            renderer.samples_of_trial(wanted)
+        })?;
+        if self.reuse == ReuseTrial::Pending {
+            self.reuse = tried.reuse;
+        }
+        log::debug!("reuse of paths: {:?}, {}", self.reuse, self.reuses_paths());
+        if self.makes_gradients() {
+            self.judge_gradients(&tried.pairs)?;
+        }
+        if self.may_allocate() {
+            self.allocate_samples(&tried);
+        }
+        Ok(())
+    }
+
+    /// How many of the eight groups of each tile take part: more than one only tell which tiles are to have more samples than
+    /// others.
+    fn turns(&self) -> u32 {
+        if self.may_allocate() && self.settings.time_limit.is_none() { turns(self.settings.samples) } else { 1 }
+    }
+
+    fn samples_of_trial(&mut self, wanted: &[Multiplier]) -> Result<Tried, RenderError> {
+        let mut spans = Vec::new();
+        for span in self.whole_film() {
+            let first_slot = span.first_slot;
+            debug_assert!(first_slot.is_multiple_of(SET_SLOTS), "a band begins within a set of tiles");
+            spans.extend((first_slot..span.end_slot).step_by(DISPATCH_SLOTS as usize).map(|first_slot| {
+                let end_slot = span.end_slot.min(first_slot + DISPATCH_SLOTS);
+                Span { first_slot, end_slot, ..span }
+            }));
+        }
+        let (turns, modes) = (self.turns(), self.push.modes);
+        let mut end = self.statistics.samples;
+        let mut tried = Tried::default();
+        for (span, turn) in spans.iter().flat_map(|span| (0..turns).map(move |turn| (span, turn))) {
+            self.push.modes = modes | turn << mode::TURN_SHIFT;
+            end += self.pixels_of_trial(span, turn) * u64::from(queue::TRIAL);
+            let work = Work {
+                spans: vec![*span],
+                tile_step: SET,
+                target_samples: queue::TRIAL,
+                // At once, however many the others are to be: what they cost is noted for a dispatch.
+                new_samples: queue::TRIAL,
+            };
+            tried.repeated |= self.work_until(work, end)?;
+        }
+        for span in spans {
+            let mut groups = self.groups_of_span(span, turns)?;
+            let (width, height) = (self.width, self.height);
+            groups.par_iter_mut().for_each(|group| {
+                let pixel = |member| pixel_of_slot(group.slot(member), width, height);
+                let is_wanted = |pixel: usize| wanted.get(pixel).is_some_and(|wanted| *wanted != Multiplier::ONE);
+                group.left_out = std::array::from_fn(|member| pixel(member).is_none_or(is_wanted));
+            });
+            tried.reuse.judge(&groups);
+            if self.makes_gradients() {
+                // One group of each tile tells enough.
+                let first: Vec<_> = groups.chunk_by(|a, b| a.tile() == b.tile()).map(|of_tile| &of_tile[0]).collect();
+                tried.pairs.extend(self.pairs_of(&first));
+            }
+            tried.groups.par_extend(groups.par_iter().map(TriedGroup::noise_of_pixels));
+        }
+        Ok(tried)
+    }
+
+    /// The groups of a span after the trial.
+    fn groups_of_span(&mut self, span: Span, turns: u32) -> Result<Vec<TriedGroup>, RenderError> {
+        let mut groups = Vec::new();
+        self.read_slots(&[span], |first, slots| {
+            groups.par_extend(groups_among(slots.len(), turns).into_par_iter().map(|group| TriedGroup {
+                first_slot: first + group,
+                film: members_of(slots, group),
+                gradients: Default::default(),
+                left_out: Default::default(),
+            }));
+        })?;
+        let mut rest = &mut groups[..];
+        self.read_gradients(&[span], |_, slots| {
+            let among = groups_among(slots.len(), turns);
+            let (these, after) = take(&mut rest).split_at_mut(among.len());
+            let pairs = these.par_iter_mut().zip(among);
+            pairs.for_each(|(tried, group)| tried.gradients = members_of(slots, group));
+            rest = after;
+        })?;
+        Ok(groups)
+    }
+
+    /// Pixels of a span that take part in a turn of the trial.
+    fn pixels_of_trial(&self, span: &Span, turn: u32) -> u64 {
+        let members = |first: u32| (0..MEMBERS as u32).map(move |member| first + member * TILE_GROUPS);
+        let sets = (span.first_slot..span.end_slot).step_by(SET_SLOTS as usize);
+        let slots = sets.flat_map(|set| groups_of_set(set, turn..turn + 1)).flat_map(members);
+        let inside = |slot: &u32| *slot < span.end_slot && pixel_of_slot(*slot, self.width, self.height).is_some();
+        slots.filter(inside).count() as u64
+    }
+}
+
+/// The groups among so many slots, from the first of a set of tiles on, that take part in the trial: their first slots.
+fn groups_among(slots: usize, turns: u32) -> Vec<u32> {
+    let sets = (0..slots as u32).step_by(SET_SLOTS as usize);
+    sets.flat_map(|set| groups_of_set(set, 0..turns)).filter(|group| (*group as usize) < slots).collect()
+}
+
+/// What the members of a group have, of slots that are numbered from 0 on.
+fn members_of<T: Copy>(slots: &[T], group: u32) -> [T; MEMBERS] {
+    std::array::from_fn(|member| slots[group as usize + member * TILE_GROUPS as usize])
+}

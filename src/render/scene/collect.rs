@@ -1,0 +1,228 @@
+//! What of a scene becomes constants, and what goes into the tree, with the lights among both: in the order of the shaders' tables.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::accel;
+use crate::accel::{Primitive, Texel};
+use crate::scene;
+use crate::scene::{Bsdf, Material, Mesh, Rgb, Scene, Sphere, Surface};
+
+use crate::render::scene::polygons;
+use crate::render::scene::polygons::Facet;
+use crate::render::scene::geometry;
+use crate::render::scene::geometry::{Geometry, SphereShape, triangle_texels};
+use crate::render::kernel::layout::bsdf as kind;
+use crate::render::light::list::LightList;
+use crate::render::light::table::{Light, LightShape};
+use crate::render::settings::RenderSettings;
+use crate::render::scene::containment::Emitters;
+use crate::render::space::RenderSpace;
+use crate::render::scene::spheres;
+use crate::render::scene::spheres::ConstantSphere;
+
+/// Where a primitive comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Origin {
+    /// Index among the scene's spheres.
+    Sphere(usize),
+    /// Index among the triangles of all meshes.
+    Triangle(usize),
+}
+
+/// A scene in parts.
+pub(crate) struct Gathered {
+    /// Constant spheres, facets, and then the primitives of the tree, in the order of their numbers.
+    pub geometry: Geometry,
+    pub lights: LightList,
+    /// The first of the lights.
+    pub points: usize,
+    /// Point lights that no path can see.
+    pub hidden_lights: usize,
+    pub constant_spheres: Vec<ConstantSphere>,
+    /// Scene indices of these.
+    pub constant_origins: Vec<usize>,
+    pub facets: Vec<Facet>,
+    /// Scene indices of the other spheres.
+    other_spheres: Vec<usize>,
+    /// Whether the triangles of each mesh are facets.
+    are_facets: Vec<bool>,
+    /// Shapes of the tree, each once.
+    pub primitives: Vec<Primitive>,
+    /// Where these come from.
+    pub origins: Vec<Origin>,
+}
+
+impl Gathered {
+    /// Constant spheres, facets and materials.
+    pub fn constants(scene: &Scene, space: &RenderSpace, settings: &RenderSettings) -> Self {
+        let visible: Vec<_> = spheres::visible_lights(scene).collect();
+        let points: Vec<_> = visible.iter().filter(|l| l.shines()).map(|l| point_light(l, space)).collect();
+        let (constant_origins, other_spheres) = spheres::partition(scene, space);
+        let (facets, are_facets) = polygons::select(scene, space, settings.triangle_test);
+        let mut gathered = Self {
+            geometry: Geometry::new(scene.materials.iter().map(material_texels).collect()),
+            hidden_lights: scene.lights.len() - visible.len(),
+            points: points.len(),
+            lights: LightList::new(points),
+            constant_spheres: Vec::new(),
+            constant_origins,
+            facets: Vec::new(),
+            other_spheres,
+            are_facets,
+            primitives: Vec::new(),
+            origins: Vec::new(),
+        };
+        gathered.add_constant_spheres(scene, space);
+        gathered.add_facets(facets, &scene.materials);
+        gathered
+    }
+
+    /// How many constant spheres and facets there are: the number of the tree's first primitive.
+    pub fn constants_count(&self) -> usize {
+        self.constant_spheres.len() + self.facets.len()
+    }
+
+    fn add_constant_spheres(&mut self, scene: &Scene, space: &RenderSpace) {
+        let emitters = Emitters::of(scene);
+        for &i in &self.constant_origins {
+            let constant = spheres::classify(i, scene, &emitters, space);
+            let ConstantSphere { center, radius, curvature, material, .. } = constant;
+            let light = add_sphere(&mut self.lights, &scene.spheres[i], &scene.materials, space);
+            let shape = SphereShape { center: center.into(), radius, curvature };
+            self.geometry.add_sphere(shape, material, light);
+            self.constant_spheres.push(constant);
+        }
+    }
+
+    fn add_facets(&mut self, facets: Vec<Facet>, materials: &[Material]) {
+        for f in &facets {
+            let [a, b, c, d] = f.corners;
+            let light = match emitted(materials, f.material) {
+                Some(radiance) if f.is_triangle() => {
+                    self.lights.add_polygon(LightShape::Triangle([a, b, c]), &[a, b, c], radiance)
+                }
+                Some(radiance) => self.lights.add_polygon(LightShape::Parallelogram([a, b, d]), &f.corners, radiance),
+                None => -1,
+            };
+            let offset = f.normal.dot(a) as f32;
+            let corners = f.corners.map(|corner| corner.as_vec3());
+            self.geometry.add_polygon(corners, f.normal.as_vec3(), offset, f.material, light);
+        }
+        self.facets = facets;
+    }
+
+    /// All else: spheres, then triangles.
+    pub fn add_what_is_in_the_tree(&mut self, scene: &Scene, space: &RenderSpace) {
+        let most = scene.triangle_count() + self.other_spheres.len();
+        self.primitives.reserve(most);
+        self.geometry.reserve(most);
+        for &i in &self.other_spheres {
+            let sphere = &scene.spheres[i];
+            let (center, radius) = (space.point32(sphere.center), space.length(sphere.radius) as f32);
+            self.primitives.push(Primitive::Sphere { center, radius });
+            let curvature = if sphere.inward { -1.0 / radius } else { 1.0 / radius };
+            let light = add_sphere(&mut self.lights, sphere, &scene.materials, space);
+            self.geometry.add_sphere(SphereShape { center, radius, curvature }, sphere.material, light);
+            self.origins.push(Origin::Sphere(i));
+        }
+        let mut first_triangle = 0;
+        for (i, mesh) in scene.meshes.iter().enumerate() {
+            if !self.are_facets[i] {
+                let added = self.add_triangles(mesh, space);
+                self.add_lamps(mesh, &added, &scene.materials, space);
+                self.origins.par_extend(added.into_par_iter().map(|i| Origin::Triangle(first_triangle + i)));
+            }
+            first_triangle += mesh.triangles.len();
+        }
+        self.leave_out_copies();
+    }
+
+    /// Adds the triangles of a mesh that have an area in single precision, without light; returns their indices in the mesh.
+    fn add_triangles(&mut self, mesh: &Mesh, space: &RenderSpace) -> Vec<usize> {
+        let corners = |i: usize| mesh.triangles[i].map(|vertex| mesh.positions[vertex as usize]);
+        let vertices: Vec<_> =
+            (0..mesh.triangles.len()).into_par_iter().map(|i| space.triangle32(corners(i))).collect();
+        let added: Vec<usize> = (0..vertices.len()).filter(|&i| vertices[i].is_some()).collect();
+        self.primitives
+            .par_extend(added.par_iter().map(|&i| Primitive::Triangle { vertices: vertices[i].unwrap_or_default() }));
+        let positions: Vec<_> = mesh.positions.par_iter().map(|&p| geometry::position(space.point32(p))).collect();
+        let normals: Vec<_> = mesh.vertex_normals.par_iter().map(|n| geometry::position(n.as_vec3())).collect();
+        let first_vertex = self.geometry.add_vertices(positions, &normals);
+        self.geometry.add_triangles(added.par_iter().map(|&i| {
+            let [a, b, c] = corners(i);
+            let normal = (b - a).cross(c - a).try_normalize().unwrap_or(DVec3::Z).as_vec3();
+            let numbers = mesh.triangles[i].map(|vertex| first_vertex + vertex);
+            triangle_texels(numbers, normal, mesh.triangle_materials[i], !normals.is_empty())
+        }));
+        added
+    }
+
+    /// Makes lights of those of these triangles, the last primitives, that emit.
+    fn add_lamps(&mut self, mesh: &Mesh, added: &[usize], materials: &[Material], space: &RenderSpace) {
+        if mesh.triangle_materials.iter().all(|&material| emitted(materials, material).is_none()) {
+            return;
+        }
+        let of_mesh = self.geometry.len() - added.len();
+        for (number, &i) in added.iter().enumerate() {
+            let Some(radiance) = emitted(materials, mesh.triangle_materials[i]) else { continue };
+            let corners = mesh.triangles[i].map(|v| space.point(mesh.positions[v as usize]));
+            let light = self.lights.add_polygon(LightShape::Triangle(corners), &corners, radiance);
+            self.geometry.set_light(of_mesh + number, light);
+        }
+    }
+
+    /// Leaves exact copies of a primitive out: the first lamp among them, or else the first of them, is what rays hit.
+    fn leave_out_copies(&mut self) {
+        let first = self.constants_count();
+        let copies = accel::copies(&self.primitives, |i| self.geometry.is_light(first + i));
+        if copies.is_empty() {
+            return;
+        }
+        let mut keeps = vec![true; self.primitives.len()];
+        for i in copies {
+            keeps[i as usize] = false;
+        }
+        let mut keep = keeps.iter();
+        self.primitives.retain(|_| keep.next() == Some(&true));
+        let mut keep = keeps.iter();
+        self.origins.retain(|_| keep.next() == Some(&true));
+        self.geometry.retain_from(first, &keeps);
+    }
+}
+
+/// What a material emits, if it does.
+fn emitted(materials: &[Material], material: u32) -> Option<Rgb> {
+    materials[material as usize].surface.emitted()
+}
+
+/// A texel of a colour and another number.
+pub(crate) fn rgb(c: [f64; 3], w: f32) -> [f32; 4] {
+    [c[0] as f32, c[1] as f32, c[2] as f32, w]
+}
+
+/// The number of a sphere's light, or −1.
+fn add_sphere(lights: &mut LightList, s: &Sphere, materials: &[Material], space: &RenderSpace) -> i32 {
+    match emitted(materials, s.material) {
+        Some(radiance) => lights.add_sphere(space.point(s.center), space.length(s.radius), s.inward, radiance),
+        None => -1,
+    }
+}
+
+/// The record of a material (shaders/lib/material.glsl).
+fn material_texels(material: &Material) -> [Texel; 2] {
+    let Surface { bsdf, emission } = material.surface;
+    let (kind, reflectance, ior) = match bsdf {
+        Bsdf::Black => (kind::NONE, [0.0; 3], 1.0),
+        Bsdf::Diffuse { reflectance } => (kind::DIFFUSE, reflectance, 1.0),
+        Bsdf::Mirror { reflectance } => (kind::MIRROR, reflectance, 1.0),
+        Bsdf::Dielectric { ior } => (kind::DIELECTRIC, [1.0; 3], ior),
+    };
+    [rgb(reflectance, f32::from_bits(kind)), rgb(emission, ior as f32)].map(|texel| texel.map(f32::to_bits))
+}
+
+fn point_light(light: &scene::Light, space: &RenderSpace) -> Light {
+    let scene::Light::Point { position, power } = *light;
+    let per = 1.0 / (4.0 * std::f64::consts::PI);
+    Light { shape: LightShape::Point(space.point(position)), radiance: power.map(|x| space.power(x) * per) }
+}

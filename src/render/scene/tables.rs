@@ -1,0 +1,381 @@
+//! The scene as the shaders' tables: materials, spheres, lights, the packed tree, and the constants that go with them.
+
+use std::time::Instant;
+
+use bytemuck::Zeroable;
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+use crate::accel;
+use crate::accel::{Aabb, Leaf, Packed, Primitive, TreeStatistics};
+use crate::gpu::Specialization;
+use crate::scene::Scene;
+
+use crate::render::scene::light_paths::BeamTable;
+use crate::render::kernel::driver_traits::DriverFacts;
+use crate::render::scene::polygons;
+use crate::render::scene::polygons::Facet;
+use crate::render::kernel::features::Features;
+use crate::render::scene::collect::{Gathered, Origin, rgb};
+use crate::render::scene::geometry::GeometryTexels;
+use crate::render::light::screen_bounds::lamp_places;
+use crate::render::kernel::layout::{SceneValues, constant};
+use crate::render::light::table::{Light, LightShape, LightTable};
+use crate::render::settings::mutation::Mutation;
+use crate::render::light::solid_angle;
+use crate::render::settings::{Beams, LightSamples, RenderSettings, SampleMap, Sampler};
+use crate::render::space::RenderSpace;
+use crate::render::scene::spheres::ConstantSphere;
+use crate::render::space::view::{Rectangle, View};
+
+/// Handles by which rays name the surface that they leave (`self_id`) are from here on slots of the tree, of which a record has two
+/// (shaders/lib/intersect/bvh/traversal.glsl); below they are the numbers of constant spheres and facets.
+pub(crate) const TREE_ID: usize = 0x0100_0000;
+/// Samples of lights at a first diffuse hit: shaders/lib/path.glsl spreads up to four over a lamp.
+const LIGHT_SAMPLES: u32 = 4;
+
+/// Everything that is uploaded or becomes a constant.
+pub(crate) struct Tables {
+    pub geometry: GeometryTexels,
+    pub lights: LightTable,
+    /// Follows the lights' texels.
+    pub beams: BeamTable,
+    /// Texels of lights before it.
+    beam_texels: u32,
+    light_count: u32,
+    emitter_count: u32,
+    /// The pixels that may show emitters, directly or in mirrors.
+    pub lamp_places: Vec<Rectangle>,
+    /// The only light, if that is a point.
+    single_point: Option<Light>,
+    pub packed: Packed,
+    pub tree: Option<TreeStatistics>,
+    /// Where the tree's primitives come from.
+    origins: Vec<Origin>,
+    /// Scene indices of the constant spheres.
+    constant_origins: Vec<usize>,
+    /// Whether all that does not emit is in the tree, and the camera and the lights are outside of the box around that.
+    pub seen_from_outside: bool,
+    constant_spheres: Vec<ConstantSphere>,
+    facets: Vec<Facet>,
+    facet_occluders: u32,
+    hidden_lights: usize,
+}
+
+impl Tables {
+    pub fn of(scene: &Scene, space: &RenderSpace, settings: &RenderSettings) -> Self {
+        let mut gathered = Gathered::constants(scene, space, settings);
+        let start = Instant::now();
+        gathered.add_what_is_in_the_tree(scene, space);
+        let primitives = &gathered.primitives;
+        let leaves = accel::leaves(primitives);
+        let tree = build_tree(primitives, &leaves, settings);
+        let first_primitive = gathered.constants_count() as u32;
+        // Without one, a tree is compiled in only by the general pipeline.
+        let packed =
+            tree.as_ref().map_or_else(Packed::nothing, |tree| accel::pack(tree, &leaves, primitives, first_primitive));
+        let build_seconds = start.elapsed().as_secs_f64();
+
+        let points = gathered.points;
+        let lights = gathered.lights.into_vec();
+        let mut light_table = LightTable::of(&lights, |light| solid_angle::looks_large(light, scene, space));
+        let beams = match settings.beams {
+            Beams::Off => BeamTable::default(),
+            Beams::Auto => BeamTable::of(scene, space, &lights[points..]),
+        };
+        let beam_texels = light_table.texels.len() as u32;
+        light_table.texels.extend(&beams.texels);
+        let view = View::of(scene);
+        let emits = |&sphere: &usize| scene.surface(scene.spheres[sphere].material).emits();
+        let in_tree = gathered.facets.iter().all(|facet| facet.emits) && gathered.constant_origins.iter().all(emits);
+        let seen_from_outside = in_tree && are_seen_from_outside(&packed.root_boxes, &lights);
+        Self {
+            geometry: gathered.geometry.into_texels(),
+            single_point: (points == 1 && lights.len() == 1).then(|| lights[0]),
+            light_count: lights.len() as u32,
+            emitter_count: (lights.len() - points) as u32,
+            lamp_places: match settings.sample_map {
+                SampleMap::Off => Vec::new(),
+                SampleMap::Auto => lamp_places(scene, space, &view, &lights[points..]),
+            },
+            lights: light_table,
+            beams,
+            beam_texels,
+            seen_from_outside,
+            tree: tree.map(|_| TreeStatistics { build_seconds, ..packed.statistics }),
+            packed,
+            origins: gathered.origins,
+            constant_origins: gathered.constant_origins,
+            constant_spheres: gathered.constant_spheres,
+            facet_occluders: polygons::occluders(&gathered.facets, scene, space),
+            facets: gathered.facets,
+            hidden_lights: gathered.hidden_lights,
+        }
+    }
+
+    /// Point lights that no path can see, because an opaque sphere is around them or around the camera.
+    pub fn hidden_lights(&self) -> usize {
+        self.hidden_lights
+    }
+
+    /// Boxes around all that is in the tree; none without one.
+    pub fn tree_boxes(&self) -> &[Aabb] {
+        &self.packed.root_boxes
+    }
+
+    /// Records of the packed tree.
+    pub fn tree_records(&self) -> usize {
+        self.packed.records()
+    }
+
+    /// Groups of children that a walk may have to keep: one for each level but the last, from which it goes nowhere.
+    fn stack_levels(&self) -> u32 {
+        self.tree.as_ref().map_or(1, |t| t.depth.saturating_sub(1).max(1))
+    }
+
+    /// Where a primitive comes from; `None` for facets, which may join triangles.
+    pub fn origin_of(&self, primitive: i32) -> Option<Origin> {
+        let primitive = usize::try_from(primitive).ok()?;
+        match primitive.checked_sub(self.constant_spheres.len() + self.facets.len()) {
+            None => self.constant_origins.get(primitive).map(|&i| Origin::Sphere(i)),
+            Some(of_tree) => self.origins.get(of_tree).copied(),
+        }
+    }
+
+    /// The primitive that rays name by a handle, or −1.
+    pub fn primitive_of(&self, self_id: i32) -> i32 {
+        match usize::try_from(self_id).ok().and_then(|id| id.checked_sub(TREE_ID)) {
+            None => self_id,
+            Some(slot) => self.packed.primitive(slot).map_or(-1, |primitive| primitive as i32),
+        }
+    }
+
+    /// Samples of lights that a path takes where it first meets a diffuse surface, if it serves several pixels.
+    pub fn light_samples(&self, wanted: LightSamples) -> u32 {
+        if self.samples_lights() && wanted == LightSamples::Auto { LIGHT_SAMPLES } else { 1 }
+    }
+
+    /// Whether lights are sampled: there is more than a point.
+    pub fn samples_lights(&self) -> bool {
+        self.light_count > 0 && self.single_point.is_none()
+    }
+
+    /// The numbers of the scene.
+    pub fn values(&self) -> SceneValues {
+        let mut values = SceneValues {
+            record_count: self.packed.records() as u32,
+            // The last word of the root's record.
+            root_order: self.packed.texels[2][3],
+            first_material: self.geometry.first_material,
+            first_position: self.geometry.first_position,
+            first_normal: self.geometry.first_normal,
+            ..SceneValues::zeroed()
+        };
+        for (value, s) in values.spheres.iter_mut().zip(&self.constant_spheres) {
+            let [x, y, z] = s.center;
+            *value = [[x, y, z, s.radius], [s.power, 0.0, 0.0, 0.0]];
+        }
+        for (value, b) in values.tree_boxes.iter_mut().zip(&self.packed.root_boxes) {
+            *value = [b.lo, b.hi].map(|corner| corner.extend(0.0).to_array());
+        }
+        for (value, f) in values.facets.iter_mut().zip(&self.facets) {
+            let plane = f.normal.dot(f.corners[0]);
+            *value = [f.edges().map(|edge| edge.z as f32), [plane as f32, 0.0, 0.0, 0.0]];
+        }
+        if let Some(Light { shape: LightShape::Point(p), radiance }) = self.single_point {
+            values.point_position = p.extend(0.0).as_vec4().to_array();
+            values.point_intensity = rgb(radiance, 0.0);
+        }
+        let grid = &self.lights.grid;
+        values.light_grid = grid.center.extend(grid.size).as_vec4().to_array();
+        values
+    }
+
+    /// Values of all specialization constants but the workgroup's size and the loop budget.
+    pub fn specialization(&self, features: &Features, settings: &RenderSettings, facts: DriverFacts) -> Specialization {
+        let mut s = Specialization::default();
+        s.uint(constant::FILTER, u32::from(features.gaussian))
+            .uint(
+                constant::SAMPLER,
+                match features.sampler {
+                    Sampler::Sobol => 0,
+                    Sampler::Independent => 1,
+                    Sampler::Pcg => 2,
+                },
+            )
+            .uint(constant::MAX_DEPTH, features.max_depth)
+            .uint(constant::ROULETTE_DEPTH, features.roulette)
+            .bool(constant::INDIRECT, features.indirect)
+            .bool(constant::HAS_DIFFUSE, features.diffuse)
+            .bool(constant::HAS_MIRROR, features.mirror)
+            .bool(constant::HAS_DIELECTRIC, features.dielectric)
+            .bool(constant::HAS_EMITTER, features.emitter)
+            .bool(constant::HAS_BACKGROUND, features.background)
+            .uint(constant::SPHERE_COUNT, features.constant_spheres)
+            .bool(constant::HAS_TREE, features.tree)
+            .bool(constant::TREE_SPHERES, features.tree_spheres)
+            .bool(constant::TREE_TRIANGLES, features.tree_triangles)
+            .bool(constant::BRUTE_FORCE, features.brute_force)
+            .bool(constant::MOLLER_TRUMBORE, features.moller_trumbore)
+            .bool(constant::SMOOTH_NORMALS, features.smooth_normals)
+            .uint(constant::LIGHT_COUNT, self.light_count)
+            .uint(constant::EMITTER_COUNT, self.emitter_count)
+            .uint(constant::LIGHT_KINDS, if features.light_kinds { LightTable::ALL_KINDS } else { self.lights.kinds })
+            .uint(constant::LIGHT_NODES, self.lights.nodes)
+            .uint(constant::LIGHT_ENTRIES, self.lights.grid.entries)
+            .uint(constant::LIGHT_CELLS, self.lights.grid.cells)
+            .uint(constant::LIGHT_DEPTH, self.lights.grid.depth)
+            .uint(constant::BEAM_TEXELS, self.beam_texels)
+            .uint(constant::LIGHT_LOOPS, self.lights.grid.loops())
+            .uint(constant::SOBOL_LEVELS, features.sobol_levels)
+            .bool(constant::THREADS, facts.threads)
+            .bool(constant::SHUFFLES, facts.shuffles)
+            .uint(constant::TREE_BOX_COUNT, self.packed.root_boxes.len() as u32)
+            .uint(constant::TREE_LEVELS, if features.deep_tree { accel::MAX_DEPTH } else { self.stack_levels() })
+            .uint(constant::MUTATION, settings.mutation.map_or(0, |m| m as u32))
+            .bool(constant::PATH_STATS, settings.count_steps);
+        for (i, sphere) in self.constant_spheres.iter().enumerate() {
+            let base = constant::SPHERES + 2 * i as u32;
+            s.uint(base, sphere.side as u32).uint(base + 1, sphere.form as u32);
+        }
+        if let Some(Light { shape: LightShape::Point(p), .. }) = self.single_point {
+            let is_inside = |s: &ConstantSphere| {
+                let center = DVec3::from(s.center.map(f64::from));
+                center.distance_squared(p) < f64::from(s.radius).powi(2)
+            };
+            let inside = self.constant_spheres.iter().enumerate().map(|(i, s)| u32::from(is_inside(s)) << i).sum();
+            s.uint(constant::POINT_INSIDE, inside);
+        }
+        s.uint(constant::FACET_COUNT, self.facets.len() as u32).uint(constant::FACET_OCCLUDERS, self.facet_occluders);
+        let across = |axis| self.facets.iter().enumerate().map(|(i, f)| u32::from(f.axis() == axis) << i).sum();
+        s.uint(constant::FACETS_ACROSS_X, across(0)).uint(constant::FACETS_ACROSS_Y, across(1));
+        for (i, f) in self.facets.iter().enumerate() {
+            let base = constant::FACETS + 16 * i as u32;
+            let edges = f.edges().into_iter().flat_map(|edge| [edge.x, edge.y]);
+            for (j, v) in edges.chain(f.normal.to_array()).enumerate() {
+                s.float(base + j as u32, v as f32);
+            }
+        }
+        s
+    }
+}
+
+fn build_tree(primitives: &[Primitive], leaves: &[Leaf], settings: &RenderSettings) -> Option<accel::Tree> {
+    let is_thin = matches!(settings.mutation, Some(Mutation::ThinBoxes | Mutation::NoMargins));
+    let bounds_of = if is_thin { Primitive::extent } else { Primitive::bounds };
+    let of_leaf =
+        |leaf: &Leaf| leaf.members().fold(Aabb::EMPTY, |all, i| all.union(bounds_of(&primitives[i as usize])));
+    accel::build(&leaves.par_iter().map(of_leaf).collect::<Vec<_>>())
+}
+
+/// Whether the camera, which is the origin, and some lights are outside of the box around these.
+fn are_seen_from_outside(boxes: &[Aabb], lights: &[Light]) -> bool {
+    let around = boxes.iter().copied().fold(Aabb::EMPTY, Aabb::union);
+    let is_outside = |light: &Light| {
+        let (lo, hi) = light.bounds();
+        !around.meets(Aabb::around([lo.as_vec3(), hi.as_vec3()]))
+    };
+    !around.meets(Aabb::around([Vec3::ZERO])) && lights.iter().all(is_outside)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::render::kernel::driver_traits::Sharers;
+    use super::*;
+    use crate::bench::generate;
+    use crate::check::scenes::divided_room;
+    use crate::scene;
+    use crate::scene::{PixelFilter, Surface};
+
+    fn specialization(scene: &Scene) -> Specialization {
+        let settings = RenderSettings::of(scene);
+        let facts = DriverFacts {
+            loop_budget: 0,
+            workgroup_size: 64,
+            queue: true,
+            reuse: Sharers::Lanes,
+            threads: false,
+            shuffles: false,
+            groups_fit: true,
+            invocations: 0,
+            queue_regions: 64,
+        };
+        Tables::of(scene, &RenderSpace::of(scene), &settings).specialization(
+            &Features::of(scene, &settings),
+            &settings,
+            facts,
+        )
+    }
+
+    /// Drivers compile a kernel for each set of constants, which takes longer than many a rendering.
+    #[test]
+    fn what_moves_compiles_nothing_anew() {
+        let room = r#"
+            version = 1
+            [camera]
+            position = [0, 0, 5]
+            target = [0, 0, 0]
+            horizontal_fov = 40
+            [film]
+            width = 8
+            height = 8
+            [[material]]
+            name = "grey"
+            type = "diffuse"
+            reflectance = [0.5, 0.5, 0.5]
+            [[material]]
+            name = "glass"
+            type = "dielectric"
+            ior = 1.5
+            [[sphere]]
+            center = [0, -1000, 0]
+            radius = 999
+            material = "grey"
+            [[sphere]]
+            center = [0, 0, 0]
+            radius = 1
+            material = "glass"
+            [[light]]
+            type = "point"
+            position = [2, 3, 4]
+            power = [1, 1, 1]
+        "#;
+        let room = Scene::from_toml_str(room, "room", None).unwrap().scene;
+        let cornell = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/scenes/cornell.toml");
+        let cornell = Scene::load(std::path::Path::new(cornell)).unwrap().scene;
+        for scene in [room.clone(), generate::terrain(200), cornell] {
+            let constants = specialization(&scene);
+            let mut moved = scene.clone();
+            moved.camera.position += DVec3::new(0.11, 0.07, -0.13);
+            moved.camera.target.x += 0.3;
+            assert_eq!(specialization(&moved), constants, "{}", scene.source);
+        }
+        let mut moved = room.clone();
+        moved.spheres[1].center.y += 0.25;
+        moved.spheres[1].radius = 0.9;
+        moved.materials[1].surface = Surface::dielectric(1.6);
+        moved.lights = vec![scene::Light::Point { position: DVec3::new(-2.0, 3.0, 1.0), power: [2.0, 3.0, 4.0] }];
+        assert_eq!(specialization(&moved), specialization(&room));
+        // What another kind of light or surface needs is compiled.
+        moved.film.filter = PixelFilter::Gaussian;
+        moved.materials[1].surface = Surface::mirror([1.0; 3]);
+        assert_ne!(specialization(&moved), specialization(&room));
+    }
+
+    #[test]
+    fn terrain_is_seen_from_outside() {
+        let from_outside =
+            |scene: &Scene| Tables::of(scene, &RenderSpace::of(scene), &RenderSettings::of(scene)).seen_from_outside;
+        let terrain = generate::terrain(2000);
+        assert!(from_outside(&terrain));
+        let position = terrain.meshes[0].positions[terrain.meshes[0].positions.len() / 2];
+        let mut from_within = terrain.clone();
+        from_within.camera.position = position;
+        assert!(!from_outside(&from_within));
+        let mut lit_from_within = terrain.clone();
+        lit_from_within.lights.push(scene::Light::Point { position, power: [1.0; 3] });
+        assert!(!from_outside(&lit_from_within));
+        // What is in no tree is not seen to be outside.
+        assert!(!from_outside(&divided_room()));
+    }
+}

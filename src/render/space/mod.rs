@@ -1,0 +1,85 @@
+//! Render space: scene space moved and scaled so that single precision is at its best where it matters.
+//!
+//! The camera is the origin, so that a scene far from its own origin loses nothing. One unit is a power of two near
+//! the size of what is seen, so that huge and tiny scenes give the same bits and nothing overflows.
+
+pub(crate) mod bounds;
+pub(crate) mod view;
+
+use glam::{DVec3, Vec3};
+
+use crate::scene::{Light, Scene};
+
+/// The map from scene space to render space.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct RenderSpace {
+    origin: DVec3,
+    scale: f64,
+    /// Largest distance from the origin at which rays are expected to start, in render space.
+    pub reach: f64,
+}
+
+impl RenderSpace {
+    pub fn of(scene: &Scene) -> Self {
+        let origin = scene.camera.position;
+        let mut near: f64 = 0.0;
+        for light in &scene.lights {
+            let Light::Point { position, .. } = light;
+            near = near.max(position.distance(origin));
+        }
+        for mesh in &scene.meshes {
+            let farthest = mesh.positions.iter().map(|p| p.distance_squared(origin)).fold(0.0, f64::max);
+            near = near.max(farthest.sqrt());
+        }
+        for sphere in &scene.spheres {
+            near = near.max((sphere.center.distance(origin) - sphere.radius).abs());
+        }
+        // Of spheres much larger than that only the near side is seen: the walls of a room.
+        let reach = scene
+            .spheres
+            .iter()
+            .filter(|s| s.radius <= 2.0 * near)
+            .map(|s| s.center.distance(origin) + s.radius)
+            .fold(near, f64::max);
+        let reach = if reach > 0.0 && reach.is_finite() { reach } else { 1.0 };
+        // The power of two below: exact, so that scaling the scene by 2^k scales nothing here.
+        let scale = 2f64.powi(-exponent(reach));
+        Self { origin, scale, reach: reach * scale }
+    }
+
+    pub fn point(&self, p: DVec3) -> DVec3 {
+        (p - self.origin) * self.scale
+    }
+
+    /// The inverse of [`Self::point`].
+    pub fn scene_point(&self, p: DVec3) -> DVec3 {
+        p / self.scale + self.origin
+    }
+
+    pub fn point32(&self, p: DVec3) -> Vec3 {
+        self.point(p).as_vec3()
+    }
+
+    /// The corners of a triangle in single precision; `None` if that leaves it no area. A line or a point has no
+    /// inside, and rounding must not give it one: of a point every ray passes on the inner side of each "edge".
+    pub fn triangle32(&self, corners: [DVec3; 3]) -> Option<[Vec3; 3]> {
+        let rounded = corners.map(|p| self.point32(p));
+        // The products of differences of floats are exact in f64 but for their last bits.
+        let [a, b, c] = rounded.map(|p| p.as_dvec3());
+        ((b - a).cross(c - a) != DVec3::ZERO).then_some(rounded)
+    }
+
+    pub fn length(&self, l: f64) -> f64 {
+        l * self.scale
+    }
+
+    /// Power over area is what reaches a surface: power scales like an area.
+    pub fn power(&self, p: f64) -> f64 {
+        p * self.scale * self.scale
+    }
+}
+
+/// ⌊log₂ x⌋ of a normal x > 0, exactly.
+fn exponent(x: f64) -> i32 {
+    ((x.to_bits() >> 52) & 0x7ff) as i32 - 1023
+}
