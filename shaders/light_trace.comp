@@ -6,9 +6,9 @@
 #extension GL_KHR_shader_subgroup_vote : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #extension GL_KHR_shader_subgroup_shuffle : require
-// Light traced from lamps through glass and mirrors: see lib/light/beam.glsl. An invocation traces beams, and notes for each the
-// pixels that it lights and by how much. The host adds these up in the order of the beams, so that the image has the same bits
-// however they are scheduled (src/render/renderer/beams.rs).
+// Light traced from emitters through glass and mirrors: see lib/light_tracing.glsl. An invocation traces light paths, and notes for each the
+// pixels that it lights and by how much. The host adds these up in the order of the light paths, so that the image has the same bits
+// however they are scheduled (src/render/light_tracing/).
 
 #include "lib/path.glsl"
 #include "lib/counting.glsl"
@@ -16,15 +16,15 @@
 
 layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
 
-// Light, and its pixel (as bits): the first notes of all beams of the dispatch, then the second ones, and so on, BEAM_NOTES of each.
-layout(rgba32ui, binding = 10) uniform uimageBuffer beam_texels;
+// Light, and its pixel (as bits): the first notes of all light paths of the dispatch, then the second ones, and so on, MAX_SPLATS of each.
+layout(rgba32ui, binding = 10) uniform uimageBuffer splat_texels;
 
-// In place of a pixel: there are no further notes; the loop budget was spent before the beam ended.
+// In place of a pixel: there are no further notes; the loop budget was spent before the light path ended.
 const uint NO_PIXEL = 0xffffffffu;
 const uint UNFINISHED = 0xfffffffeu;
-// Iterations of a beam's step: its own, and those in which the two loops over targets end.
+// Iterations of a light path's step: its own, and those in which the two loops over targets end.
 const uint STEP_LOOPS = 3u;
-// Beams whose random numbers are spread evenly together: the table's lowest level.
+// Light paths whose random numbers are spread evenly together: the table's lowest level.
 const uint BLOCK = 1024u;
 
 // A point on an emitter, off its surface, and its normal there.
@@ -32,7 +32,7 @@ void emitter_point(int light, vec2 u, out vec3 point, out vec3 normal) {
     Light l = light_of(light);
     if (!is_flat(l)) {
         float z = 1.0 - 2.0 * u.y;
-        vec3 m = vec3(sqrt(upper(1.0 - z * z, 0.0)) * cos_sin_2pi(u.x), z);
+        vec3 m = vec3(sqrt(fast_max(1.0 - z * z, 0.0)) * cos_sin_2pi(u.x), z);
         float slack = 1e-6 * (l.size + abs(l.a.x) + abs(l.a.y) + abs(l.a.z));
         bool inward = is_kind(l, LIGHT_INWARD);
         point = l.a + (inward ? l.size - slack : l.size + slack) * m;
@@ -90,9 +90,9 @@ uint pixel_at(Camera camera, vec3 x, vec2 u, out float importance) {
     return seen ? uint(at.y) * width + uint(at.x) : NO_PIXEL;
 }
 
-// A beam on its way.
-struct Beam {
-    int light;          // its lamp
+// A light path on its way.
+struct LightPath {
+    int light;          // its emitter
     vec3 y;             // where it left that
     vec3 direction;     // and in which direction
     float cos_light;
@@ -103,131 +103,131 @@ struct Beam {
     uint notes;         // and notes
     vec3 origin;        // its next ray
     vec3 toward;
-    int leaving;
+    int self_id;
 };
 
 // Of a lane that has had none yet.
-Beam beam_none() {
+LightPath light_path_none() {
     const vec3 none = vec3(0.0);
-    return Beam(0, none, none, 0.0, none, 0u, 0u, 0u, 0u, none, vec3(0.0, 0.0, 1.0), -1);
+    return LightPath(0, none, none, 0.0, none, 0u, 0u, 0u, 0u, none, vec3(0.0, 0.0, 1.0), -1);
 }
 
-// Beam `number`, and whether it carries anything.
-Beam beam_begin(uint number, out bool alive) {
-    Beam b;
+// Light path `number`, and whether it carries anything.
+LightPath light_path_begin(uint number, out bool alive) {
+    LightPath b;
     b.key = hash(number / BLOCK ^ hash(seed ^ 0x5be0cd19u));
     b.index = number % BLOCK;
-    // A lamp with a target.
-    const uint pairs = EMITTER_COUNT * BEAM_TARGETS;
+    // An emitter with a target.
+    const uint pairs = EMITTER_COUNT * CASTER_COUNT;
     float columns = float(pairs < 2u ? 1u : 2u << findMSB(pairs - 1u));     // of the table (src/render/alias.rs)
     float place = sample_pair(b.key, b.index, PAIR_PIXEL, 0u).x * columns;
     uint pair = uint(place);
-    vec4 entry = light_texel(int(BEAM_TEXELS + BEAM_TARGETS + pair));
+    vec4 entry = light_texel(int(CASTER_TEXELS + CASTER_COUNT + pair));
     pair = place - float(pair) < entry.x ? pair : floatBitsToUint(entry.y);
-    b.light = int(FIRST_EMITTER + pair / BEAM_TARGETS);
+    b.light = int(FIRST_EMITTER + pair / CASTER_COUNT);
     vec3 normal;
     emitter_point(b.light, sample_pair(b.key, b.index, pair_light(1u), 1u), b.y, normal);
     vec2 u = sample_pair(b.key, b.index, pair_choice(1u), 1u);
-    b.direction = beam_direction(beam_target(pair % BEAM_TARGETS), b.y, normal, u);
+    b.direction = caster_direction(caster_bounds(pair % CASTER_COUNT), b.y, normal, u);
     b.cos_light = dot(normal, b.direction);
-    float pdf = b.cos_light > 0.0 ? beam_pdf(b.light, b.y, b.direction, b.cos_light) : 0.0;
+    float pdf = b.cos_light > 0.0 ? light_path_pdf(b.light, b.y, b.direction, b.cos_light) : 0.0;
     alive = pdf > 0.0;
     b.power = light_of(b.light).radiance * (emitter_area(b.light) * b.cos_light / pdf);
     b.hits = 0u;
     b.notes = 0u;
     b.origin = b.y;
     b.toward = b.direction;
-    b.leaving = -1;
+    b.self_id = -1;
     return b;
 }
 
-// Numbers for the choice of a pixel near what a beam lights.
-vec2 sample_near(Beam b) {
+// Numbers for the choice of a pixel near what a light path lights.
+vec2 sample_near(LightPath b) {
     uint h = hash(hash(b.key ^ 0x1f83d9abu) + b.index * 0x9e3779b9u + b.hits * 0x63d83595u);
     return vec2(unit_float(h), unit_float(hash(h)));
 }
 
-// Notes something of a beam of the dispatch.
-void note(uint beam, uint number, uint pixel, vec3 light) {
-    imageStore(beam_texels, int(number * (end_slot - first_slot) + beam), uvec4(floatBitsToUint(light), pixel));
+// Records something of a light path of the dispatch.
+void note(uint light_path, uint number, uint pixel, vec3 light) {
+    imageStore(splat_texels, int(number * (end_slot - first_slot) + light_path), uvec4(floatBitsToUint(light), pixel));
 }
 
 void main() [[maximally_reconverges]] {
     load_scene();
-    // A lane whose beam has ended goes on with its next one.
+    // A lane whose light path has ended goes on with its next one.
     uint stride = gl_NumWorkGroups.x * gl_WorkGroupSize.x;
     uint next = gl_GlobalInvocationID.x;
     uint last = end_slot - first_slot;
     uint current = next;
     bool alive = false;
-    Beam beam = beam_none();
+    LightPath light_path = light_path_none();
     Camera camera = frame_camera();
     Counts counts = Counts(0u, 0u, 0u, 0u, 0u, 0u, 0u);
     uint loops = 0u;
     while (subgroupAny(alive || next < last)) {
         loops += STEP_LOOPS;
-        count_doubtful(!alive && next < last ? BEAM_TARGETS : 0u);
+        count_fallback(!alive && next < last ? CASTER_COUNT : 0u);
         if (!alive && next < last) {
             current = next;
             next += stride;
-            beam = beam_begin(first_slot + current, alive);
+            light_path = light_path_begin(first_slot + current, alive);
             if (!alive) note(current, 0u, NO_PIXEL, vec3(0.0));
         }
         bool travels = alive;
-        beam.hits += 1u;
+        light_path.hits += 1u;
         counts.rays += travels ? 1u : 0u;
-        Ray way = Ray(beam.origin, beam.toward, beam.leaving);
+        Ray way = Ray(light_path.origin, light_path.toward, light_path.self_id);
         Hit hit = intersect(way, loops);
         Vertex v = vertex_at(hit, way);
-        vec3 wo = -beam.toward;
+        vec3 wo = -light_path.toward;
         alive = alive && hit.primitive >= 0 && v.bsdf.type != BSDF_NONE;
 
         // What it lights is seen if it has met glass or a mirror first; other light is left to paths.
         float x2 = dot(v.outside, v.outside);
         float importance;
-        vec2 near = FILTER == 1u ? sample_near(beam) : vec2(0.0);
+        vec2 near = FILTER == 1u ? sample_near(light_path) : vec2(0.0);
         uint pixel = pixel_at(camera, v.outside, near, importance);
         vec3 to_camera = -v.outside * inversesqrt(x2);
         bool delta = is_delta(v.bsdf);
-        alive = alive && (delta || beam.hits > 1u);
+        alive = alive && (delta || light_path.hits > 1u);
         bool shows = alive && !delta && pixel != NO_PIXEL && dot(v.up, to_camera) > 0.0;
         counts.shadow_rays += shows ? 1u : 0u;
-        bool hidden = occluded(Ray(v.outside, to_camera, leaving_id(v.self_id, v.surface, v.front)), sqrt(x2), shows, loops);
-        count_doubtful(shows && !hidden ? BEAM_TARGETS : 0u);
-        if (shows && !hidden) {
-            float r = beams_per_path(beam.light, beam.y, beam.direction, beam.cos_light, x2);
-            float weight = MUTATION == MUTATE_BEAMS ? 1.0 : r / (1.0 + r);
-            vec3 light = beam.power * bsdf_eval(v.bsdf, v.normal, wo, to_camera) * (weight * importance);
+        bool occluded = occluded(Ray(v.outside, to_camera, self_id_of(v.self_id, v.surface, v.front)), sqrt(x2), shows, loops);
+        count_fallback(shows && !occluded ? CASTER_COUNT : 0u);
+        if (shows && !occluded) {
+            float r = light_path_ratio(light_path.light, light_path.y, light_path.direction, light_path.cos_light, x2);
+            float weight = MUTATION == MUTATE_LIGHT_TRACING ? 1.0 : r / (1.0 + r);
+            vec3 light = light_path.power * bsdf_eval(v.bsdf, v.normal, wo, to_camera) * (weight * importance);
             bool good = is_finite(brightness(light));
             counts.bad += good ? 0u : 1u;
-            if (good) note(current, beam.notes++, pixel, light);
+            if (good) note(current, light_path.notes++, pixel, light);
         }
-        alive = alive && beam.hits < MAX_DEPTH && beam.hits < BEAM_HITS;
+        alive = alive && light_path.hits < MAX_DEPTH && light_path.hits < LIGHT_PATH_HITS;
 
-        vec2 u = sample_pair(beam.key, beam.index, pair_direction(beam.hits), beam.hits);
+        vec2 u = sample_pair(light_path.key, light_path.index, pair_direction(light_path.hits), light_path.hits);
         BsdfSample onward = bsdf_sample(v.bsdf, v.normal, wo, u);
         vec3 share = onward.weight;
         if (!delta) {
-            float survive = upper(upper(share.x, share.y), share.z);
-            alive = alive && sample_independent(beam.key, beam.index, beam.hits) < survive;
+            float survive = fast_max(fast_max(share.x, share.y), share.z);
+            alive = alive && sample_independent(light_path.key, light_path.index, light_path.hits) < survive;
             share *= 1.0 / survive;
         }
         // Paths leave out that radiance changes with the square of the index of refraction, which cancels out if emitter and surface are
         // in the same medium.
         if (HAS_DIELECTRIC && onward.crosses) share *= 1.0 / (v.bsdf.eta * v.bsdf.eta);
-        if (travels && !alive && beam.notes < BEAM_NOTES) note(current, beam.notes, NO_PIXEL, vec3(0.0));
-        beam.power *= share;
-        beam.origin = onward.crosses ? v.surface.position - v.up * v.surface.offset : v.outside;
-        beam.toward = onward.direction;
-        beam.leaving = leaving_id(v.self_id, v.surface, v.front != onward.crosses);
-        // A walk may have ended too early.
-        if (LOOP_BUDGET > 0u) doubtful_loops = subgroupMax(doubtful_loops);
-        if (LOOP_BUDGET > 0u && loops + doubtful_loops >= LOOP_BUDGET) {
+        if (travels && !alive && light_path.notes < MAX_SPLATS) note(current, light_path.notes, NO_PIXEL, vec3(0.0));
+        light_path.power *= share;
+        light_path.origin = onward.crosses ? v.surface.position - v.up * v.surface.offset : v.outside;
+        light_path.toward = onward.direction;
+        light_path.self_id = self_id_of(v.self_id, v.surface, v.front != onward.crosses);
+        // A traversal may have ended too early.
+        if (LOOP_BUDGET > 0u) fallback_loops = subgroupMax(fallback_loops);
+        if (LOOP_BUDGET > 0u && loops + fallback_loops >= LOOP_BUDGET) {
             if (travels) note(current, 0u, UNFINISHED, vec3(0.0));
             for (; next < last; next += stride) note(next, 0u, UNFINISHED, vec3(0.0));
             break;
         }
     }
-    if (PATH_STATS) counts.steps = walked_steps;
+    if (PATH_STATS) counts.steps = traversal_steps;
     add_counts(counts);
 }

@@ -8,17 +8,17 @@
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #extension GL_KHR_shader_subgroup_shuffle : require
 // Path tracing for scenes with a tree, on devices whose subgroup is a SIMD register of a CPU. Most rays of most scenes
-// never come near the mesh, and those that do walk the tree for very different numbers of steps: traced where they
-// arise, they leave most lanes idle. Here each lane has a pocket: a path whose next ray, or whose shadow ray, meets the
-// tree's boxes is put into it, and the lane goes on with another path. When few lanes can go on, all lanes walk the
-// tree with what their pockets hold; then paths go on from the results.
+// never come near the mesh, and those that do traverse the BVH for very different numbers of steps: traced where they
+// arise, they leave most lanes idle. Here each lane has a ray pool: a path whose next ray, or whose shadow ray, meets the
+// tree's boxes is put into it, and the lane goes on with another path. When few lanes can go on, all lanes traversal the
+// tree with what their ray pools hold; then paths go on from the results.
 //
-// Pockets are arrays that are only indexed by constants: such an access is a blend or a move of registers, where one
+// Ray pools are arrays that are only indexed by constants: such an access is a blend or a move of registers, where one
 // by a variable index, or to a buffer, is a scalar access for each lane and component. Lanes are counted
 // only once in a few steps, which takes as many instructions as there are lanes, and loops end at their ends: after a break
 // lavapipe executes the rest of the body once more, for no lane.
 //
-// Loops that only move data stay loops. lavapipe makes a coroutine of a compute shader, for which LLVM 15 reckons the
+// Loops that only move data stay loops. lavapipe makes a coroutine of a compute shader, for which LLVM 15 computes the
 // dominators of all basic blocks once for each local variable: its time goes with the product of the two. A texel
 // access has five variables and two blocks, a vec4 written to a storage buffer eighty blocks.
 //
@@ -26,7 +26,7 @@
 // runs. The light of each path goes to a slot of its own, and the film is summed in the order of the samples: the image does
 // not depend on how work is cut or scheduled, and no stage needs the host.
 //
-// With REUSE, what paths note of their first two hits is then used for the other pixels of their groups (reuse_notes.glsl).
+// With REUSE, what paths note of their first two hits is then used for the other pixels of their groups (reuse_queue.glsl).
 // Segments from hit to hit are tested at once, by lanes that share the paths of their groups.
 
 #include "lib/work.glsl"
@@ -39,12 +39,12 @@ layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
 
 #include "lib/intersect/bvh/bvh.glsl"
 #include "lib/scene.glsl"
-#include "lib/pocket.glsl"
+#include "lib/ray_pool.glsl"
 
 const uint PATHS = 1u << SLOT_BITS;     // paths of a workgroup in one dispatch
 const uint RUN = 8u;                    // samples of a pixel that a lane draws at once
 const uint CHECK_PATHS = 2u;            // steps of the paths from one count of the lanes to the next
-const uint CHECK_WALKS = 4u;            // fetches from one count to the next
+const uint CHECK_TRAVERSALS = 4u;            // fetches from one count to the next
 
 // What the subgroup shares; the same in all lanes.
 uint loops = 0u;
@@ -56,7 +56,7 @@ uint rays = 0u;             // of this lane
 uint shadow_rays = 0u;
 uint steps = 0u;
 
-bool out_of_budget() { return LOOP_BUDGET > 0u && loops + doubtful_loops >= budget; }
+bool out_of_budget() { return LOOP_BUDGET > 0u && loops + fallback_loops >= budget; }
 
 // The samples that a lane will begin next, all of one pixel.
 struct Run {
@@ -72,12 +72,12 @@ void draw_runs(uvec2 corner, uint tile, uint samples, inout Run run) {
     if (next_run >= runs || !any_lane(run.left == 0u)) return;
     // A run may turn out to be empty: then its lane draws again.
     do {
-        bool wanted = run.left == 0u;
-        uvec4 ballot = subgroupBallot(wanted);
+        bool enabled = run.left == 0u;
+        uvec4 ballot = subgroupBallot(enabled);
         uint number = next_run + subgroupBallotExclusiveBitCount(ballot);
         next_run += subgroupBallotBitCount(ballot);
         loops += 1u;
-        if (wanted && number < runs) {
+        if (enabled && number < runs) {
             uint p = pixel_of_path(number);
             uint first = sample_of_path(number) * RUN;
             uvec2 at = pixel_of_work(corner, p);
@@ -123,8 +123,8 @@ void release_region(uint r) {
 }
 
 // Whether a lane has a path to go on with, or may begin one.
-bool can_advance(Held h, Pocket pocket, Run run) {
-    return h.slot != NOTHING || pocket_traced(pocket) != 0u || (run.left > 0u && pocket_room(pocket));
+bool can_advance(Held h, RayPool pool, Run run) {
+    return h.slot != NOTHING || pool_traced(pool) != 0u || (run.left > 0u && pool_has_room(pool));
 }
 
 // Whether to go on with what these lanes can do: if they are most, or if no lane has a ray for the tree.
@@ -134,11 +134,11 @@ bool enough(bool can, bool waits) {
 }
 
 // Whether a lane has a ray for the tree.
-bool has_ray(Pocket pocket, PocketWalk w) { return w.place != 0u || pocket_waiting(pocket) != 0u; }
+bool has_ray(RayPool pool, PoolTraversal w) { return w.place != 0u || pool_waiting(pool) != 0u; }
 
 // Goes on with paths for as long as most lanes can.
-void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h, inout Pocket pocket, inout Run run,
-             PocketWalk w) {
+void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h, inout RayPool pool, inout Run run,
+             PoolTraversal w) {
     uint until_check = 1u;
     do {
         loops += 1u + HIT_LOOPS;
@@ -161,33 +161,33 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
             if (SMOOTH_NORMALS && shades && vertex.first) {
                 path_store(region + h.slot, ROW_FIRST_UP, vec4(vertex.up, 0.0));
             }
-            if (second) note_second_hit(region + h.slot, h.path, vertex, h.t, direct);
-            h.gives = h.gives || (second && vertex.gives);
+            if (second) record_second_hit(region + h.slot, h.path, vertex, h.t, direct);
+            h.shareable = h.shareable || (second && vertex.shareable);
             h.met = h.met || second;
         }
         rays += shades ? 1u : 0u;
-        uint entry_of_shadow = 0u;    // see tree_entry
+        uint root_mask_of_shadow = 0u;    // see root_hit_mask
         if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
-            bool wanted = shades && shadow.wanted;
-            shadow_rays += wanted ? 1u : 0u;
-            bool hidden;
-            entry_of_shadow = shadow_entry(ray_of(shadow), shadow.distance, shadow.wanted, hidden);
-            entry_of_shadow = wanted ? entry_of_shadow : 0u;
-            if (wanted && !hidden && entry_of_shadow == 0u) h.radiance += shadow.radiance;
+            bool enabled = shades && shadow.enabled;
+            shadow_rays += enabled ? 1u : 0u;
+            bool occluded;
+            root_mask_of_shadow = shadow_root_mask(ray_of(shadow), shadow.distance, shadow.enabled, occluded);
+            root_mask_of_shadow = enabled ? root_mask_of_shadow : 0u;
+            if (enabled && !occluded && root_mask_of_shadow == 0u) h.radiance += shadow.radiance;
         }
-        bool later = entry_of_shadow != 0u;
+        bool later = root_mask_of_shadow != 0u;
         bool ended = held && !alive && !later;
         if (ended) {
-            h.gives = h.gives && is_worth_giving(h.radiance);
-            float state = h.gives ? PATH_GIVES : (h.met ? PATH_MET : PATH_ENDED);
+            h.shareable = h.shareable && is_worth_sharing(h.radiance);
+            float state = h.shareable ? PATH_GIVES : (h.met ? PATH_MET : PATH_ENDED);
             path_store(region + h.slot, ROW_LIGHT, vec4(h.radiance, state));
         }
 
         // Next rays of living paths and first rays of new ones.
-        bool begins = !alive && !later && run.left > 0u && pocket_room(pocket);
+        bool begins = !alive && !later && run.left > 0u && pool_has_room(pool);
         h.slot = begins ? run.slot : (alive || later ? h.slot : NOTHING);
         h.radiance = begins ? vec3(0.0) : h.radiance;
-        h.gives = h.gives && !begins;
+        h.shareable = h.shareable && !begins;
         h.met = h.met && !begins;
         h.dying = !alive && later;
         // From the camera to the first hit the random numbers are the pixel's own.
@@ -202,56 +202,56 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         h.t = t;
         h.id = id;
         if (REUSE && !reuses()) h.path.flags &= ~PATH_FROM_FIRST;
-        uint entry = tree_entry(h.path.origin, h.path.direction, t);
+        uint entry = root_hit_mask(h.path.origin, h.path.direction, t);
         entry = alive || begins ? entry : 0u;
         // The same for a living path, which leaves a diffuse surface as its shadow ray does.
         h.path.origin = later ? shadow.origin : h.path.origin;
-        h.path.leaving = later ? shadow.leaving : h.path.leaving;
-        if (HAS_TREE) {
-            pocket_put(pocket, h, shadow, entry, entry_of_shadow);
+        h.path.self_id = later ? shadow.self_id : h.path.self_id;
+        if (HAS_BVH) {
+            pool_put(pool, h, shadow, entry, root_mask_of_shadow);
             h.slot = entry != 0u || later ? NOTHING : h.slot;
-            pocket_take(pocket, h);
+            pool_take(pool, h);
         }
         if (--until_check == 0u) {
             until_check = CHECK_PATHS;
             draw_runs(corner, tile, samples, run);
-            if (!enough(can_advance(h, pocket, run), has_ray(pocket, w))) break;
+            if (!enough(can_advance(h, pool, run), has_ray(pool, w))) break;
         }
     } while (!out_of_budget());
 }
 
 // One step.
-void walk_further(inout PocketWalk w) {
-    if (REUSE) occlusion_steps += w.shadow && w.walk.walks ? 1u : 0u;
-    walk_on(w.walk, w.ray, w.leaving, w.shadow, steps);
+void advance_traversal(inout PoolTraversal w) {
+    if (REUSE) occlusion_steps += w.shadow && w.traversal.running ? 1u : 0u;
+    traversal_advance(w.traversal, w.ray, w.self_id, w.shadow, steps);
 }
 
-// Walks the tree for as long as most lanes have a ray to walk with, and then a while longer if that is all there is
+// Traversals the tree for as long as most lanes have a ray to traverse with, and then a while longer if that is all there is
 // to do.
-void walk_pockets(inout Pocket pocket, inout PocketWalk w, Run run, Held h) {
-    uint until_check = CHECK_WALKS;
+void traverse_pools(inout RayPool pool, inout PoolTraversal w, Run run, Held h) {
+    uint until_check = CHECK_TRAVERSALS;
     do {
-        pocket_fetch(pocket, w);
+        pool_fetch(pool, w);
         // Three steps from one fetch to the next, which would be counted as loops where these have a budget.
         if (LOOP_BUDGET > 0u) {
-            walk_further(w);
-            walk_further(w);
-            walk_further(w);
+            advance_traversal(w);
+            advance_traversal(w);
+            advance_traversal(w);
         } else {
-            [[dont_unroll]] for (uint i = 0u; i < 3u; ++i) walk_further(w);
+            [[dont_unroll]] for (uint i = 0u; i < 3u; ++i) advance_traversal(w);
         }
         loops += 1u;
-        pocket_finish(pocket, w);
+        pool_finish(pool, w);
         if (--until_check == 0u) {
-            until_check = CHECK_WALKS;
-            uint count = lanes(has_ray(pocket, w));
-            if (count == 0u || (count < ENOUGH_LANES && lanes(can_advance(h, pocket, run)) >= ENOUGH_LANES)) break;
+            until_check = CHECK_TRAVERSALS;
+            uint count = lanes(has_ray(pool, w));
+            if (count == 0u || (count < ENOUGH_LANES && lanes(can_advance(h, pool, run)) >= ENOUGH_LANES)) break;
         }
     } while (!out_of_budget());
 }
 
 // Makes what lanes have noted visible to the others, which on a CPU have all come as far. For all lanes to call.
-void share_notes() {
+void publish_records() {
     subgroupMemoryBarrierImage();
     subgroupMemoryBarrierBuffer();
     if (THREADS) subgroupBarrier();
@@ -266,7 +266,7 @@ struct Added {
 
 // Adds to the film what has been noted of a tile's paths, each for its own pixel, in the order of the samples, up to the first sample
 // that did not end.
-void add_noted(uint tile, uint samples, inout Added added) {
+void add_recorded(uint tile, uint samples, inout Added added) {
     for (uint p = gl_SubgroupInvocationID; p < work_pixels; p += gl_SubgroupSize) {
         uvec2 at;
         uint slot = slot_of_tile(tile, p);
@@ -301,7 +301,7 @@ void trace_tiles(uint tile, Camera camera, inout Counts counts) {
         [[dont_unroll]] for (uint p = gl_SubgroupInvocationID; p < work_pixels; p += gl_SubgroupSize) {
             [[dont_unroll]] for (uint s = 0u; s < samples; ++s) path_clear(region + s * work_pixels + p);
         }
-        share_notes();
+        publish_records();
         loops += (1u + samples) * work_pixels / gl_SubgroupSize;
     }
     // What is left of the budget must do for reusing the paths and for the film.
@@ -309,29 +309,29 @@ void trace_tiles(uint tile, Camera camera, inout Counts counts) {
     uvec2 corner = tile_corner(tile / TILE);
 
     Held h = held_nothing();
-    Pocket pocket = pocket_empty();
-    PocketWalk w = pocket_walk_idle();
+    RayPool pool = pool_empty();
+    PoolTraversal w = pool_traversal_idle();
     Run run = Run(0u, 0u, 0u, 0u);
     do {
-        advance(camera, corner, tile, samples, h, pocket, run, w);
-        if (HAS_TREE) walk_pockets(pocket, w, run, h);
-    } while (!out_of_budget() && any_lane(has_ray(pocket, w) || can_advance(h, pocket, run)));
-    share_notes();
+        advance(camera, corner, tile, samples, h, pool, run, w);
+        if (HAS_BVH) traverse_pools(pool, w, run, h);
+    } while (!out_of_budget() && any_lane(has_ray(pool, w) || can_advance(h, pool, run)));
+    publish_records();
     Added added = Added(0u, 0u, 0u);
     // (REUSE again: src/gpu/prune.rs knows of no variables.)
     if (REUSE && reusing) {
-        added.samples = share_noted(tile, region, samples, shadow_rays, loops, added.bad, added.reused);
+        added.samples = share_recorded(tile, region, samples, shadow_rays, loops, added.bad, added.reused);
     } else {
-        add_noted(tile, samples, added);
+        add_recorded(tile, samples, added);
     }
     if (is_scattered()) {
         // What its paths took in all is left to the first pixels, each by the lane that has stored it. (A barrier would make what
         // lanes hold across pieces go through memory, which takes lavapipe 1.1 times the time.)
-        share_notes();
+        publish_records();
         uint cost = cost_of(shadow_rays - shadow_rays_before, occlusion_steps - occlusion_steps_before);
         [[dont_unroll]] for (uint i = gl_SubgroupInvocationID; i < TILE; i += gl_SubgroupSize) {
             uint slot = slot_of_tile(tile, reusing ? pixel_in_groups(i) : i);
-            if (slot < end_slot) film_note_cost(slot, i < gl_SubgroupSize ? cost : 0u);
+            if (slot < end_slot) film_store_cost(slot, i < gl_SubgroupSize ? cost : 0u);
         }
     }
     counts.samples += added.samples;
@@ -343,7 +343,7 @@ void main() [[maximally_reconverges]] {
     load_scene();
     // The host asks for workgroups of one subgroup; a device that cuts them up must not go on.
     if (gl_NumSubgroups != 1u || (REUSE && gl_SubgroupSize != SUBGROUP_LANES)) {
-        if (subgroupElect()) count_up(COUNT_MISFITS, 1u);
+        if (subgroupElect()) count_up(COUNT_SUBGROUP_MISMATCHES, 1u);
         return;
     }
     if (max_new_samples == 0u) return;
@@ -353,12 +353,12 @@ void main() [[maximally_reconverges]] {
     region = r * PATHS;
     bool works;
     do {
-        uint piece = next_number();
-        works = piece < pieces;
-        if (works) trace_tiles(first_slot + place_of_piece(piece) * tile_step * work_pixels, camera, counts);
-    } while (DRAWS_WORK && works);
+        uint work_item = next_number();
+        works = work_item < work_items;
+        if (works) trace_tiles(first_slot + place_of_work_item(work_item) * tile_step * work_pixels, camera, counts);
+    } while (PERSISTENT_THREADS && works);
     release_region(r);
-    if (PATH_STATS) steps += walked_steps;
+    if (PATH_STATS) steps += traversal_steps;
     counts.rays = rays;
     counts.shadow_rays = shadow_rays;
     counts.steps = steps;

@@ -34,7 +34,7 @@ bool group_lacks_path(bool going, bool reusing, bool has_ended) {
 void main() [[maximally_reconverges]] {
     load_scene();
     uint number = 0u;
-    if (!REUSE && !DRAWS_WORK) number = split_number();
+    if (!REUSE && !PERSISTENT_THREADS) number = split_number();
     // Groups of pixels are in a subgroup, which may draw its work.
     else if (!number_of_invocation(number)) return;
     uint slot = slot_of_invocation(number);
@@ -54,8 +54,8 @@ void main() [[maximally_reconverges]] {
     bool going = left > 0u;                 // with a path
     if (REUSE ? !any_lane(going) : SPLIT == 1u && !going) return;
     // The host asks for whole subgroups, of whole groups; a device that cuts them up must not go on.
-    if ((REUSE || DRAWS_WORK) && (gl_SubgroupSize != SUBGROUP_LANES || gl_NumSubgroups * SUBGROUP_LANES != gl_WorkGroupSize.x)) {
-        if (subgroupElect()) count_up(COUNT_MISFITS, 1u);
+    if ((REUSE || PERSISTENT_THREADS) && (gl_SubgroupSize != SUBGROUP_LANES || gl_NumSubgroups * SUBGROUP_LANES != gl_WorkGroupSize.x)) {
+        if (subgroupElect()) count_up(COUNT_SUBGROUP_MISMATCHES, 1u);
         return;
     }
 
@@ -69,7 +69,7 @@ void main() [[maximally_reconverges]] {
     Counts counts = Counts(0u, 0u, 0u, 0u, 0u, 0u, 0u);
     uint loops = 0u;
     bool within_budget = true;
-    Meeting meeting = meeting_none();       // of the path
+    PathVertices vertices = vertices_none();       // of the path
     vec3 first_up = vec3(0.0);
     EndedPath ended = ended_none();
     bool waits = false;                     // with a path that has ended too
@@ -84,28 +84,28 @@ void main() [[maximally_reconverges]] {
             bool alive = path_arrive(path, hit, shared_key, reusing ? LIGHT_SAMPLES : 1u, radiance, vertex, shadow);
             if (REUSE) {
                 alive = alive && going;
-                shadow.wanted = shadow.wanted && going;
+                shadow.enabled = shadow.enabled && going;
                 if (SMOOTH_NORMALS && vertex.first) first_up = vertex.up;
-                if (second) meeting = meeting_at(path, vertex, hit.t, direct, first_up);
+                if (second) vertices = vertices_at(path, vertex, hit.t, direct, first_up);
             }
             counts.rays += going ? 1u : 0u;
             if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
-                counts.shadow_rays += shadow.wanted ? 1u : 0u;
-                bool hidden = light_occluded(ray_of(shadow), shadow.distance, shadow.wanted, loops);
-                radiance += shadow.wanted && !hidden ? shadow.radiance : vec3(0.0);
+                counts.shadow_rays += shadow.enabled ? 1u : 0u;
+                bool occluded = light_occluded(ray_of(shadow), shadow.distance, shadow.enabled, loops);
+                radiance += shadow.enabled && !occluded ? shadow.radiance : vec3(0.0);
             }
             loops += 1u + HIT_LOOPS;
-            // Out of budget: a walk may have ended too early, so that the sample in hand does not count. What the film
+            // Out of budget: a traversal may have ended too early, so that the sample in hand does not count. What the film
             // holds is complete; the next dispatch begins with that sample again.
-            within_budget = LOOP_BUDGET == 0u || loops + doubtful_loops < LOOP_BUDGET;
+            within_budget = LOOP_BUDGET == 0u || loops + fallback_loops < LOOP_BUDGET;
             bool over = going && !alive && within_budget;
             left -= over ? 1u : 0u;
             waits = over && ended.there;
             if (over && !waits) {
                 if (reusing) {
-                    ended = path_ends(meeting, radiance);
+                    ended = path_ends(vertices, radiance);
                 } else if (!REUSE && SPLIT > 1u) {
-                    split_note(share.x, radiance);
+                    split_record(share.x, radiance);
                     share.x += 1u;
                 } else {
                     counts.bad += film_add(film_pixel, radiance) ? 0u : 1u;
@@ -120,7 +120,7 @@ void main() [[maximally_reconverges]] {
             within_budget = share_sample(ended, film_pixel, gradients, shared_key, counts.shadow_rays, loops, counts.bad);
             ended = ended_none();
             if (waits) {
-                ended = path_ends(meeting, radiance);
+                ended = path_ends(vertices, radiance);
                 radiance = vec3(0.0);
                 waits = false;
             }
@@ -130,11 +130,11 @@ void main() [[maximally_reconverges]] {
     bool adds = real && (REUSE || split_part() == 0u);
     if (!REUSE && SPLIT > 1u) counts.bad = split_add(film_pixel, samples);
     if (adds) film_store(film_place, film_pixel);
-    if (real && is_scattered()) film_note_cost(film_place, cost_of(counts.shadow_rays, occlusion_steps));
+    if (real && is_scattered()) film_store_cost(film_place, cost_of(counts.shadow_rays, occlusion_steps));
     if (real && reuses()) gradients_store(film_place, gradients);
     counts.samples = adds ? film_pixel.count - first : 0u;
     counts.reused = reusing ? counts.samples : 0u;
-    if (PATH_STATS) counts.steps = walked_steps;
+    if (PATH_STATS) counts.steps = traversal_steps;
     counts.truncated = (REUSE ? film_pixel.count < first + samples : left > 0u) && within_budget ? 1u : 0u;
     add_counts(counts);
 }

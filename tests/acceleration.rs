@@ -96,7 +96,7 @@ fn steps_are_counted() {
         let mut renderer = Renderer::new(&context, &scene, &settings).expect("a renderer");
         renderer.render(|_| ControlFlow::Continue(())).expect("a film");
         let s = renderer.statistics();
-        (s.rays, s.shadow_rays, s.tree_steps)
+        (s.rays, s.shadow_rays, s.bvh_steps)
     });
     assert_eq!(counted[0], counted[1]);
     let (rays, shadow_rays, steps) = counted[0];

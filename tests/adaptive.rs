@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 
 use common::{assert_same_bits, context, render, scene_path, shipped};
 use photolith::image::read;
-use photolith::render::{Adaptive, Beams, Gradients, RenderStatistics, Reuse, Sampler, Scheduler};
+use photolith::render::{Adaptive, Gradients, LightTracing, RenderStatistics, Reuse, Sampler, Scheduler};
 use photolith::{Context, Film, RenderError, RenderSettings, Renderer, Scene};
 use serde_json::Value;
 
@@ -89,7 +89,7 @@ fn the_mean_over_seeds_is_that_of_uniform_sampling() {
         let settings = RenderSettings { sampler: Sampler::Independent, ..adaptive(&scene, noise) };
         let mut renderer = Renderer::new(&context, &scene, &settings).expect("a renderer");
         let mut counts = Vec::new();
-        let trials: Vec<f64> = (1..=seeds)
+        let pilots: Vec<f64> = (1..=seeds)
             .map(|seed| {
                 renderer.set_seed(seed);
                 let film = renderer.render(|_| ControlFlow::Continue(())).expect("a film");
@@ -98,9 +98,9 @@ fn the_mean_over_seeds_is_that_of_uniform_sampling() {
             })
             .collect();
         assert!(counts.iter().any(|&n| n != counts[0]), "{name}: nothing was decided");
-        let n = trials.len() as f64;
-        let bias = trials.iter().sum::<f64>() / n;
-        let error = (trials.iter().map(|t| (t - bias).powi(2)).sum::<f64>() / (n - 1.0) / n).sqrt();
+        let n = pilots.len() as f64;
+        let bias = pilots.iter().sum::<f64>() / n;
+        let error = (pilots.iter().map(|t| (t - bias).powi(2)).sum::<f64>() / (n - 1.0) / n).sqrt();
         println!("{name}: {bias} ± {error}, {} to {}", counts.iter().min().unwrap(), counts.iter().max().unwrap());
         assert!(bias.abs() < 4.0 * error && error < 0.002, "{name}: {bias} ± {error}");
     }
@@ -109,10 +109,10 @@ fn the_mean_over_seeds_is_that_of_uniform_sampling() {
 #[test]
 fn the_same_bits_in_every_way() {
     let context = context();
-    for (name, beams, budgets, noises) in [
-        ("cornell", Beams::Off, [400, 2500], [0.12, 0.06]),
-        ("cornell", Beams::Auto, [1600, 10_000], [0.06, 0.06]),
-        ("cat", Beams::Auto, [1500, 4000], [0.12, 0.03]),
+    for (name, light_paths, budgets, noises) in [
+        ("cornell", LightTracing::Off, [400, 2500], [0.12, 0.06]),
+        ("cornell", LightTracing::Auto, [1600, 10_000], [0.06, 0.06]),
+        ("cat", LightTracing::Auto, [1500, 4000], [0.12, 0.03]),
     ] {
         // No multiples of a tile.
         let scene = shipped(name, (45, 37), MOST);
@@ -123,9 +123,9 @@ fn the_same_bits_in_every_way() {
         ] {
             // Without a tree only some drivers reuse paths, and would make gradients.
             let gradients = if name == "cat" { Gradients::Auto } else { Gradients::Off };
-            let base = RenderSettings { beams, reuse, gradients, ..adaptive(&scene, noise) };
+            let base = RenderSettings { light_paths, reuse, gradients, ..adaptive(&scene, noise) };
             let (expected, s) = run(&context, &scene, &base);
-            assert!(s.adaptive.is_some_and(|found| found.rounds > 1), "{name}, {beams:?}: {s:?}");
+            assert!(s.adaptive.is_some_and(|found| found.rounds > 1), "{name}, {light_paths:?}: {s:?}");
             assert_eq!(s.gradients, name == "cat" && reuse == Reuse::Auto, "{name}");
             for settings in [
                 RenderSettings { scheduler, ..base.clone() },
@@ -185,7 +185,7 @@ fn no_pixel_gets_more_than_the_most() {
 #[test]
 fn what_was_done_is_kept_when_stopped() {
     let context = context();
-    // The first half begins with a dispatch of two samples and one of beams; or, with gradients, with two of a sample each.
+    // The first half begins with a dispatch of two samples and one of light paths; or, with gradients, with two of a sample each.
     for (name, reuse) in [("cornell", Reuse::Auto), ("cat", Reuse::Always)] {
         let scene = shipped(name, (40, 40), 1);
         let settings = RenderSettings { samples_per_dispatch: Some(4), reuse, ..adaptive(&scene, 1e-3) };

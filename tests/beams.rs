@@ -1,36 +1,36 @@
-//! Light that is traced from lamps has the same bits, however it is scheduled.
+//! Light that is traced from emitters has the same bits, however it is scheduled.
 
 mod common;
 
 use common::variants::variants;
 use common::{assert_same_bits, context, glass_cat, render, render_counted};
 use glam::DVec3;
-use photolith::render::{Beams, Reuse, Scheduler};
+use photolith::render::{LightTracing, Reuse, Scheduler};
 use photolith::scene::{Material, Sphere, Surface};
 use photolith::{RenderSettings, Scene};
 
 const SAMPLES: u32 = 32;
 
-/// Light is traced from the lamp as well, which rays through the tree outlast a small budget in turn.
+/// Light is traced from the emitter as well, which rays through the tree outlast a small budget in turn.
 #[test]
 fn beams_through_a_mesh() {
     let context = context();
     let scene = glass_cat((48, 40), SAMPLES);
     let base = RenderSettings::of(&scene);
     let (expected, statistics) = render_counted(&context, &scene, &base);
-    assert!(statistics.beams > 0 && statistics.reused_samples == 0, "{statistics:?}");
-    let off = render(&context, &scene, &RenderSettings { beams: Beams::Off, ..base.clone() });
+    assert!(statistics.light_paths > 0 && statistics.reused_samples == 0, "{statistics:?}");
+    let off = render(&context, &scene, &RenderSettings { light_paths: LightTracing::Off, ..base.clone() });
     let differing = off.sums().iter().zip(expected.sums()).filter(|(a, b)| a != b).count();
-    assert!(differing > 50, "beams light {differing} pixels");
+    assert!(differing > 50, "light paths light {differing} pixels");
     for (what, settings) in variants("glass cat", &scene, Reuse::Auto) {
         assert_same_bits(&render(&context, &scene, &settings), &expected, &format!("glass cat, {what}"));
     }
-    // A sample and a beam fit in, but not several beams.
+    // A sample and a light path fit in, but not several light paths.
     let tight = RenderSettings { scheduler: Scheduler::Inline, loop_budget: Some(600), ..base };
-    assert_same_bits(&render(&context, &scene, &tight), &expected, "glass cat, beams one by one");
+    assert_same_bits(&render(&context, &scene, &tight), &expected, "glass cat, light paths one by one");
 }
 
-/// Balls of glass and mirrors under a lamp.
+/// Balls of glass and mirrors under an emitter.
 fn many_bodies(size: (u32, u32), samples: u32) -> Scene {
     let mut scene = glass_cat(size, samples);
     scene.meshes.clear();
@@ -45,15 +45,17 @@ fn many_bodies(size: (u32, u32), samples: u32) -> Scene {
     scene
 }
 
-/// Beams aim at each of many bodies: what the sum over these takes is counted where loops have a budget.
+/// Light paths aim at each of many bodies: what the sum over these takes is counted where loops have a budget.
 #[test]
 fn beams_towards_many_bodies() {
     let context = context();
     let scene = many_bodies((48, 40), SAMPLES);
     let base = RenderSettings::of(&scene);
     let (expected, statistics) = render_counted(&context, &scene, &base);
-    assert!(statistics.beams > 0 && statistics.multiplied_pixels > 50, "{statistics:?}");
-    for (scheduler, threads) in [(Scheduler::Inline, None), (Scheduler::Turns, Some(true)), (Scheduler::Queue, None)] {
+    assert!(statistics.light_paths > 0 && statistics.multiplied_pixels > 50, "{statistics:?}");
+    for (scheduler, threads) in
+        [(Scheduler::Inline, None), (Scheduler::Interleaved, Some(true)), (Scheduler::Queue, None)]
+    {
         for loop_budget in [1500, 4000] {
             let what = format!("many bodies, {scheduler:?}, loop budget {loop_budget}");
             let settings = RenderSettings { scheduler, threads, loop_budget: Some(loop_budget), ..base.clone() };
@@ -70,7 +72,7 @@ fn beams_of_several_dispatches() {
     let scene = many_bodies((320, 256), 16);
     let base = RenderSettings::of(&scene);
     let (expected, statistics) = render_counted(&context, &scene, &base);
-    assert_eq!(statistics.beams, 320 * 256 * 16 / 8);
+    assert_eq!(statistics.light_paths, 320 * 256 * 16 / 8);
     for (threads, loop_budget) in [(Some(true), None), (None, Some(1500))] {
         let settings = RenderSettings { threads, loop_budget, ..base.clone() };
         let (film, again) = render_counted(&context, &scene, &settings);

@@ -9,7 +9,7 @@ use photolith::bench::growth::{Growth, measure};
 use photolith::{Context, ContextOptions, RenderError, RenderSettings, Validation};
 use serde_json::Value;
 
-/// A floor, a ball and a lamp under a sky: noise from every dimension, no rare bright paths.
+/// A floor, a ball and an emitter under a sky: noise from every dimension, no rare bright paths.
 const SCENE: &str = r#"
 version = 1
 [camera]

@@ -66,7 +66,7 @@ fn mesh_with_reused_paths() {
     assert!(differing(with.sums(), without.sums()) > 1000, "paths are not reused");
 }
 
-/// In a dark room hardly any noise is that of indirect light: after a trial, paths serve their own pixels only.
+/// In a dark room hardly any noise is that of indirect light: after a pilot pass, paths serve their own pixels only.
 #[test]
 fn mesh_whose_paths_are_not_worth_reusing() {
     let context = context();
@@ -96,7 +96,7 @@ fn mesh_whose_paths_are_not_worth_reusing() {
     ] {
         assert_same_bits(&render(&context, &dark, &settings), &expected, &format!("{settings:?}"));
     }
-    // Too few samples for a trial.
+    // Too few samples for a pilot pass.
     let one = shipped("cat", (48, 40), 1);
     let (_, untried) = counted(&one);
     assert!(untried.reuse_gain.is_none() && untried.reused_samples == untried.samples, "{untried:?}");
@@ -189,7 +189,7 @@ fn lanes_that_never_work() {
     let mut scene = shipped("indirect", (24, 20), 3);
     let power = [9000.0, 7000.0, 5000.0];
     scene.lights.push(Light::Point { position: DVec3::new(20.0, 30.0, 10.0), power });
-    scene.materials.push(Material { name: "lamp".to_owned(), surface: Surface::emitter([5.0, 7.0, 9.0]) });
+    scene.materials.push(Material { name: "emitter".to_owned(), surface: Surface::emitter([5.0, 7.0, 9.0]) });
     let material = scene.materials.len() as u32 - 1;
     scene.spheres.push(Sphere { center: DVec3::new(-30.0, 30.0, 0.0), radius: 4.0, material, inward: false });
     let base = RenderSettings { reuse: Reuse::Off, ..RenderSettings::of(&scene) };
@@ -251,9 +251,9 @@ fn emitters_and_roulette() {
     }
 }
 
-/// A lamp behind the camera is seen in a small mirror before it, whose edge is found there before one sample as before four.
+/// An emitter behind the camera is seen in a small mirror before it, whose edge is found there before one sample as before four.
 #[test]
-fn a_lamp_in_a_small_mirror() {
+fn an_emitter_in_a_small_mirror() {
     let context = context();
     for samples in [1, 4] {
         let mut scene = shipped("cat", (192, 192), samples);
@@ -286,19 +286,19 @@ fn lights_of_each_kind() {
     scene.spheres[0] =
         Sphere { center: DVec3::new(0.0, -1000.0, 0.0), radius: 990.0, inward: false, ..scene.spheres[0] };
     scene.lights.truncate(1);
-    let lamp = scene.materials.len() as u32;
-    scene.materials.push(Material { name: "lamp".to_owned(), surface: Surface::emitter([3.0; 3]) });
+    let emitter = scene.materials.len() as u32;
+    scene.materials.push(Material { name: "emitter".to_owned(), surface: Surface::emitter([3.0; 3]) });
     // Facing down.
     let flat = |corners: &[[f64; 2]]| Mesh {
-        name: "lamp".to_owned(),
+        name: "emitter".to_owned(),
         positions: corners.iter().map(|&[x, z]| DVec3::new(x, 10.0, z)).collect(),
         vertex_normals: Vec::new(),
         triangles: (2..corners.len() as u32).map(|i| [0, i - 1, i]).collect(),
-        triangle_materials: vec![lamp; corners.len() - 2],
+        triangle_materials: vec![emitter; corners.len() - 2],
         normals: Normals::Flat,
         degenerate_dropped: 0,
     };
-    let ball = |radius, inward| Sphere { center: DVec3::new(0.0, 10.0, 0.0), radius, material: lamp, inward };
+    let ball = |radius, inward| Sphere { center: DVec3::new(0.0, 10.0, 0.0), radius, material: emitter, inward };
     let meshes = [
         flat(&[[-20.0, -20.0], [20.0, -20.0], [0.0, 20.0]]),
         flat(&[[-20.0, -20.0], [15.0, -20.0], [25.0, 20.0], [-10.0, 20.0]]),
@@ -370,7 +370,7 @@ fn the_cut_is_what_was_asked_for() {
     let context = context();
     let scene = shipped("spheres", (48, 40), 64);
     let dispatches = |n| {
-        // Without the dispatch of a trial.
+        // Without the dispatch of a pilot pass.
         let reuse = Reuse::Off;
         let settings = RenderSettings { samples_per_dispatch: Some(n), reuse, ..RenderSettings::of(&scene) };
         render_counted(&context, &scene, &settings).1.dispatches

@@ -429,7 +429,7 @@ fn materials_are_found_beside_the_mesh() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("sub dir")).unwrap();
     fs::write(folder.path().join("sub dir/my colors.mtl"), "newmtl red\nKd 1 0 0\nnewmtl unused\nKe 1 1 1\n").unwrap();
-    fs::write(folder.path().join("lamp.mtl"), "newmtl lamp\nKe 5 5 5\n").unwrap();
+    fs::write(folder.path().join("emitter.mtl"), "newmtl emitter\nKe 5 5 5\n").unwrap();
     let faces = "f 1 2 3\nusemtl red\nf 1 2 3\nusemtl nowhere\nf 1 2 3\nusemtl red\nf 1 3 4\n";
     let obj = |libraries: &str, faces: &str| {
         let path = folder.path().join("a.obj");
@@ -450,19 +450,19 @@ fn materials_are_found_beside_the_mesh() {
     assert!(matches!(&warnings[..], [w] if w.contains("a.obj:1: \"mtllib\" has no file name")), "{warnings:?}");
 
     // Two files in one statement; the first is not there.
-    let Loaded { scene, warnings } = obj("mtllib gone.mtl lamp.mtl", "usemtl lamp\nf 1 2 3\n");
+    let Loaded { scene, warnings } = obj("mtllib gone.mtl emitter.mtl", "usemtl emitter\nf 1 2 3\n");
     assert!(matches!(&warnings[..], [w] if w.contains("a.obj:1: ") && w.contains("gone.mtl")), "{warnings:?}");
     assert_eq!(scene.materials[0].surface, Surface::emitter([5.0; 3]));
     assert!(scene.lights.is_empty() && scene.background == [0.0; 3], "the mesh lights itself");
 
     // In a scene file: the mesh's own materials, shared or renamed, or one for all.
     let base = "version = 1\n[camera]\nposition = [0, 0, 5]\ntarget = [0, 0, 0]\nhorizontal_fov = 40\n\
-        [[material]]\nname = \"lamp\"\ntype = \"mirror\"\n";
+        [[material]]\nname = \"emitter\"\ntype = \"mirror\"\n";
     let mesh = "[[mesh]]\nfile = \"a.obj\"\n";
-    let text = format!("{base}{mesh}{mesh}{mesh}material = \"lamp\"\n");
+    let text = format!("{base}{mesh}{mesh}{mesh}material = \"emitter\"\n");
     let scene = Scene::from_toml_str(&text, "scene.toml", Some(folder.path())).unwrap().scene;
     let names: Vec<_> = scene.materials.iter().map(|material| material.name.as_str()).collect();
-    assert_eq!(names, ["lamp", "lamp (2)"]);
+    assert_eq!(names, ["emitter", "emitter (2)"]);
     let used: Vec<_> = scene.meshes.iter().map(|mesh| mesh.triangle_materials[0]).collect();
     assert_eq!(used, [1, 1, 0]);
 }

@@ -116,9 +116,9 @@ fn a_coarse_cat_agrees_with_the_oracle() {
     agrees(&context(), &scene, 32);
 }
 
-/// A closed lamp of triangles, once flat (held in constants) and once smooth (in the tree), a lamp that is a sphere,
-/// and two points: one light is chosen at each hit, and each shadow ray must end before the lamp that it aims at.
-const LAMPS: &str = r#"
+/// A closed emitter of triangles, once flat (held in constants) and once smooth (in the tree), an emitter that is a sphere,
+/// and two points: one light is chosen at each hit, and each shadow ray must end before the emitter that it aims at.
+const EMITTERS: &str = r#"
     version = 1
     [camera]
     position = [0, 0, 6]
@@ -137,7 +137,7 @@ const LAMPS: &str = r#"
     type = "diffuse"
     reflectance = [0.7, 0.6, 0.5]
     [[material]]
-    name = "lamp"
+    name = "emitter"
     type = "emitter"
     radiance = [4, 5, 6]
     [[sphere]]
@@ -147,19 +147,19 @@ const LAMPS: &str = r#"
     [[sphere]]
     center = [-1.8, 1, -1]
     radius = 0.6
-    material = "lamp"
+    material = "emitter"
     [[mesh]]
-    file = "lamp.obj"
-    material = "lamp"
+    file = "emitter.obj"
+    material = "emitter"
     translate = [-0.5, 0.2, 0]
     [[mesh]]
-    file = "lamp.obj"
-    material = "lamp"
+    file = "emitter.obj"
+    material = "emitter"
     normals = "smooth"
     rotate = [90, 20, 0]
     translate = [1.2, 0.3, 0.5]
     [[mesh]]
-    file = "lamp.obj"
+    file = "emitter.obj"
     material = "grey"
     scale = 1.5
     rotate = [20, 30, 40]
@@ -175,11 +175,11 @@ const LAMPS: &str = r#"
 "#;
 
 #[test]
-fn lamps_of_every_shape_agree_with_the_oracle() {
+fn emitters_of_every_shape_agree_with_the_oracle() {
     let folder = tempfile::tempdir().expect("a folder");
     let tetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
-    std::fs::write(folder.path().join("lamp.obj"), tetrahedron).expect("a mesh");
-    let scene = Scene::from_toml_str(LAMPS, "lamps", Some(folder.path())).expect("a scene").scene;
+    std::fs::write(folder.path().join("emitter.obj"), tetrahedron).expect("a mesh");
+    let scene = Scene::from_toml_str(EMITTERS, "emitters", Some(folder.path())).expect("a scene").scene;
     agrees(&context(), &scene, 1024);
 }
 

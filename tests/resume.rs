@@ -11,7 +11,7 @@ use photolith::{Film, RenderError, RenderSettings, Renderer, Scene};
 
 const SAMPLES: u32 = 24;
 
-/// Stopped after every few dispatches that bring a further sample, or beams, with a renderer of its own each time.
+/// Stopped after every few dispatches that bring a further sample, or light paths, with a renderer of its own each time.
 fn in_parts(scene: &Scene, settings: &RenderSettings, dispatches: u32) -> (Film, RenderStatistics, u32) {
     let context = context();
     let mut kept: Option<Checkpoint> = None;
@@ -43,7 +43,7 @@ fn in_parts(scene: &Scene, settings: &RenderSettings, dispatches: u32) -> (Film,
 
 fn counts(statistics: &RenderStatistics) -> [u64; 6] {
     let s = statistics;
-    [s.samples, s.reused_samples, s.rays, s.shadow_rays, s.bad_samples, s.beams]
+    [s.samples, s.reused_samples, s.rays, s.shadow_rays, s.bad_samples, s.light_paths]
 }
 
 #[test]
@@ -52,7 +52,7 @@ fn stopping_changes_no_bit() {
     for name in ["spheres", "cornell", "cat"] {
         for reuse in [Reuse::Always, Reuse::Off] {
             let scene = shipped(name, (40, 24), SAMPLES);
-            // Small dispatches, so that rounds, phases and what precedes beams are cut in two.
+            // Small dispatches, so that rounds, phases and what precedes light paths are cut in two.
             let settings = RenderSettings { samples_per_dispatch: Some(5), reuse, ..RenderSettings::of(&scene) };
             let (whole, statistics) = render_counted(&context, &scene, &settings);
             let passage = RenderSettings { passage: Some(1 << 16), ..settings.clone() };
@@ -67,14 +67,14 @@ fn stopping_changes_no_bit() {
     }
 }
 
-/// Beams of several dispatches, of which the one in flight is still added up.
+/// Light paths of several dispatches, of which the one in flight is still added up.
 #[test]
 fn stopping_within_beams_changes_no_bit() {
     let context = context();
     let scene = shipped("cornell", (320, 256), 16);
     let settings = RenderSettings::of(&scene);
     let (whole, statistics) = render_counted(&context, &scene, &settings);
-    assert_eq!(statistics.beams, 5 << 15);
+    assert_eq!(statistics.light_paths, 5 << 15);
     let after_paths = |progress: &Progress| progress.done >= progress.total;
     for dispatches in 2..=4 {
         let mut left = dispatches;
@@ -84,12 +84,12 @@ fn stopping_within_beams_changes_no_bit() {
             if left > 0 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         });
         // The first report is of paths, and after the last one there was another dispatch in flight.
-        assert_eq!(renderer.statistics().beams, (dispatches as u64) << 15);
+        assert_eq!(renderer.statistics().light_paths, (dispatches as u64) << 15);
         assert!(renderer.statistics().stopped && stopped.is_ok());
         let checkpoint = renderer.checkpoint().unwrap();
         let mut other = Renderer::new(&context, &scene, &settings).unwrap();
         let film = other.go_on(&checkpoint, |_| ControlFlow::Continue(())).unwrap();
-        assert_same_bits(&whole, &film, &format!("stopped after {dispatches} dispatches of beams"));
+        assert_same_bits(&whole, &film, &format!("stopped after {dispatches} dispatches of light paths"));
         assert_eq!(counts(other.statistics()), counts(&statistics));
     }
 }

@@ -292,10 +292,10 @@ fn darkness_is_a_warning() {
         "{:?}",
         dark.warnings
     );
-    let lamp = "[[material]]\nname = \"lamp\"\ntype = \"emitter\"\nradiance = [1, 1, 1]\n";
-    let text = format!("version = 1\n{CAMERA}{WHITE}{BALL}{lamp}");
+    let emitter = "[[material]]\nname = \"emitter\"\ntype = \"emitter\"\nradiance = [1, 1, 1]\n";
+    let text = format!("version = 1\n{CAMERA}{WHITE}{BALL}{emitter}");
     assert_eq!(load_text(&text).unwrap().warnings.len(), 1, "an emitter that nothing is made of");
-    assert!(load_text(&text.replace("material = \"white\"", "material = \"lamp\"")).unwrap().warnings.is_empty());
+    assert!(load_text(&text.replace("material = \"white\"", "material = \"emitter\"")).unwrap().warnings.is_empty());
     assert!(load_text(&format!("{text}[background]\nradiance = [0, 0, 0.1]")).unwrap().warnings.is_empty());
 }
 
@@ -372,15 +372,15 @@ fn what_single_precision_cannot_carry_is_told() {
 #[test]
 fn emitters_that_shine_away_from_everything_are_told() {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("lamp.obj"), "v -1 3 -1\nv 1 3 -1\nv 1 3 1\nv -1 3 1\nf 1 2 3 4\n").unwrap();
-    let lamp = "[[material]]\nname = \"lamp\"\ntype = \"emitter\"\nradiance = [1, 1, 1]\n\
-                [[mesh]]\nfile = \"lamp.obj\"\nmaterial = \"lamp\"\n";
+    fs::write(folder.path().join("emitter.obj"), "v -1 3 -1\nv 1 3 -1\nv 1 3 1\nv -1 3 1\nf 1 2 3 4\n").unwrap();
+    let emitter = "[[material]]\nname = \"emitter\"\ntype = \"emitter\"\nradiance = [1, 1, 1]\n\
+                [[mesh]]\nfile = \"emitter.obj\"\nmaterial = \"emitter\"\n";
     let warnings = |text: &str| Scene::from_toml_str(text, "scene.toml", Some(folder.path())).unwrap().warnings;
-    assert_eq!(warnings(&good(lamp)), [""; 0], "it shines down");
-    let turned = good(&format!("{lamp}rotate = [180, 0, 0]\ntranslate = [0, 6, 0]\n"));
+    assert_eq!(warnings(&good(emitter)), [""; 0], "it shines down");
+    let turned = good(&format!("{emitter}rotate = [180, 0, 0]\ntranslate = [0, 6, 0]\n"));
     let found = warnings(&turned);
     assert!(
-        matches!(&found[..], [w] if w.contains("mesh 1: the emitter \"lamp\" shines away from the camera")),
+        matches!(&found[..], [w] if w.contains("mesh 1: the emitter \"emitter\" shines away from the camera")),
         "{found:?}"
     );
     // A ceiling that it lies in gets no light either; one that is well above it does.
@@ -390,7 +390,7 @@ fn emitters_that_shine_away_from_everything_are_told() {
         let text = format!("{turned}[[mesh]]\nfile = \"ceiling.obj\"\nmaterial = \"white\"\n");
         assert_eq!(warnings(&text).len(), count, "{height}");
     }
-    let sphere = |keys: &str| good(&format!("{lamp}[[sphere]]\nmaterial = \"lamp\"\n{keys}\n"));
+    let sphere = |keys: &str| good(&format!("{emitter}[[sphere]]\nmaterial = \"emitter\"\n{keys}\n"));
     assert_eq!(warnings(&sphere("center = [0, 20, 0]\nradius = 1")), [""; 0]);
     assert!(warnings(&sphere("center = [0, 20, 0]\nradius = 1\ninward = true"))[0].contains("sphere 2: the emitter"));
     assert!(warnings(&sphere("center = [0, 0, 0]\nradius = 100"))[0].contains("sphere 2: the emitter"));

@@ -33,8 +33,8 @@ fn render_everything(context: &Context) {
     let own = RenderSettings { samples_per_dispatch: Some(1), reuse: Reuse::Off, ..RenderSettings::of(&mesh) };
     let reused = RenderSettings { reuse: Reuse::Always, ..own.clone() };
     for settings in [
-        RenderSettings { scheduler: Scheduler::Turns, threads: Some(true), ..own.clone() },
-        RenderSettings { scheduler: Scheduler::Turns, split: Some(4), ..own.clone() },
+        RenderSettings { scheduler: Scheduler::Interleaved, threads: Some(true), ..own.clone() },
+        RenderSettings { scheduler: Scheduler::Interleaved, split: Some(4), ..own.clone() },
         RenderSettings { scheduler: Scheduler::Inline, split: Some(4), ..own },
         RenderSettings { scheduler: Scheduler::Inline, ..reused.clone() },
         RenderSettings { scheduler: Scheduler::Queue, ..reused.clone() },

@@ -6,7 +6,7 @@
 #include "math.glsl"
 
 // 1 − cos of the cone's half-angle, for sin² of it: without cancellation for a far sphere. Its solid angle is 2π times that.
-float cone_depth(float sin2) { return sin2 / (1.0 + sqrt(upper(1.0 - sin2, 0.0))); }
+float cone_depth(float sin2) { return sin2 / (1.0 + sqrt(fast_max(1.0 - sin2, 0.0))); }
 
 // A uniform direction towards a sphere with its centre at `to` from here.
 vec3 cone_sample(vec3 to, float radius, vec2 u) {
@@ -16,7 +16,7 @@ vec3 cone_sample(vec3 to, float radius, vec2 u) {
     vec3 axis = to * inversesqrt(d2);
     vec3 tangent, bitangent;
     basis(axis, tangent, bitangent);
-    vec2 disc = sqrt(upper(sin2, 0.0)) * cos_sin_2pi(u.x);
+    vec2 disc = sqrt(fast_max(sin2, 0.0)) * cos_sin_2pi(u.x);
     return normalize(tangent * disc.x + bitangent * disc.y + axis * (1.0 - depth));
 }
 

@@ -1,5 +1,5 @@
 // The film: per slot, 3 texels: sum.rgb and the sample count (as bits), then compensation.rgb and residue.rgb, each with
-// a number of the pixel's trial (gradient.glsl), and with its multipliers (sample_map.glsl).
+// a number of the pixel's pilot pass (gradient.glsl), and with its multipliers (sample_map.glsl).
 //
 // A sum is three floats that overlap by no more than a bit: 72 bits. Two would be 48, which is too few for samples that
 // are alike: at a sum of 1e8 a sample of 0.1 is rounded at 3.5e-7, always to the same side, a drift of 1e-7 after 1e9
@@ -17,7 +17,7 @@ struct FilmPixel {
     vec3 compensation;
     vec3 residue;
     uint count;
-    float trial;
+    float pilot;
     uint multipliers;
 };
 
@@ -31,8 +31,8 @@ uint film_count(uint slot) {
     return imageLoad(film_texels, int(FILM_ROWS * (slot - band_first))).w;
 }
 
-// In the trial the place of the sums has the cost of the samples instead (sample_map.glsl).
-void film_note_cost(uint slot, uint cost) {
+// In the pilot pass the place of the sums has the cost of the samples instead (sample_map.glsl).
+void film_store_cost(uint slot, uint cost) {
     film_words[4u * FILM_ROWS * (slot - band_first)] = cost;
 }
 
@@ -52,7 +52,7 @@ void film_store(uint slot, FilmPixel p) {
     // A loop: less code to compile.
     [[dont_unroll]] for (uint i = 0u; i < FILM_ROWS; ++i) {
         uvec4 value = uvec4(floatBitsToUint(p.sum), p.count);
-        if (i == 1u) value = floatBitsToUint(vec4(p.compensation, p.trial));
+        if (i == 1u) value = floatBitsToUint(vec4(p.compensation, p.pilot));
         if (i == 2u) value = uvec4(floatBitsToUint(p.residue), p.multipliers);
         film_rows[row + i] = value;
     }

@@ -1,10 +1,10 @@
 // The scene's primitives, vertices and materials, whatever finds the hits. Primitives are numbered in the order of the scene: constant
-// spheres, facets, other spheres, triangles. src/render/geometry.rs packs the table: two texels a primitive, two a material
+// spheres, polygons, other spheres, triangles. src/render/geometry.rs packs the table: two texels a primitive, two a material
 // (material.glsl), then positions of vertices and their normals, a texel each.
 //
 //   triangle    vertex 0, vertex 1, vertex 2, material | flags;      normal | light
 //   sphere      centre | material | flags;                           radius, 1/radius with the normal's sign, - | light
-//   facet       first of 4 vertices, n·p of its points, -, material; normal | light
+//   polygon       first of 4 vertices, n·p of its points, -, material; normal | light
 
 #ifndef GEOMETRY_GLSL
 #define GEOMETRY_GLSL
@@ -15,8 +15,8 @@ const uint IS_SPHERE = 0x80000000u;
 const uint IS_SMOOTH = 0x40000000u;     // vertices have normals
 const uint MATERIAL_BITS = 0x3fffffffu;
 
-// Constant spheres and facets: they come first.
-const uint CONSTANTS = SPHERE_COUNT + FACET_COUNT;
+// Constant spheres and polygons: they come first.
+const uint CONSTANTS = SPHERE_COUNT + POLYGON_COUNT;
 
 uvec4 primitive_shape(int primitive) { return texelFetch(geometry_texels, 2 * primitive); }
 uvec4 primitive_attributes(int primitive) { return texelFetch(geometry_texels, 2 * primitive + 1); }
@@ -28,7 +28,7 @@ vec3 vertex_normal(uint vertex) { return uintBitsToFloat(texelFetch(geometry_tex
 uint material_index(uint word) { return word & MATERIAL_BITS; }
 
 // Whether a primitive of the tree is a sphere, whose first texel this is.
-bool is_sphere(uvec4 shape) { return TREE_SPHERES && (!TREE_TRIANGLES || (shape.w & IS_SPHERE) != 0u); }
+bool is_sphere(uvec4 shape) { return BVH_SPHERES && (!BVH_TRIANGLES || (shape.w & IS_SPHERE) != 0u); }
 
 struct Triangle {
     vec3 v0, v1, v2;

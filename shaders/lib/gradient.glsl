@@ -6,7 +6,7 @@
 // (src/render/renderer/gradients.rs).
 //
 // A slot has 3 texels: that sum, and the two of differences. Each is there with the difference between the two samples of
-// the trial (reuse.glsl), from which the host learns how large its noise is; the first with that of what this
+// the pilot pass (reuse.glsl), from which the host learns how large its noise is; the first with that of what this
 // light would be without the group. The film holds the same for all other light of the pixel.
 //
 // Which differences are small depends on the surfaces. Before a rendering the host surveys them by a sample of each pixel
@@ -22,7 +22,7 @@
 // Samples of a pixel of which gradients are noted. More would be lost in the rounding of their sums.
 const uint MOST_GRADIENTS = 4096u;
 
-const uint TRIAL = 2u;          // samples
+const uint PILOT_SAMPLES = 2u;          // samples
 
 struct Gradients {
     vec4 light;
@@ -47,16 +47,16 @@ void gradients_store(uint slot, Gradients g) {
 bool has_right(uint member) { return (member & 3u) != 3u; }
 bool has_down(uint member) { return member < 4u; }
 
-// What a pixel's sample `index` counts in the trial.
-float trial_sign(uint index) { return index < TRIAL / 2u ? 1.0 : (index < TRIAL ? -1.0 : 0.0); }
+// What a pixel's sample `index` counts in the pilot pass.
+float pilot_sign(uint index) { return index < PILOT_SAMPLES / 2u ? 1.0 : (index < PILOT_SAMPLES ? -1.0 : 0.0); }
 
 // Adds sample `index` of a pixel, of whose light the group has gathered a part that would be so bright without the others.
 void gradients_add(inout Gradients g, uint index, vec3 gathered, float unshared, vec3 right, vec3 down) {
     if (index >= MOST_GRADIENTS) return;
-    float trial = trial_sign(index);
-    g.light += vec4(gathered, trial == 0.0 ? 0.0 : trial * unshared);
-    g.right += vec4(right, trial * brightness(right));
-    g.down += vec4(MUTATION == MUTATE_GRADIENTS ? -down : down, trial * brightness(down));
+    float pilot = pilot_sign(index);
+    g.light += vec4(gathered, pilot == 0.0 ? 0.0 : pilot * unshared);
+    g.right += vec4(right, pilot * brightness(right));
+    g.down += vec4(MUTATION == MUTATE_GRADIENTS ? -down : down, pilot * brightness(down));
 }
 
 #endif

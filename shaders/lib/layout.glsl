@@ -19,17 +19,17 @@ layout(constant_id = 9) const bool HAS_DIELECTRIC = true;
 layout(constant_id = 10) const bool HAS_EMITTER = true;
 layout(constant_id = 11) const bool HAS_BACKGROUND = true;
 layout(constant_id = 12) const uint SPHERE_COUNT = 0u;     // constant spheres, see intersect/sphere.glsl
-layout(constant_id = 13) const bool HAS_TREE = false;      // triangles, or more spheres than fit into constants
-layout(constant_id = 14) const bool TREE_SPHERES = false;  // the tree has sphere leaves
-layout(constant_id = 32) const bool TREE_TRIANGLES = true; // the tree has triangle leaves
-layout(constant_id = 15) const bool BRUTE_FORCE = false;   // test every leaf record instead of walking the tree
+layout(constant_id = 13) const bool HAS_BVH = false;      // triangles, or more spheres than fit into constants
+layout(constant_id = 14) const bool BVH_SPHERES = false;  // the tree has sphere leaves
+layout(constant_id = 32) const bool BVH_TRIANGLES = true; // the tree has triangle leaves
+layout(constant_id = 15) const bool BRUTE_FORCE = false;   // test every leaf record instead of traversing the BVH
 layout(constant_id = 16) const bool MOLLER_TRUMBORE = false;
 layout(constant_id = 17) const bool SMOOTH_NORMALS = false;
 layout(constant_id = 18) const uint LIGHT_COUNT = 0u;      // lights: points and emitters
 layout(constant_id = 19) const uint SOBOL_LEVELS = 1u;     // table levels: samples <= 2^10, 2^20, 2^29
 layout(constant_id = 20) const uint LOOP_BUDGET = 0u;      // loop iterations of an invocation; 0: no bound
-layout(constant_id = 21) const uint TREE_BOX_COUNT = 0u;   // boxes around the children of the tree's root
-layout(constant_id = 23) const uint TREE_LEVELS = 64u;     // entries that its walk needs on the stack
+layout(constant_id = 21) const uint ROOT_BOX_COUNT = 0u;   // boxes around the children of the BVH's root
+layout(constant_id = 23) const uint STACK_LEVELS = 64u;     // entries that its traversal needs on the stack
 layout(constant_id = 24) const uint MUTATION = 0u;         // tests only: breaks one thing, see render/mutation.rs
 layout(constant_id = 25) const uint EMITTER_COUNT = 0u;    // emitters among them
 const bool SINGLE_POINT = LIGHT_COUNT == 1u && EMITTER_COUNT == 0u;        // the only light is a point
@@ -39,12 +39,12 @@ layout(constant_id = 28) const uint ENOUGH_LANES = 5u;     // with fewer at work
 layout(constant_id = 62) const bool SAMPLE_MAP = false;    // numbers of samples differ between pixels, see sample_map.glsl
 layout(constant_id = 57) const bool REUSE = false;         // paths serve several pixels, see reuse.glsl
 layout(constant_id = 202) const uint LIGHT_SAMPLES = 1u;   // where such paths first meet a diffuse surface: up to 4
-layout(constant_id = 31) const uint FACET_COUNT = 0u;      // constant flat polygons, see intersect/facet.glsl
+layout(constant_id = 31) const uint POLYGON_COUNT = 0u;      // constant flat polygons, see intersect/polygon.glsl
 layout(constant_id = 30) const uint LIGHT_LOOPS = 0u;      // loop iterations that choosing lights takes at a hit
 layout(constant_id = 26) const bool PATH_STATS = false;    // count rays and traversal steps
 layout(constant_id = 35) const bool THREADS = false;       // lanes are threads of a GPU, see intersect/bvh/traversal.glsl
 layout(constant_id = 36) const bool SHUFFLES = false;      // lanes read each other's registers in one instruction; without THREADS there are eight
-layout(constant_id = 33) const bool DRAWS_WORK = false;    // pieces of work are drawn, see work.glsl
+layout(constant_id = 33) const bool PERSISTENT_THREADS = false;    // pieces of work are drawn, see work.glsl
 layout(constant_id = 58) const uint SUBGROUP_LANES = 8u;   // of each subgroup; where paths are reused, whole groups
 
 // Values of MUTATION (render/mutation.rs): errors in transport, then numerical protections taken away.
@@ -72,12 +72,12 @@ const uint MUTATE_REUSE = 22u;
 const uint MUTATE_DOUBT = 23u;
 const uint MUTATE_ALL_MARGINS = 24u;
 const uint MUTATE_GRADIENTS = 26u;
-const uint MUTATE_BEAMS = 27u;
+const uint MUTATE_LIGHT_TRACING = 27u;
 
 // ---- bindings
 // All texels are bits, of numbers too: lavapipe compiles five functions for each format that it meets, and small integers
 // among numbers cannot be taken for denormal ones.
-layout(binding = 0) uniform usamplerBuffer tree_texels;    // 3 texels a record, then 1 a record, see intersect/bvh/
+layout(binding = 0) uniform usamplerBuffer bvh_texels;    // 3 texels a record, then 1 a record, see intersect/bvh/
 layout(binding = 1) uniform usamplerBuffer geometry_texels;    // primitives, materials and vertices, see geometry.glsl
 layout(binding = 2) uniform usamplerBuffer sobol_texels;   // see sampler.glsl
 layout(binding = 3) uniform usamplerBuffer light_texels;   // see light/
@@ -91,7 +91,7 @@ layout(std430, binding = 12) writeonly buffer FilmWords { uint film_words[]; };
 const uint FILM_ROWS = 3u;
 layout(std430, binding = 5) buffer Counters { uint counters[]; };         // two words each, see counting.glsl
 // What path_queue.comp notes of its paths; and light of samples, see split.glsl.
-layout(std430, binding = 6) coherent buffer Paths { vec4 path_rows[]; };    // PATH_ROWS a path, see reuse_notes.glsl
+layout(std430, binding = 6) coherent buffer Paths { vec4 path_rows[]; };    // PATH_ROWS a path, see reuse_queue.glsl
 layout(rgba32ui, binding = 8) coherent readonly uniform uimageBuffer path_texels;
 layout(std430, binding = 7) coherent buffer QueuePool { uint pool[]; };
 const uint PATH_ROWS = 7u;
@@ -104,8 +104,8 @@ const uint GRADIENT_ROWS = 3u;
 // compiled anew because something moves.
 layout(std140, binding = 11) uniform SceneValues {
     vec4 sphere_values[32];     // two for each constant sphere: centre, radius; |centre|² − radius²
-    vec4 tree_box_values[8];    // two for each child of the tree's root: lowest corner; highest corner
-    vec4 facet_values[64];      // two for each facet: of its four edges the parts that depend on where it is; n·a
+    vec4 root_box_values[8];    // two for each child of the BVH's root: lowest corner; highest corner
+    vec4 polygon_values[64];      // two for each polygon: of its four edges the parts that depend on where it is; n·a
     vec4 point_position;        // of the only light, if that is a point
     vec4 point_intensity;
     vec4 light_grid;            // centre of the lights' grid, and its size
@@ -125,12 +125,12 @@ const uint COUNT_STEPS = 4u;       // steps through the tree (with PATH_STATS)
 const uint COUNT_TRUNCATED = 5u;   // loops that nothing in the shader ended
 const uint COUNT_REUSED = 6u;      // samples made with paths that serve several pixels
 const uint COUNTERS = 7u;          // so many of every invocation
-const uint COUNT_MISFITS = 7u;     // subgroups that are not as large as was asked for
-const uint COUNT_DRAWN = 8u;       // pieces of work, or parts of them, that have been drawn, see work.glsl
+const uint COUNT_SUBGROUP_MISMATCHES = 7u;     // subgroups that are not as large as was asked for
+const uint COUNT_WORK_ITEMS = 8u;       // pieces of work, or parts of them, that have been drawn, see work.glsl
 
 layout(push_constant, std430) uniform Push {
     vec3 camera_right;      // half the image plane's width at distance 1
-    uint pieces;            // of the dispatch's work, see work.glsl
+    uint work_items;            // of the dispatch's work, see work.glsl
     vec4 camera_up;         // xyz: half its height
     vec4 camera_forward;    // xyz: unit
     vec4 background;        // rgb radiance
@@ -143,16 +143,16 @@ layout(push_constant, std430) uniform Push {
     uint max_new_samples;   // per pixel, in this dispatch
     uint band_first;        // first slot of the film buffer
     uint tile_step;         // every n-th tile of 64 slots is worked on
-    uint piece_stride;      // piece i of n of the work is that of number i·stride mod n, see work.glsl
+    uint work_item_stride;      // piece i of n of the work is that of number i·stride mod n, see work.glsl
     uint modes;             // MODE_…
     uint band_rows;         // of pixels, in the film buffer, if groups may be shifted
     uint other_samples;     // of the samples per pixel, those in groups that lie elsewhere, see sample_map.glsl
-    float beam_scale;       // 0: paths leave no light to beams, see light/beam.glsl
+    float light_path_scale;       // 0: paths leave no light to light paths, see light_tracing.glsl
     uint tile_bits;         // log2 of the tiles of a workgroup of path_queue.comp
 };
 
 const uint MODE_SHIFTED = 1u;       // groups lie elsewhere, see pixel_order.glsl
-const uint MODE_ALIKE = 2u;         // pixels of a group sample lights alike, see reuse.glsl
+const uint MODE_CORRELATED = 2u;         // pixels of a group sample lights alike, see reuse.glsl
 const uint MODE_SURVEY = 4u;        // a sample is the place at its pixel's centre, see gradient.glsl
 const uint MODE_SCATTERED = 8u;     // one group of every tile is worked on, see pixel_order.glsl
 const uint MODE_REUSED = 16u;       // paths serve several pixels, see reuse.glsl

@@ -5,11 +5,11 @@
 
 #include "layout.glsl"
 
-uint doubtful_loops = 0u;
+uint fallback_loops = 0u;
 
 // Those that this lane needs. For all lanes to call.
-void count_doubtful(uint iterations) {
-    if (LOOP_BUDGET > 0u) doubtful_loops += subgroupMax(iterations);
+void count_fallback(uint iterations) {
+    if (LOOP_BUDGET > 0u) fallback_loops += subgroupMax(iterations);
 }
 
 #endif

@@ -11,8 +11,8 @@ const float GAMMA_7 = 4.2e-7;   // γ(7): what seven roundings may amount to, re
 #define INFINITY uintBitsToFloat(0x7f800000u)
 
 // `a < b ? a : b` is one instruction on x86, where the built-ins pay for IEEE NaN rules.
-float lower(float a, float b) { return a < b ? a : b; }
-float upper(float a, float b) { return a > b ? a : b; }
+float fast_min(float a, float b) { return a < b ? a : b; }
+float fast_max(float a, float b) { return a > b ? a : b; }
 
 bool is_finite(float x) { return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u; }
 

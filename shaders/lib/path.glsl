@@ -1,5 +1,5 @@
 // One path, one hit at a time: at each vertex it adds emitted light, samples the lights, and goes on in a direction that the surface's
-// BSDF gives. The schedulers (path_trace.comp, path_turns.comp, path_queue.comp) decide when; this decides what.
+// BSDF gives. The schedulers (path_trace.comp, path_interleaved.comp, path_queue.comp) decide when; this decides what.
 
 #ifndef PATH_GLSL
 #define PATH_GLSL
@@ -11,20 +11,20 @@
 #include "surface.glsl"
 #include "bsdf/bsdf.glsl"
 #include "light/background.glsl"
-#include "light/beam.glsl"
+#include "light_tracing.glsl"
 
 // A path's next ray and what it has gathered.
 struct Path {
     vec3 origin;
     vec3 direction;
-    int leaving;        // handle of the surface that the ray leaves (with INSIDE on a sphere's inner side), or -1
+    int self_id;        // handle of the surface that the ray leaves (with INSIDE on a sphere's inner side), or -1
     vec3 throughput;    // f·cos/pdf of all vertices so far
     uint hits;          // surface hits so far
     uint index;         // of the sample in its pixel
     vec3 normal;        // with REUSE: shading normal where the ray starts
     float pdf;          // of the ray's direction, per solid angle; 0: light sampling does not compete with it
-    float x2;           // with beams: square of the distance at which the camera sees the first hit, if that is diffuse, else
-                        // 0: no beams compete with it, see light/beam.glsl
+    float x2;           // with light paths: square of the distance at which the camera sees the first hit, if that is diffuse, else
+                        // 0: no light paths compete with it, see light_tracing.glsl
     uint flags;         // PATH_…
 };
 
@@ -41,15 +41,15 @@ struct ShadowRay {
     vec3 origin;
     vec3 direction;
     float distance;
-    int leaving;
+    int self_id;
     vec3 radiance;
-    bool wanted;
+    bool enabled;
 };
 
 ShadowRay shadow_none(vec3 from, int self_id) { return ShadowRay(from, vec3(0.0, 0.0, 1.0), 0.0, self_id, vec3(0.0), false); }
 
-Ray ray_of(Path path) { return Ray(path.origin, path.direction, path.leaving); }
-Ray ray_of(ShadowRay ray) { return Ray(ray.origin, ray.direction, ray.leaving); }
+Ray ray_of(Path path) { return Ray(path.origin, path.direction, path.self_id); }
+Ray ray_of(ShadowRay ray) { return Ray(ray.origin, ray.direction, ray.self_id); }
 
 // A vertex of a path: the surface that its ray has met, seen from the side from which it came.
 struct Vertex {
@@ -63,7 +63,7 @@ struct Vertex {
     bool front;
     bool last;          // the next ray can only meet light
     bool first;         // with REUSE: no reconnectable surface was met before
-    bool gives;         // a second hit that other pixels can use as well: the path goes on with throughput 1
+    bool shareable;         // a second hit that other pixels can use as well: the path goes on with throughput 1
     uint hits;
 };
 
@@ -86,8 +86,8 @@ bool finds_emitters() { return SAMPLE_MAP && in_mode(MODE_EMITTERS); }
 
 // Whether the members of a group of pixels sample lights alike where they first meet a reconnectable surface (reuse.glsl), and the
 // index of their numbers there.
-bool lights_alike() { return REUSE && LIGHT_COUNT > 0u && !SINGLE_POINT && in_mode(MODE_ALIKE); }
-uint index_at_first(uint index) { return lights_alike() ? index_of_sample(index) : index; }
+bool lights_correlated() { return REUSE && LIGHT_COUNT > 0u && !SINGLE_POINT && in_mode(MODE_CORRELATED); }
+uint index_at_first(uint index) { return lights_correlated() ? index_of_sample(index) : index; }
 
 // Random numbers for a sample of the lights: which, and where on it.
 struct LightNumbers {
@@ -123,8 +123,8 @@ ShadowRay light_ray(vec3 from, Bsdf bsdf, vec3 normal, vec3 up, vec3 wo, int sel
     ray.direction = light.direction;
     ray.distance = light.distance;
     ray.radiance = throughput * scattered;
-    ray.wanted = brightness(ray.radiance) > 0.0;
-    if (SMOOTH_NORMALS) ray.wanted = ray.wanted && dot(up, ray.direction) > 0.0;
+    ray.enabled = brightness(ray.radiance) > 0.0;
+    if (SMOOTH_NORMALS) ray.enabled = ray.enabled && dot(up, ray.direction) > 0.0;
     return ray;
 }
 
@@ -134,7 +134,7 @@ ShadowRay direct_light(Vertex v, vec3 wo, uint index, uint key, uint count) {
     if (LIGHT_COUNT > 0u && !SINGLE_POINT) {
         n = light_numbers(key, v.first ? index_at_first(index) : index, v.hits, 0u, count > 1u && !v.last);
     }
-    return light_ray(v.outside, v.bsdf, v.normal, v.up, wo, leaving_id(v.self_id, v.surface, v.front), v.throughput, n, count);
+    return light_ray(v.outside, v.bsdf, v.normal, v.up, wo, self_id_of(v.self_id, v.surface, v.front), v.throughput, n, count);
 }
 
 // ---- light that the path meets
@@ -149,12 +149,12 @@ float emission_weight(Path path, Surface surface, float t, uint light_samples) {
         if (has_flag(path, PATH_FROM_FIRST)) of_light *= float(light_samples);
         weight = mis_weight(path.pdf, of_light);
     }
-    bool by_beams = HAS_BEAMS && path.pdf == 0.0 && path.x2 > 0.0 && path.hits <= BEAM_HITS && surface.light >= 0;
-    if (HAS_BEAMS) count_doubtful(by_beams ? BEAM_TARGETS : 0u);
+    bool by_light_paths = LIGHT_TRACING && path.pdf == 0.0 && path.x2 > 0.0 && path.hits <= LIGHT_PATH_HITS && surface.light >= 0;
+    if (LIGHT_TRACING) count_fallback(by_light_paths ? CASTER_COUNT : 0u);
     // The constant lets the program drop this before the driver sees it (src/gpu/prune.rs).
-    if (HAS_BEAMS && by_beams) {
+    if (LIGHT_TRACING && by_light_paths) {
         vec3 y = path.origin + t * path.direction;
-        weight /= 1.0 + beams_per_path(surface.light, y, -path.direction, cos_light, path.x2);
+        weight /= 1.0 + light_path_ratio(surface.light, y, -path.direction, cos_light, path.x2);
     }
     return weight;
 }
@@ -188,7 +188,7 @@ Vertex vertex_at(Hit hit, Ray ray) {
     v.up = v.front ? v.surface.normal : -v.surface.normal;
     v.outside = v.surface.position + v.up * v.surface.offset;
     v.throughput = vec3(0.0);
-    v.last = v.first = v.gives = false;
+    v.last = v.first = v.shareable = false;
     v.hits = 0u;
     return v;
 }
@@ -214,10 +214,10 @@ bool path_arrive(Path path, Hit hit, uint key, uint light_samples, inout vec3 ra
     }
     if (finds_places() || finds_emitters()) alive = alive && mirror;
     v.first = REUSE && !has_flag(path, PATH_RECONNECTABLE);
-    v.gives = has_flag(path, PATH_FROM_FIRST) && reconnectable && alive && throughput != vec3(0.0);
-    v.throughput = v.gives ? vec3(1.0) : throughput;
+    v.shareable = has_flag(path, PATH_FROM_FIRST) && reconnectable && alive && throughput != vec3(0.0);
+    v.throughput = v.shareable ? vec3(1.0) : throughput;
     vec3 expected = v.throughput * bsdf_albedo(v.bsdf);
-    float strongest = upper(upper(expected.x, expected.y), expected.z);
+    float strongest = fast_max(fast_max(expected.x, expected.y), expected.z);
     alive = alive && strongest > 0.0;
 
     // A path of MAX_DEPTH hits may still meet light with its last ray. Further samples of lights are for those that go on otherwise.
@@ -225,7 +225,7 @@ bool path_arrive(Path path, Hit hit, uint key, uint light_samples, inout vec3 ra
     shadow = shadow_none(vec3(0.0), -1);
     if (HAS_DIFFUSE) {
         shadow = direct_light(v, -path.direction, path.index, key, v.first ? light_samples : 1u);
-        shadow.wanted = shadow.wanted && alive;
+        shadow.enabled = shadow.enabled && alive;
     }
     alive = alive && (LIGHT_AFTER_LAST_HIT || !v.last);
     // The constant comes first, so that nothing of it is left where there is no roulette (src/gpu/prune.rs).
@@ -233,7 +233,7 @@ bool path_arrive(Path path, Hit hit, uint key, uint light_samples, inout vec3 ra
         // A path is safe while its throughput is above ¼: ending strong paths costs more in noise than it saves. Where the path gets
         // further samples of light, its throughput must be what light counts.
         bool may_end = !finds_places() && !finds_emitters() && !(light_samples > 1u && v.first && reconnectable);
-        float survive = may_end ? lower(4.0 * strongest, 0.95) : 1.0;
+        float survive = may_end ? fast_min(4.0 * strongest, 0.95) : 1.0;
         alive = alive && sample_independent(key, path.index, v.hits) < survive;
         v.throughput *= 1.0 / survive;
     }
@@ -241,7 +241,7 @@ bool path_arrive(Path path, Hit hit, uint key, uint light_samples, inout vec3 ra
     return alive;
 }
 
-// Turns the path into its next ray; or, if it is not alive, into the first ray of sample `index` of the pixel at `at`.
+// Interleaved the path into its next ray; or, if it is not alive, into the first ray of sample `index` of the pixel at `at`.
 // One evaluation of the sampler serves all, so that lanes of either kind share the work.
 void path_depart(inout Path path, Vertex v, bool alive, Camera camera, uvec2 at, uint key, uint index) {
     uint hit = alive ? v.hits : 0u;
@@ -261,7 +261,7 @@ void path_depart(inout Path path, Vertex v, bool alive, Camera camera, uvec2 at,
     vec3 start = HAS_DIELECTRIC && next.crosses ? v.surface.position - v.up * v.surface.offset : v.outside;
     path.origin = alive ? start : vec3(0.0);
     path.direction = alive ? next.direction : first;
-    path.leaving = alive ? leaving_id(v.self_id, v.surface, v.front != next.crosses) : -1;
+    path.self_id = alive ? self_id_of(v.self_id, v.surface, v.front != next.crosses) : -1;
     path.throughput = alive ? throughput : vec3(1.0);
     path.hits = alive ? (v.last ? MAX_DEPTH : v.hits) : 0u;
     path.index = index;
@@ -270,7 +270,7 @@ void path_depart(inout Path path, Vertex v, bool alive, Camera camera, uvec2 at,
         path.normal = alive ? v.normal : vec3(0.0);
     }
     if (EMITTER_COUNT > 0u) path.pdf = alive ? next.pdf : 0.0;
-    if (HAS_BEAMS) {
+    if (LIGHT_TRACING) {
         if (hit == 1u && reconnectable) path.x2 = dot(v.outside, v.outside);
         if (hit == 0u) path.x2 = 0.0;
     }

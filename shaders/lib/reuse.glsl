@@ -21,11 +21,11 @@
 // side, in a third of the time that they take among the rays of paths.
 //
 // All that pays where the light at x makes most of the noise; elsewhere it only costs time. So before a rendering there is a
-// trial of TRIAL samples in one group, or a few, of every tile, of which the film notes how far they are from each other
+// pilot pass of PILOT_SAMPLES samples in one group, or a few, of every tile, of which the film notes how far they are from each other
 // (gradient.glsl). The host decides from that (src/render/renderer/verdict.rs).
 //
 // The paths of a group meet in the lanes of a subgroup (reuse_lanes.glsl): as they end, or, in the queue, once all have been noted in
-// memory (reuse_notes.glsl).
+// memory (reuse_queue.glsl).
 
 #ifndef REUSE_GLSL
 #define REUSE_GLSL
@@ -54,7 +54,7 @@ uint key_of_group(uvec2 corner, uint p) { return group_key(pixel_of_work(corner,
 const bool SEES_THROUGH = HAS_MIRROR || HAS_DIELECTRIC;
 
 // Geometry between a first hit x and a second hit y: cos cos/r², and the direction and distance from x to y.
-float coupling(vec3 x, vec3 nx, vec3 y, vec3 ny, out vec3 direction, out float distance) {
+float geometry_term(vec3 x, vec3 nx, vec3 y, vec3 ny, out vec3 direction, out float distance) {
     vec3 to = y - x;
     float r2 = dot(to, to);
     float inverse = 1.0 / sqrt(r2);
@@ -69,7 +69,7 @@ float coupling(vec3 x, vec3 nx, vec3 y, vec3 ny, out vec3 direction, out float d
 // Whether it is worth finding out who sees light that leaves a second hit. (Not if it is none, nor if it is no number.) The lanes
 // of a group ask when they share their paths. Asked as each path ends, in the loop that traces rays, it would take rooms of
 // spheres 1.04 to 1.08 times the time (lavapipe 25.0.7).
-bool is_worth_giving(vec3 light) { return brightness(light) > 0.0; }
+bool is_worth_sharing(vec3 light) { return brightness(light) > 0.0; }
 
 // Where a segment that comes from elsewhere may end at a hit: off its surface.
 vec3 end_of_segment(Vertex v, float t) {

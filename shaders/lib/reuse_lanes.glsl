@@ -9,43 +9,43 @@
 #include "votes.glsl"
 
 // A path's first two hits. A normal of 0 stands for a hit that is not there.
-struct Meeting {
+struct PathVertices {
     vec3 x;
     float hit;      // which of its path x is
-    int leaving;    // the id that a ray from x leaves
+    int self_id;    // the id that a ray from x leaves
     vec3 nx;        // shading normal at x
     vec3 up;        // with SMOOTH_NORMALS: geometric normal at x
     vec3 beta;      // throughput at x
     vec3 y;
     vec3 ny;        // geometric normal; 0 too if y does not give its light to others
     vec3 direct;    // light from x itself
-    bool gives;
+    bool shareable;
 };
 
-Meeting meeting_none() {
+PathVertices vertices_none() {
     const vec3 none = vec3(0.0);
-    return Meeting(none, 0.0, -1, none, none, none, none, none, none, false);
+    return PathVertices(none, 0.0, -1, none, none, none, none, none, none, false);
 }
 
 // The path arrives at its second hit, with the light from its first one.
-Meeting meeting_at(Path p, Vertex v, float t, vec3 direct, vec3 first_up) {
-    return Meeting(p.origin, float(p.hits), p.leaving, p.normal, first_up, p.throughput, end_of_segment(v, t),
-                   v.gives ? v.up : vec3(0.0), direct, v.gives);
+PathVertices vertices_at(Path p, Vertex v, float t, vec3 direct, vec3 first_up) {
+    return PathVertices(p.origin, float(p.hits), p.self_id, p.normal, first_up, p.throughput, end_of_segment(v, t),
+                   v.shareable ? v.up : vec3(0.0), direct, v.shareable);
 }
 
 // A path that waits for the others of its group.
 struct EndedPath {
-    Meeting meeting;
+    PathVertices vertices;
     vec3 light;     // of the path from its second hit on, or all if there is none: what leaves y if that is given away
     bool there;
 };
 
-EndedPath ended_none() { return EndedPath(meeting_none(), vec3(0.0), false); }
+EndedPath ended_none() { return EndedPath(vertices_none(), vec3(0.0), false); }
 
 // A path ends with the light that it has gathered, and the lane may begin another.
-EndedPath path_ends(inout Meeting meeting, vec3 light) {
-    EndedPath ended = EndedPath(meeting, light, true);
-    meeting = meeting_none();
+EndedPath path_ends(inout PathVertices vertices, vec3 light) {
+    EndedPath ended = EndedPath(vertices, light, true);
+    vertices = vertices_none();
     return ended;
 }
 
@@ -91,26 +91,26 @@ void differences(vec3 gathered, bool there, out vec3 right, out vec3 down) {
 // Whether nothing hides what a ray aims at, if that is wanted. For all lanes to call. (Not for the only light, a point, which has a
 // test of its own for spheres: light_occluded.)
 bool arrives(ShadowRay ray, inout uint shadow_rays, inout uint loops) {
-    shadow_rays += ray.wanted ? 1u : 0u;
-    bool hidden = occluded(ray_of(ray), ray.distance, ray.wanted, loops);
-    return ray.wanted && (!hidden || MUTATION == MUTATE_REUSE);
+    shadow_rays += ray.enabled ? 1u : 0u;
+    bool occluded = occluded(ray_of(ray), ray.distance, ray.enabled, loops);
+    return ray.enabled && (!occluded || MUTATION == MUTATE_REUSE);
 }
 
 // Whether a path has gone on from x, and not just because it might meet light: then further samples of lights are taken there.
-bool goes_on_from_first(Meeting m) { return m.nx != vec3(0.0) && uint(m.hit) < MAX_DEPTH; }
+bool goes_on_from_first(PathVertices m) { return m.nx != vec3(0.0) && uint(m.hit) < MAX_DEPTH; }
 
 // The ray of one of these, `index` being that of the path's own sample.
-ShadowRay light_ray_at_first(Meeting m, uint key, uint index, uint nth) {
+ShadowRay light_ray_at_first(PathVertices m, uint key, uint index, uint nth) {
     LightNumbers n = light_numbers(key, index_at_first(index), uint(m.hit), nth, true);
     // The surface there is reconnectable, with its reflectance in beta.
     Bsdf bsdf = Bsdf(BSDF_DIFFUSE, m.beta, 1.0);
-    ShadowRay ray = light_ray(m.x, bsdf, m.nx, m.up, m.nx, m.leaving, vec3(1.0), n, LIGHT_SAMPLES);
-    ray.wanted = ray.wanted && goes_on_from_first(m);
+    ShadowRay ray = light_ray(m.x, bsdf, m.nx, m.up, m.nx, m.self_id, vec3(1.0), n, LIGHT_SAMPLES);
+    ray.enabled = ray.enabled && goes_on_from_first(m);
     return ray;
 }
 
 // Light from x itself: the mean of the sample that the path has taken and of the further ones, whose sum this is.
-vec3 mean_at_first(Meeting m, vec3 further) {
+vec3 mean_at_first(PathVertices m, vec3 further) {
     return goes_on_from_first(m) ? (m.direct + further) / float(LIGHT_SAMPLES) : m.direct;
 }
 
@@ -118,37 +118,37 @@ vec3 mean_at_first(Meeting m, vec3 further) {
 // what the group shares is `gathered`; it would be `unshared` without the others.
 vec3 shared_light(EndedPath ended, uint key, uint index, inout uint shadow_rays, inout uint loops, out vec3 gathered,
                   out vec3 unshared) {
-    Meeting m = ended.meeting;
+    PathVertices m = ended.vertices;
     uint me = gl_SubgroupInvocationID % MEMBERS;
-    bool gives = m.gives && is_worth_giving(ended.light);
-    vec3 given = gives ? ended.light : vec3(0.0);
-    vec3 ny = gives ? m.ny : vec3(0.0);
+    bool shareable = m.shareable && is_worth_sharing(ended.light);
+    vec3 shared_radiance = shareable ? ended.light : vec3(0.0);
+    vec3 ny = shareable ? m.ny : vec3(0.0);
     vec3 sum = vec3(0.0);
     vec3 further = vec3(0.0);
     // Segments to the second hits of all members, and then further samples of lights: what traces a ray is compiled once.
-    uint first = any_lane(gives) ? 0u : MEMBERS;
+    uint first = any_lane(shareable) ? 0u : MEMBERS;
     uint rays = MEMBERS + (LIGHT_SAMPLES > 1u && any_lane(goes_on_from_first(m)) ? LIGHT_SAMPLES - 1u : 0u);
     [[dont_unroll]] for (uint number = first; number < rays; ++number) {
         bool is_segment = LIGHT_SAMPLES == 1u || number < MEMBERS;
         uint from = number % MEMBERS;
-        ShadowRay ray = ShadowRay(m.x, m.nx, 0.0, m.leaving, vec3(0.0), false);
+        ShadowRay ray = ShadowRay(m.x, m.nx, 0.0, m.self_id, vec3(0.0), false);
         float value = 0.0;
         if (is_segment) {
             vec3 y = of_member(m.y, from);
-            value = coupling(m.x, m.nx, y, of_member(ny, from), ray.direction, ray.distance);
+            value = geometry_term(m.x, m.nx, y, of_member(ny, from), ray.direction, ray.distance);
             if (SMOOTH_NORMALS) value = from == me || dot(m.up, ray.direction) > 0.0 ? value : 0.0;
             if (SEES_THROUGH) value = of_member(m.hit, from) == m.hit ? value : 0.0;
             // The path itself has shown that nothing is in between.
-            ray.wanted = value > 0.0 && from != me;
+            ray.enabled = value > 0.0 && from != me;
         } else {
             ray = light_ray_at_first(m, key, index, 1u + number - MEMBERS);
             loops += LIGHT_LOOPS;
         }
         bool lit = arrives(ray, shadow_rays, loops);
         if (is_segment) {
-            value = ray.wanted && !lit ? 0.0 : value;
+            value = ray.enabled && !lit ? 0.0 : value;
             float all = sum_of_group(value);
-            vec3 theirs = of_member(given, from);
+            vec3 theirs = of_member(shared_radiance, from);
             if (value > 0.0) sum += theirs * (value / all);
         } else {
             further += lit ? ray.radiance : vec3(0.0);
@@ -157,11 +157,11 @@ vec3 shared_light(EndedPath ended, uint key, uint index, inout uint shadow_rays,
     }
     vec3 direct = m.direct;
     if (LIGHT_SAMPLES > 1u) direct = mean_at_first(m, further);
-    vec3 own = gives ? vec3(0.0) : ended.light;
-    unshared = m.beta * given;
+    vec3 own = shareable ? vec3(0.0) : ended.light;
+    unshared = m.beta * shared_radiance;
     gathered = m.beta * sum;
     // (Of a last hit it is the pixel's own: whether there is a meeting depends on what else is compiled.)
-    if (lights_alike() && goes_on_from_first(m)) {
+    if (lights_correlated() && goes_on_from_first(m)) {
         unshared += m.direct;
         gathered += direct;
     } else {
@@ -176,11 +176,11 @@ bool share_sample(EndedPath ended, inout FilmPixel film_pixel, inout Gradients g
                   inout uint loops, inout uint bad) {
     // Drivers bound the loops of the slowest lane.
     loops = subgroupMax(loops) + 1u;
-    doubtful_loops = subgroupMax(doubtful_loops);
+    fallback_loops = subgroupMax(fallback_loops);
     vec3 gathered, unshared;
     uint index = index_of_member(index_after(film_pixel.multipliers, film_pixel.count), gl_SubgroupInvocationID % MEMBERS);
     vec3 light = shared_light(ended, key, index, shadow_rays, loops, gathered, unshared);
-    bool within_budget = LOOP_BUDGET == 0u || subgroupMax(loops + doubtful_loops) < LOOP_BUDGET;
+    bool within_budget = LOOP_BUDGET == 0u || subgroupMax(loops + fallback_loops) < LOOP_BUDGET;
     // What is not finite counts as black, and tells nothing of the noise.
     bool good = is_finite(brightness(light));
     if (!good) {
@@ -190,7 +190,7 @@ bool share_sample(EndedPath ended, inout FilmPixel film_pixel, inout Gradients g
     vec3 right, down;
     differences(gathered, ended.there, right, down);
     if (ended.there && within_budget) {
-        film_pixel.trial += good ? trial_sign(film_pixel.count) * brightness(light - gathered) : 0.0;
+        film_pixel.pilot += good ? pilot_sign(film_pixel.count) * brightness(light - gathered) : 0.0;
         gradients_add(gradients, film_pixel.count, gathered, brightness(unshared), right, down);
         bad += film_add(film_pixel, light) ? 0u : 1u;
     }

@@ -17,7 +17,7 @@ uint split_pixels() { return gl_WorkGroupSize.x / SPLIT; }
 uint split_number() {
     uint local = gl_LocalInvocationID.x;
     if (SPLIT > 1u) local %= split_pixels();
-    return place_of_piece(gl_WorkGroupID.x) * split_pixels() + local;
+    return place_of_work_item(gl_WorkGroupID.x) * split_pixels() + local;
 }
 uint split_part() { return SPLIT > 1u ? gl_LocalInvocationID.x / split_pixels() : 0u; }
 
@@ -31,8 +31,8 @@ uvec2 split_share(uint samples) {
 const float SPLIT_DONE = 1.0;
 
 // Where the light of a sample is noted. What is not is 0.
-uint split_row(uint nth) { return nth * pieces * split_pixels() + split_number(); }
-void split_note(uint nth, vec3 radiance) { path_rows[split_row(nth)] = vec4(radiance, SPLIT_DONE); }
+uint split_row(uint nth) { return nth * work_items * split_pixels() + split_number(); }
+void split_record(uint nth, vec3 radiance) { path_rows[split_row(nth)] = vec4(radiance, SPLIT_DONE); }
 
 // Adds to the film what has been noted of a pixel's samples, up to the first that has not ended, and forgets it all. To be called by
 // all invocations of a workgroup. Returns how many samples were not finite.

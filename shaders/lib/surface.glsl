@@ -23,7 +23,7 @@ struct Surface {
 // A unit vector but for rounding: one Newton step of 1/sqrt restores its length to 1 ulp.
 vec3 renormalize(vec3 n) { return n * (1.5 - 0.5 * dot(n, n)); }
 
-// A constant sphere or facet.
+// A constant sphere or polygon.
 struct Constant {
     vec4 shape;         // centre, 1/radius with the normal's sign; or normal, n·p of its points
     Material material;
@@ -33,7 +33,7 @@ struct Constant {
 Constant fetch_constant(int primitive) {
     uvec4 shape = primitive_shape(primitive);
     uvec4 attributes = primitive_attributes(primitive);
-    bool flat_ = FACET_COUNT > 0u && primitive >= int(SPHERE_COUNT);
+    bool flat_ = POLYGON_COUNT > 0u && primitive >= int(SPHERE_COUNT);
     uvec4 bits = flat_ ? uvec4(attributes.xyz, shape.y) : uvec4(shape.xyz, attributes.y);
     return Constant(uintBitsToFloat(bits), fetch_material(material_index(shape.w)), int(attributes.w));
 }
@@ -76,7 +76,7 @@ Surface surface_of_constant(int primitive, vec3 p) {
     vec3 n = renormalize((p - shape.xyz) * shape.w);
     float curvature = shape.w;
     float offset = 0.0;
-    if (FACET_COUNT > 0u) {
+    if (POLYGON_COUNT > 0u) {
         bool flat_ = primitive >= int(SPHERE_COUNT);
         n = flat_ ? shape.xyz : n;
         curvature = flat_ ? 0.0 : curvature;
@@ -97,7 +97,7 @@ Surface surface_of_primitive(Hit hit, vec3 p) {
     vec3 ns = n;
     float curvature = 0.0;
     float offset = 0.0;
-    if (TREE_TRIANGLES) {
+    if (BVH_TRIANGLES) {
         // From barycentrics: closer to the plane than o + t·d. The weights sum up to 1 but for one rounding; with those of the products
         // and sums the error is within pbrt's bound γ(7)(|b0 v0| + |b1 v1| + |b2 v2|).
         Triangle corners = triangle_of(shape);
@@ -125,7 +125,7 @@ Surface surface_of_primitive(Hit hit, vec3 p) {
 // The surface that a ray meets. For rays that meet none it is some surface: the table has a primitive even if the scene is empty.
 Surface surface_at(Hit hit, Ray ray) {
     vec3 p = ray.origin + (hit.primitive >= 0 ? hit.t : 0.0) * ray.direction;
-    if (!HAS_TREE) return surface_of_constant(max(hit.primitive, 0), p);
+    if (!HAS_BVH) return surface_of_constant(max(hit.primitive, 0), p);
     if (CONSTANTS == 0u) return surface_of_primitive(hit, p);
     bool is_constant = hit.primitive < int(CONSTANTS);
     Surface s = surface_of_constant(is_constant ? max(hit.primitive, 0) : 0, p);
@@ -134,7 +134,7 @@ Surface surface_at(Hit hit, Ray ray) {
 }
 
 // `id`, marked if a ray on the given side of the normal runs inside the sphere.
-int leaving_id(int id, Surface s, bool on_front) {
+int self_id_of(int id, Surface s, bool on_front) {
     return s.curvature != 0.0 && (s.curvature > 0.0) != on_front ? (id | INSIDE) : id;
 }
 

@@ -8,15 +8,15 @@
 #include "layout.glsl"
 
 // In how many lanes this holds, and whether in any. In lanes that have left a loop it must not hold (lane_table.glsl).
-uint lanes(bool wanted) {
-    if (THREADS) return subgroupBallotBitCount(subgroupBallot(wanted));
-    uint count = wanted ? 1u : 0u;
+uint lanes(bool enabled) {
+    if (THREADS) return subgroupBallotBitCount(subgroupBallot(enabled));
+    uint count = enabled ? 1u : 0u;
     if (!SHUFFLES) return subgroupAdd(count);
     count += subgroupShuffleXor(count, 1u);
     count += subgroupShuffleXor(count, 2u);
     count += subgroupShuffleXor(count, 4u);
     return count;
 }
-bool any_lane(bool wanted) { return THREADS ? subgroupAny(wanted) : lanes(wanted) > 0u; }
+bool any_lane(bool enabled) { return THREADS ? subgroupAny(enabled) : lanes(enabled) > 0u; }
 
 #endif

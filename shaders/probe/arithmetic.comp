@@ -8,10 +8,10 @@ const uint PROBE_OPERATIONS = 0u;
 const uint PROBE_LOOP = 1u;
 
 // Iterations that really happen out of those asked for; the body keeps the compiler from knowing the answer.
-uint count_iterations(uint wanted) {
+uint count_iterations(uint enabled) {
     uint done = 0u;
-    uint x = wanted;
-    for (uint i = 0u; i < wanted; ++i) {
+    uint x = enabled;
+    for (uint i = 0u; i < enabled; ++i) {
         x = x * 1664525u + 1013904223u;
         done += x == 0x80000001u ? 0u : 1u;
     }

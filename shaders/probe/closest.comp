@@ -13,14 +13,14 @@
 const uint PROBE_CLOSEST = 0u;
 const uint PROBE_EXACT_FACETS = 1u;
 
-// The closest facet by the exact test alone.
+// The closest polygon by the exact test alone.
 Hit closest_facet_exactly(Ray ray) {
     float t = INFINITY;
     int id = -1;
     Across across_ray = across(ray.origin, ray.direction);
-    for (int n = 0; n < int(FACET_COUNT); ++n) {
+    for (int n = 0; n < int(POLYGON_COUNT); ++n) {
         float h;
-        bool closer = meets_facet(facet_of_table(n), across_ray, ray.direction, h) && h < t && ray.self_id != int(SPHERE_COUNT) + n;
+        bool closer = meets_polygon(polygon_of_table(n), across_ray, ray.direction, h) && h < t && ray.self_id != int(SPHERE_COUNT) + n;
         t = closer ? h : t;
         id = closer ? int(SPHERE_COUNT) + n : id;
     }
@@ -40,7 +40,7 @@ void closest(uint i) {
         Surface s = surface_at(hit, ray);
         position = vec4(s.position, s.offset);
     }
-    probe_out[2u * i] = uvec4(floatBitsToUint(hit.t), uint(hit.primitive), walked_steps, uint(hit.self_id));
+    probe_out[2u * i] = uvec4(floatBitsToUint(hit.t), uint(hit.primitive), traversal_steps, uint(hit.self_id));
     output_floats(2u * i + 1u, position);
 }
 

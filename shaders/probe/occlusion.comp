@@ -14,8 +14,8 @@ void occlusion(uint i) {
     vec4 o = input_floats(2u * i);
     vec4 d = input_floats(2u * i + 1u);
     uint loops = 0u;
-    bool hidden = light_occluded(Ray(o.xyz, d.xyz, floatBitsToInt(d.w)), o.w, true, loops);
-    probe_out[i] = uvec4(hidden ? 1u : 0u, walked_steps, 0u, 0u);
+    bool occluded = light_occluded(Ray(o.xyz, d.xyz, floatBitsToInt(d.w)), o.w, true, loops);
+    probe_out[i] = uvec4(occluded ? 1u : 0u, traversal_steps, 0u, 0u);
 }
 
 void main() {

@@ -27,8 +27,8 @@ void scatter(uint i) {
     bool alive = path_arrive(path, hit, key, 1u, radiance, vertex, shadow);
     bool lit = false;
     if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
-        bool hidden = light_occluded(ray_of(shadow), shadow.distance, shadow.wanted, steps);
-        lit = shadow.wanted && !hidden;
+        bool occluded = light_occluded(ray_of(shadow), shadow.distance, shadow.enabled, steps);
+        lit = shadow.enabled && !occluded;
         if (lit) radiance += shadow.radiance;
     }
     uvec2 at = uvec2(sample_of.x % width, sample_of.x / width);
@@ -37,10 +37,10 @@ void scatter(uint i) {
     output_floats(8u * i + 1u, vec4(radiance, 0.0));
     probe_out[8u * i + 2u] = uvec4(floatBitsToUint(path.throughput), path.hits);
     output_floats(8u * i + 3u, vec4(path.origin, 0.0));
-    probe_out[8u * i + 4u] = uvec4(floatBitsToUint(path.direction), uint(path.leaving));
+    probe_out[8u * i + 4u] = uvec4(floatBitsToUint(path.direction), uint(path.self_id));
     output_floats(8u * i + 5u, vec4(path.normal, path.pdf));
-    output_floats(8u * i + 6u, vec4(shadow.origin, shadow.wanted ? shadow.distance : 0.0));
-    probe_out[8u * i + 7u] = uvec4(floatBitsToUint(shadow.direction), uint(shadow.leaving));
+    output_floats(8u * i + 6u, vec4(shadow.origin, shadow.enabled ? shadow.distance : 0.0));
+    probe_out[8u * i + 7u] = uvec4(floatBitsToUint(shadow.direction), uint(shadow.self_id));
 }
 
 void main() {

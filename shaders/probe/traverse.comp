@@ -5,7 +5,7 @@
 #extension GL_KHR_shader_subgroup_vote : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #extension GL_KHR_shader_subgroup_shuffle : require
-// Rays and nothing else, to measure how many a second can be traced: the walk of the path tracer. A workgroup is one
+// Rays and nothing else, to measure how many a second can be traced: the traversal of the path tracer. A workgroup is one
 // subgroup, which owns a run of rays; when enough lanes are done they fetch the next ones. path_queue.comp does without
 // that counting: there each lane has rays of its own to go on with.
 // Records: check/probe/traversal.rs.
@@ -36,34 +36,34 @@ void main() {
     uint steps = 0u;
     bool busy = false;
     bool fetch = true;
-    int leaving = -1;
+    int self_id = -1;
     int id = -1;
-    TreeRay ray = tree_ray(vec3(0.0), vec3(0.0, 0.0, 1.0), false);
-    Walk walk = walk_idle();
-    while (LOOP_BUDGET == 0u || loops + doubtful_loops < LOOP_BUDGET) {
+    BvhRay ray = bvh_ray(vec3(0.0), vec3(0.0, 0.0, 1.0), false);
+    Traversal traversal = traversal_idle();
+    while (LOOP_BUDGET == 0u || loops + fallback_loops < LOOP_BUDGET) {
         if (fetch && mine < total) {
             vec4 o = input_floats(2u * (first + mine));
             vec4 d = input_floats(2u * (first + mine) + 1u);
-            leaving = floatBitsToInt(d.w);
+            self_id = floatBitsToInt(d.w);
             float t = o.w;
             id = -1;
-            closest_constant(Ray(o.xyz, d.xyz, leaving), t, id);
-            ray = tree_ray(o.xyz, d.xyz, any_hit);
-            uint entry = any_hit && id >= 0 ? 0u : tree_entry(o.xyz, d.xyz, t);
-            walk = walk_begin(ray, t, entry);
+            closest_constant(Ray(o.xyz, d.xyz, self_id), t, id);
+            ray = bvh_ray(o.xyz, d.xyz, any_hit);
+            uint entry = any_hit && id >= 0 ? 0u : root_hit_mask(o.xyz, d.xyz, t);
+            traversal = traversal_begin(ray, t, entry);
             busy = true;
         }
         if (!any_lane(busy)) break;
         uint enough = next < total ? ENOUGH_LANES : 1u;
         do {
-            walk_on(walk, ray, leaving, any_hit, steps);
-            walk_on(walk, ray, leaving, any_hit, steps);
+            traversal_advance(traversal, ray, self_id, any_hit, steps);
+            traversal_advance(traversal, ray, self_id, any_hit, steps);
             loops += 1u;
-        } while (lanes(walk.walks) >= enough && (LOOP_BUDGET == 0u || loops + doubtful_loops < LOOP_BUDGET));
-        fetch = busy && !walk.walks;
+        } while (lanes(traversal.running) >= enough && (LOOP_BUDGET == 0u || loops + fallback_loops < LOOP_BUDGET));
+        fetch = busy && !traversal.running;
         if (fetch) {
-            int found = walk.id >= 0 ? bvh_primitive(walk.id) : id;
-            probe_out[first + mine] = uvec4(floatBitsToUint(walk.t), uint(found), 0u, steps);
+            int found = traversal.id >= 0 ? bvh_primitive(traversal.id) : id;
+            probe_out[first + mine] = uvec4(floatBitsToUint(traversal.t), uint(found), 0u, steps);
             steps = 0u;
         }
         busy = busy && !fetch;

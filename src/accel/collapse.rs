@@ -136,8 +136,8 @@ fn plan(tree: &Tree, node: u32, choices: &mut [Choice]) -> Forest {
 mod tests {
     use glam::Vec3;
 
-    use crate::accel::builder::build;
     use super::*;
+    use crate::accel::builder::build;
 
     /// The least areas of what may stand for a subtree: up to one, two, three and four nodes or leaves, with all that is below.
     fn least(tree: &Tree, bounds: Aabb, child: Child) -> [f32; WIDTH] {

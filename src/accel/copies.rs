@@ -11,9 +11,9 @@ use crate::accel::primitive::Primitive;
 /// Bits of a table for each primitive: of so many pairs that are no copies one looks like one.
 const BITS: usize = 16;
 
-/// The numbers of the primitives that have the shape of another, in ascending order: of each shape all but the first lamp, or the first
-/// primitive if none is a lamp. (Lamps are sampled, and are to be seen as well.)
-pub fn copies(primitives: &[Primitive], is_lamp: impl Fn(usize) -> bool + Sync) -> Vec<u32> {
+/// The numbers of the primitives that have the shape of another, in ascending order: of each shape all but the first emitter, or the first
+/// primitive if none is an emitter. (Emitters are sampled, and are to be seen as well.)
+pub fn copies(primitives: &[Primitive], is_area_light: impl Fn(usize) -> bool + Sync) -> Vec<u32> {
     let bits = (BITS * primitives.len()).next_power_of_two().max(64);
     let (once, twice) = (Bits::of(bits), Bits::of(bits));
     let hashes: Vec<u64> = primitives.par_iter().map(hash).collect();
@@ -22,15 +22,15 @@ pub fn copies(primitives: &[Primitive], is_lamp: impl Fn(usize) -> bool + Sync) 
     });
     let mut suspects: Vec<(u64, bool, u32)> = (0..primitives.len() as u32)
         .into_par_iter()
-        .map(|i| (hashes[i as usize], !is_lamp(i as usize), i))
+        .map(|i| (hashes[i as usize], !is_area_light(i as usize), i))
         .filter(|&(hash, ..)| twice.get(hash))
         .collect();
     suspects.par_sort_unstable();
     let mut copies = Vec::new();
     let mut firsts: Vec<u32> = Vec::new();
-    for alike in suspects.chunk_by(|a, b| a.0 == b.0) {
+    for correlated in suspects.chunk_by(|a, b| a.0 == b.0) {
         firsts.clear();
-        for &(.., i) in alike {
+        for &(.., i) in correlated {
             if firsts.iter().any(|&first| has_same_shape(&primitives[first as usize], &primitives[i as usize])) {
                 copies.push(i);
             } else {
@@ -95,7 +95,7 @@ mod tests {
 
     use super::*;
 
-    /// Where none is a lamp.
+    /// Where none is an emitter.
     fn copies(primitives: &[Primitive]) -> Vec<u32> {
         super::copies(primitives, |_| false)
     }
@@ -123,9 +123,9 @@ mod tests {
             vertices.rotate_left(1);
         }
         assert_eq!(copies(&primitives), [5002, 5003, 5004, 5007]);
-        // A lamp counts before what is none, wherever it is.
-        let lamps = [5007, 5004, 40];
-        assert_eq!(super::copies(&primitives, |i| lamps.contains(&i)), [5002, 5003, 5004, 5005]);
+        // An emitter counts before what is none, wherever it is.
+        let emitters = [5007, 5004, 40];
+        assert_eq!(super::copies(&primitives, |i| emitters.contains(&i)), [5002, 5003, 5004, 5005]);
         assert!(copies(&[]).is_empty());
         assert_eq!(copies(&vec![sphere(1.0); 3000]).len(), 2999);
     }

@@ -5,7 +5,7 @@ use glam::Vec3;
 use crate::accel::aabb::Aabb;
 
 /// How much larger than a primitive its box is, relative to the largest of its coordinates: a ray may hit by rounding
-/// what it passes beside. shaders/lib/intersect/bvh/slab.glsl has the reckoning, and what is relative to the ray's origin.
+/// what it passes beside. shaders/lib/intersect/bvh/slab.glsl has the derivation, and what is relative to the ray's origin.
 const BOX_ERROR: f32 = 40.0 / (1 << 24) as f32;
 
 /// A shape that rays meet.

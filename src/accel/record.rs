@@ -14,7 +14,7 @@
 //! (see [`Quantised`]). Its children are consecutive records. The last word has in its lowest four
 //! bits which of the four there are, and above, for each octant of directions, three bits: whether the second child of the first
 //! pair is to be visited before the other, whether the second pair comes before the first, and the second pair's second
-//! child before its other. Octants are numbered by the signs of x, y and z. Bit 31 is 0, which a walk in any order takes
+//! child before its other. Octants are numbered by the signs of x, y and z. Bit 31 is 0, which a traversal in any order takes
 //! for the order (shaders/lib/intersect/bvh/node.glsl).
 
 use glam::Vec3;
@@ -26,7 +26,7 @@ use crate::accel::collapse::{Boxed, Collapse, WIDTH};
 use crate::accel::leaf::Leaf;
 use crate::accel::primitive::Primitive;
 use crate::accel::quantised::Quantised;
-use crate::accel::statistics::TreeStatistics;
+use crate::accel::statistics::BvhStatistics;
 
 /// Four numbers of 32 bits.
 pub type Texel = [u32; 4];
@@ -84,7 +84,7 @@ pub struct Packed {
     /// Three texels a record, the root's first, and then one a record.
     pub texels: Vec<Texel>,
     /// Figures; the time is for the caller to add.
-    pub statistics: TreeStatistics,
+    pub statistics: BvhStatistics,
 }
 
 impl Packed {
@@ -93,7 +93,7 @@ impl Packed {
         let mut texels = vec![[0; 4]; TEXELS];
         texels[0][3] = INNER;
         texels[TEXELS - 1] = NO_PRIMITIVES;
-        Self { root_boxes: Vec::new(), texels, statistics: TreeStatistics::default() }
+        Self { root_boxes: Vec::new(), texels, statistics: BvhStatistics::default() }
     }
 
     /// Records of the tree.
@@ -125,7 +125,7 @@ pub fn pack(tree: &Tree, leaves: &[Leaf], primitives: &[Primitive], first_primit
     let area = f64::from(whole.half_area());
     Packed {
         root_boxes: children.iter().map(|c| c.0).collect(),
-        statistics: TreeStatistics {
+        statistics: BvhStatistics {
             nodes: records - tree.order.len(),
             leaves: tree.order.len(),
             primitives: primitives.len(),
@@ -261,9 +261,9 @@ fn visiting_orders(children: &[Boxed]) -> u32 {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
     use crate::accel::builder::build;
     use crate::accel::leaf::leaves;
-    use super::*;
 
     /// Number of the first primitive.
     const FIRST: u32 = 3;

@@ -2,7 +2,7 @@
 
 /// Figures of a tree.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct TreeStatistics {
+pub struct BvhStatistics {
     /// Inner nodes.
     pub nodes: usize,
     /// Leaves, one or two primitives each.

@@ -2,7 +2,10 @@
 
 use std::str::FromStr;
 
-use crate::render::{Accel, Adaptive, Beams, Choice, Feature, Gradients, LightSamples, RenderSettings, Reuse, SampleMap, Sampler, Scheduler, TriangleTest};
+use crate::render::{
+    Accel, Adaptive, Choice, Feature, Gradients, LightSamples, LightTracing, RenderSettings, Reuse, SampleMap, Sampler,
+    Scheduler, TriangleTest,
+};
 
 use crate::bench::error::BenchError;
 
@@ -29,7 +32,7 @@ impl Configuration {
 /// A setting and the values it takes, written `KEY=VALUE,VALUE…`.
 ///
 /// Keys and values are those of the options of `photolith render` (`sampler`, `accel`, `intersection`, `scheduler`, `reuse`,
-/// `gradients`, `sample-map`, `light-samples`, `beams`: see [`Choice`]), and `sampling` (uniform, dual: in two
+/// `gradients`, `sample-map`, `light-samples`, `light paths`: see [`Choice`]), and `sampling` (uniform, dual: in two
 /// independent halves), `features` (specialised, general, or `+` and one of [`Feature::ALL`] that is compiled although not
 /// needed), `roulette` (off, or the first hit), `device` (index, name or UUID).
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -48,7 +51,7 @@ enum Key {
     Gradients,
     SampleMap,
     LightSamples,
-    Beams,
+    LightTracing,
     Sampling,
     Features,
     Roulette,
@@ -64,7 +67,7 @@ const KEYS: [(&str, Key); 13] = [
     ("gradients", Key::Gradients),
     ("sample-map", Key::SampleMap),
     ("light-samples", Key::LightSamples),
-    ("beams", Key::Beams),
+    ("light-paths", Key::LightTracing),
     ("sampling", Key::Sampling),
     ("features", Key::Features),
     ("roulette", Key::Roulette),
@@ -99,7 +102,7 @@ impl Key {
             Self::Gradients => one_of::<Gradients>(),
             Self::SampleMap => one_of::<SampleMap>(),
             Self::LightSamples => one_of::<LightSamples>(),
-            Self::Beams => one_of::<Beams>(),
+            Self::LightTracing => one_of::<LightTracing>(),
             Self::Sampling => "uniform or dual".to_owned(),
             Self::Features => {
                 let names = Feature::ALL.map(|(name, _)| name).join(", ");
@@ -122,7 +125,7 @@ impl Key {
             (Self::Gradients, name) => return choose(&mut s.gradients, name),
             (Self::SampleMap, name) => return choose(&mut s.sample_map, name),
             (Self::LightSamples, name) => return choose(&mut s.light_samples, name),
-            (Self::Beams, name) => return choose(&mut s.beams, name),
+            (Self::LightTracing, name) => return choose(&mut s.light_paths, name),
             (Self::Sampling, "uniform") => s.adaptive = None,
             // All samples, in two halves.
             (Self::Sampling, "dual") => s.adaptive = Some(Adaptive { noise: 0.0 }),

@@ -70,7 +70,7 @@ pub struct Contender<'a> {
     /// Seconds to prepare: tree, uploads, pipeline.
     pub setup: RenderStatistics,
     /// Tree figures.
-    pub tree: Option<crate::accel::TreeStatistics>,
+    pub tree: Option<crate::accel::BvhStatistics>,
     /// Steps through the tree per ray, shadow rays included; `None` without a tree.
     pub steps_per_ray: Option<f64>,
     renderer: Renderer,
@@ -158,7 +158,7 @@ fn steps_per_ray(context: &Context, scene: &Scene, settings: &RenderSettings) ->
     let mut renderer = Renderer::new(context, scene, &settings)?;
     renderer.render(|_| ControlFlow::Continue(()))?;
     let s = renderer.statistics();
-    Ok(s.tree_steps as f64 / (s.rays + s.shadow_rays).max(1) as f64)
+    Ok(s.bvh_steps as f64 / (s.rays + s.shadow_rays).max(1) as f64)
 }
 
 /// The noise that a reference should not exceed: half the smallest error that will be met, found from two renderings

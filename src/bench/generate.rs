@@ -5,7 +5,9 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use crate::oracle::Pcg64;
-use crate::scene::{Camera, Film, Integrator, Light, Material, Mesh, Normals, PixelFilter, Scene, Sphere, Surface, Transfer};
+use crate::scene::{
+    Camera, Film, Integrator, Light, Material, Mesh, Normals, PixelFilter, Scene, Sphere, Surface, Transfer,
+};
 
 /// Sides of the square that scenes stand on, scene units.
 const SIDE: f64 = 10.0;

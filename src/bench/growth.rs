@@ -222,7 +222,7 @@ fn row(
         let mut renderer = Renderer::new(context, scene, &counting)?;
         renderer.render(|_| go_on())?;
         let s = renderer.statistics();
-        renderer.tree().map(|_| s.tree_steps as f64 / (s.rays + s.shadow_rays).max(1) as f64)
+        renderer.tree().map(|_| s.bvh_steps as f64 / (s.rays + s.shadow_rays).max(1) as f64)
     };
     let mut renderer = Renderer::new(context, scene, settings)?;
     let mut seconds = Vec::new();

@@ -73,7 +73,7 @@ pub struct RayRate {
     pub mrays_per_s: Option<f64>,
     /// The same of the fastest repetition.
     pub best_mrays_per_s: Option<f64>,
-    /// Steps through the tree per ray; 0 for a ray that misses the tree's boxes.
+    /// Steps through the tree per ray; 0 for a ray that misses the BVH's boxes.
     pub steps_per_ray: Option<f64>,
     /// CPU time of the whole process for a ray, nanoseconds, where the system tells: what a CPU driver spends, whatever
     /// else the machine does meanwhile.

@@ -8,8 +8,8 @@ use serde::Serialize;
 
 use crate::Context;
 use crate::files::WriteError;
-use crate::image::metrics::RELATIVE_OFFSET;
 use crate::image;
+use crate::image::metrics::RELATIVE_OFFSET;
 use crate::image::{Image, ImageError, Metadata, Variance};
 use crate::oracle;
 use crate::oracle::OracleSettings;
@@ -33,7 +33,7 @@ const ATTEMPTS: u32 = 4;
 const SEED: u32 = 0x5eed_0000;
 
 /// Of the renderer, in the names of references that it makes: one more for each error of it that is mended, so that nothing is
-/// compared with images that have it. (2: opaque spheres hide lamps within.)
+/// compared with images that have it. (2: opaque spheres hide emitters within.)
 const REVISION: u32 = 2;
 
 /// Where a reference came from.

@@ -1,4 +1,4 @@
-//! Known failures of drivers, declared as data.
+//! Observation failures of drivers, declared as data.
 
 use std::io;
 use std::path::Path;

@@ -9,7 +9,9 @@ use crate::gpu::Context;
 use crate::render::{Film, Mutation, Prepared, RenderSettings, RenderStatistics, Renderer};
 use crate::scene::Scene;
 
-use crate::check::probe::{Function, HitRecord, Kernel, OcclusionRecord, PathInput, PathRecord, Probe, RayInput, RayProbe, Words, tables_of};
+use crate::check::probe::{
+    Function, HitRecord, Kernel, OcclusionRecord, PathInput, PathRecord, Probe, RayInput, RayProbe, Words, tables_of,
+};
 use crate::check::scenes;
 use crate::check::{CheckError, Measured};
 
@@ -114,7 +116,7 @@ impl Lab {
         RayProbe::closest(&self.context, scene, settings)
     }
 
-    /// Closest facets of a scene that has nothing else, by the exact test alone.
+    /// Closest polygons of a scene that has nothing else, by the exact test alone.
     pub(crate) fn closest_facets(&self, scene: &Scene) -> Result<RayProbe<RayInput, HitRecord>, CheckError> {
         RayProbe::closest_facets(&self.context, scene, &self.settings(scene))
     }

@@ -24,13 +24,13 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::BuiltInLog => &["sampling/log"],
         Mutation::PlainFresnel => &["glass/fresnel"],
         Mutation::HitAlongRay => &["triangles/hit-points"],
-        Mutation::NoProjection => &["triangles/facet-points"],
+        Mutation::NoProjection => &["triangles/polygon-points"],
         Mutation::InfiniteInverse => &["tree/axis-aligned"],
         Mutation::BlindReuse => &["reuse/paths", "reuse/lanes"],
-        Mutation::NoDoubt => &["triangles/quick-facets"],
+        Mutation::NoDoubt => &["triangles/quick-polygons"],
         Mutation::NoMargins => &["tree/axis-aligned", "tree/brute-force"],
         Mutation::InvertedGradients => &["gradients/paths", "gradients/lanes"],
-        Mutation::DoubleBeams => &["oracle/caustics", "oracle/caustics-within"],
+        Mutation::DoubleLightTracing => &["oracle/caustics", "oracle/caustics-within"],
         Mutation::OwnSampleMap => &["emitters/edges-of-glass"],
     }
 }

@@ -266,8 +266,8 @@ pub(crate) fn mirrored_wall() -> Scene {
     scene
 }
 
-/// A box of a room with lamps of all kinds, some of which touch what they light, a mirror, glass and a point light.
-pub(crate) fn lamps() -> Scene {
+/// A box of a room with emitters of all kinds, some of which touch what they light, a mirror, glass and a point light.
+pub(crate) fn emitters() -> Scene {
     let mut scene = empty();
     scene.camera.target = v(0.0, -0.25, -5.0);
     scene.integrator.max_depth = 4;

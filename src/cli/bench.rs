@@ -63,7 +63,7 @@ pub struct BenchArgs {
     max_depth: Option<u32>,
 
     /// Set a setting, or several values of it side by side; may be repeated. Keys: sampler, accel, intersection,
-    /// scheduler (auto, inline, turns, queue), reuse (auto, always, off), gradients, sample-map, beams (auto,
+    /// scheduler (auto, inline, turns, queue), reuse (auto, always, off), gradients, sample-map, light paths (auto,
     /// off), light-samples (auto, one), sampling (uniform, dual), features (specialised, general, +mirror and the like),
     /// roulette (off, N), device
     #[arg(long, value_name = "KEY=VALUE,...")]
@@ -97,7 +97,7 @@ pub struct BenchArgs {
     #[arg(long, value_name = "FILE")]
     dump_rays: Option<PathBuf>,
 
-    /// Use path_trace.spv, path_turns.spv, path_queue.spv, light_trace.spv or traverse.spv (--rays) of this folder instead
+    /// Use path_trace.spv, path_interleaved.spv, path_queue.spv, light_trace.spv or traverse.spv (--rays) of this folder instead
     /// of the built-in shaders
     #[arg(long, value_name = "FOLDER", conflicts_with = "growth")]
     spirv: Option<PathBuf>,

@@ -67,7 +67,7 @@ pub struct CheckArgs {
     #[arg(long, value_name = "FILE", requires = "markdown")]
     with: Vec<PathBuf>,
 
-    /// Known failures of drivers (TOML: [[expected]] driver, case, reason)
+    /// Observation failures of drivers (TOML: [[expected]] driver, case, reason)
     #[arg(long, value_name = "FILE")]
     expectations: Option<PathBuf>,
 
@@ -171,7 +171,7 @@ fn check_device(
         return Err(anyhow!("the validation layer did not report a deliberate violation")).context(exit::Deaf);
     }
     table.device(&context, options.selected().len());
-    // A case uses one core for the most part: drivers compile and oracles reckon on the thread that asks.
+    // A case uses one core for the most part: drivers compile and oracles compute on the thread that asks.
     let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
     let by_kind = || if context.info().kind == DeviceKind::Cpu { cores() } else { NonZeroUsize::MIN };
     let options = RunOptions { jobs: args.jobs.unwrap_or_else(by_kind), ..options.clone() };

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use glam::DVec3;
-use photolith::accel::TreeStatistics;
+use photolith::accel::BvhStatistics;
 use photolith::render::Features;
 use photolith::scene::{Bsdf, Scene, Surface};
 use serde_json::json;
@@ -33,7 +33,7 @@ pub struct InfoArgs {
 pub fn run(args: &InfoArgs) -> anyhow::Result<ExitCode> {
     let (scene, settings) = args.options.load(&args.scene)?;
     let features = Features::of(&scene, &settings);
-    let tree = photolith::render::tree_statistics(&scene, &settings);
+    let tree = photolith::render::bvh_statistics(&scene, &settings);
     let text = if args.json {
         format!("{}\n", as_json(&scene, &features, tree.as_ref()))
     } else {
@@ -64,7 +64,7 @@ fn kind(surface: &Surface) -> &'static str {
     }
 }
 
-fn as_text(scene: &Scene, features: &Features, tree: Option<&TreeStatistics>) -> String {
+fn as_text(scene: &Scene, features: &Features, tree: Option<&BvhStatistics>) -> String {
     let b = bounds(scene);
     let film = &scene.film;
     let mut out = String::new();
@@ -121,7 +121,7 @@ fn as_text(scene: &Scene, features: &Features, tree: Option<&TreeStatistics>) ->
     out
 }
 
-fn as_json(scene: &Scene, features: &Features, tree: Option<&TreeStatistics>) -> serde_json::Value {
+fn as_json(scene: &Scene, features: &Features, tree: Option<&BvhStatistics>) -> serde_json::Value {
     let b = bounds(scene);
     let explained: serde_json::Map<_, _> = features
         .explain()

@@ -8,7 +8,8 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use photolith::host::available_memory;
 use photolith::render::{
-    Accel, Beams, Choice, Gradients, LightSamples, MAX_SAMPLES, Reuse, SampleMap, Sampler, Scheduler, TriangleTest,
+    Accel, Choice, Gradients, LightSamples, LightTracing, MAX_SAMPLES, Reuse, SampleMap, Sampler, Scheduler,
+    TriangleTest,
 };
 use photolith::scene::Scene;
 use photolith::{ContextOptions, RenderSettings, Validation, user_cache};
@@ -98,7 +99,7 @@ pub struct SceneOptions {
     #[arg(long, value_parser = choice::<Gradients>(), default_value = Gradients::default().name())]
     pub gradients: Gradients,
 
-    /// Whether noisy parts of the image, edges of lamps and what is seen through glass get more samples than the rest
+    /// Whether noisy parts of the image, edges of emitters and what is seen through glass get more samples than the rest
     #[arg(long, value_parser = choice::<SampleMap>(), default_value = SampleMap::default().name())]
     pub sample_map: SampleMap,
 
@@ -106,9 +107,9 @@ pub struct SceneOptions {
     #[arg(long, value_parser = choice::<LightSamples>(), default_value = LightSamples::default().name())]
     pub light_samples: LightSamples,
 
-    /// Whether light is also traced from lamps, through glass and by mirrors
-    #[arg(long, value_parser = choice::<Beams>(), default_value = Beams::default().name())]
-    pub beams: Beams,
+    /// Whether light is also traced from emitters, through glass and by mirrors
+    #[arg(long, value_parser = choice::<LightTracing>(), default_value = LightTracing::default().name())]
+    pub light_paths: LightTracing,
 
     /// Compile every feature, needed or not (changes no bit of the image)
     #[arg(long)]
@@ -155,7 +156,7 @@ impl SceneOptions {
             gradients: self.gradients,
             light_samples: self.light_samples,
             sample_map: self.sample_map,
-            beams: self.beams,
+            light_paths: self.light_paths,
             general: self.general,
             ..RenderSettings::of(&scene)
         };

@@ -73,7 +73,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N")]
     loop_budget: Option<u32>,
 
-    /// Use path_trace.spv, path_turns.spv, path_queue.spv or light_trace.spv of this folder instead of the built-in shaders (compile an edited shader
+    /// Use path_trace.spv, path_interleaved.spv, path_queue.spv or light_trace.spv of this folder instead of the built-in shaders (compile an edited shader
     /// with `glslc --target-env=vulkan1.2`, and re-run)
     #[arg(long, value_name = "FOLDER")]
     spirv: Option<PathBuf>,
@@ -176,11 +176,17 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         let why = if was_interrupted { "interrupted" } else { "time limit reached" };
         let most = settings.samples;
         let done = samples(statistics);
-        let beams = if statistics.beams > 0 { format!(" and {} beams", statistics.beams) } else { String::new() };
-        // Where all pixels have what was asked for, beams are lacking, or what noisy parts have more (`SampleMap`).
-        let lacking = statistics.beams == 0 && statistics.samples_per_pixel >= most;
-        let more = if lacking { "; noisy parts were to have more" } else { "" };
-        output::tell(&format!("{why} after {done} of {most} samples per pixel{beams}{more}; writing what there is"));
+        let light_paths = if statistics.light_paths > 0 {
+            format!(" and {} light paths", statistics.light_paths)
+        } else {
+            String::new()
+        };
+        // Where all pixels have what was asked for, light paths are lacking, or what noisy parts have more (`SampleMap`).
+        let residual = statistics.light_paths == 0 && statistics.samples_per_pixel >= most;
+        let more = if residual { "; noisy parts were to have more" } else { "" };
+        output::tell(&format!(
+            "{why} after {done} of {most} samples per pixel{light_paths}{more}; writing what there is"
+        ));
     }
     if let Some(target) = args.noise {
         say_noise(target, statistics);
@@ -307,7 +313,7 @@ fn push_settings(m: &mut Metadata, scene: &Scene, settings: &RenderSettings, con
     m.push("Gradients", settings.gradients.name());
     m.push("SampleMap", settings.sample_map.name());
     m.push("LightSamples", settings.light_samples.name());
-    m.push("Beams", settings.beams.name());
+    m.push("Light paths", settings.light_paths.name());
     m.push("Filter", format!("{:?}", scene.film.filter));
     m.push("Device", &context.info().name);
     m.push("Driver", &context.info().driver);
@@ -345,9 +351,9 @@ fn report(
         "reused_samples": s.reused_samples,
         "multiplied_pixels": s.multiplied_pixels,
         "gradients": s.gradients,
-        "beams": s.beams,
+        "light-paths": s.light_paths,
         "reuse_gain": s.reuse_gain,
-        "tree_steps": s.tree_steps,
+        "tree_steps": s.bvh_steps,
         "bad_samples": s.bad_samples,
         "msamples_per_s": per_second(s.samples),
         "mrays_per_s": per_second(s.rays + s.shadow_rays),

@@ -15,12 +15,12 @@ use crate::gpu::error::{GpuError, check};
 use crate::gpu::instance::{Instance, Validation};
 use crate::gpu::messages::Messages;
 use crate::gpu::pipeline::RawPipeline;
+use crate::gpu::pipeline_pool::PipelinePool;
 use crate::gpu::reconvergence;
 use crate::gpu::required;
 use crate::gpu::select;
 use crate::gpu::select::DeviceInfo;
 use crate::gpu::shader_objects::ShaderObjects;
-use crate::gpu::pipeline_pool::Spares;
 use crate::gpu::timestamps::Timestamps;
 
 /// How long a wait may last before the device is given up.
@@ -143,7 +143,7 @@ pub(crate) struct Device {
     /// Shaders without pipelines, kept there as the driver hands them over.
     pub shader_objects: Option<Arc<ShaderObjects>>,
     /// Pipelines that nobody has at the moment.
-    pub(super) pipelines: Spares<RawPipeline>,
+    pub(super) pipelines: PipelinePool<RawPipeline>,
     memory: Mutex<Memory>,
     given_up: AtomicBool,
     pub instance: Instance,
@@ -223,7 +223,7 @@ impl Device {
             shader_folder: options.shader_folder.clone(),
             reconverges,
             shader_objects,
-            pipelines: Spares::default(),
+            pipelines: PipelinePool::default(),
             memory: Mutex::new(Memory { allocator: ManuallyDrop::new(allocator), bytes: 0, peak: 0 }),
             given_up: AtomicBool::new(false),
             instance,

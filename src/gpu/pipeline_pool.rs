@@ -8,28 +8,28 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 const MOST: usize = 8;
 
 /// The last few things that were given back, by all that they depend on.
-pub(crate) struct Spares<T>(Mutex<VecDeque<(Vec<u8>, T)>>);
+pub(crate) struct PipelinePool<T>(Mutex<VecDeque<(Vec<u8>, T)>>);
 
-impl<T> Default for Spares<T> {
+impl<T> Default for PipelinePool<T> {
     fn default() -> Self {
         Self(Mutex::default())
     }
 }
 
-impl<T> Spares<T> {
+impl<T> PipelinePool<T> {
     /// One that was made for exactly this.
     pub fn take(&self, identity: &[u8]) -> Option<T> {
-        let mut spares = self.lock();
-        let place = spares.iter().rposition(|(of, _)| of == identity)?;
-        spares.remove(place).map(|(_, spare)| spare)
+        let mut pipeline_pool = self.lock();
+        let place = pipeline_pool.iter().rposition(|(of, _)| of == identity)?;
+        pipeline_pool.remove(place).map(|(_, spare)| spare)
     }
 
     /// Gives one back. Returns the one that has to go for it.
     #[must_use]
     pub fn give_back(&self, identity: Vec<u8>, spare: T) -> Option<T> {
-        let mut spares = self.lock();
-        spares.push_back((identity, spare));
-        if spares.len() > MOST { spares.pop_front().map(|(_, oldest)| oldest) } else { None }
+        let mut pipeline_pool = self.lock();
+        pipeline_pool.push_back((identity, spare));
+        if pipeline_pool.len() > MOST { pipeline_pool.pop_front().map(|(_, oldest)| oldest) } else { None }
     }
 
     /// All that are left.
@@ -48,23 +48,23 @@ mod tests {
 
     #[test]
     fn who_asks_gets_the_same_kind_once() {
-        let spares = Spares::default();
+        let pipeline_pool = PipelinePool::default();
         for (identity, spare) in [("a", 1), ("b", 2), ("a", 3)] {
-            assert_eq!(spares.give_back(identity.into(), spare), None);
+            assert_eq!(pipeline_pool.give_back(identity.into(), spare), None);
         }
         assert_eq!(
-            ["c", "a", "a", "a", "b"].map(|i| spares.take(i.as_bytes())),
+            ["c", "a", "a", "a", "b"].map(|i| pipeline_pool.take(i.as_bytes())),
             [None, Some(3), Some(1), None, Some(2)]
         );
     }
 
     #[test]
     fn the_oldest_goes_for_the_one_too_many() {
-        let spares = Spares::default();
-        let gone: Vec<_> = (0..MOST + 2).filter_map(|i| spares.give_back(vec![i as u8], i)).collect();
+        let pipeline_pool = PipelinePool::default();
+        let gone: Vec<_> = (0..MOST + 2).filter_map(|i| pipeline_pool.give_back(vec![i as u8], i)).collect();
         assert_eq!(gone, [0, 1]);
-        assert_eq!(spares.take(&[1]), None);
-        assert_eq!(spares.take_all(), (2..MOST + 2).collect::<Vec<_>>());
-        assert!(spares.take_all().is_empty());
+        assert_eq!(pipeline_pool.take(&[1]), None);
+        assert_eq!(pipeline_pool.take_all(), (2..MOST + 2).collect::<Vec<_>>());
+        assert!(pipeline_pool.take_all().is_empty());
     }
 }

@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn kernels_of_paths_and_beams_ask_for_it() {
+    fn kernels_of_paths_and_light_paths_ask_for_it() {
         for (name, spirv) in kernels() {
             assert_eq!(asks(spirv), name.starts_with("path_") || name == "light_trace", "{name}");
         }

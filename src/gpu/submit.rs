@@ -321,9 +321,9 @@ impl Access {
 mod tests {
     use std::time::Instant;
 
+    use super::*;
     use crate::gpu::buffer::Usage;
     use crate::gpu::device::{Context, ContextOptions};
-    use super::*;
 
     fn context() -> Context {
         Context::new(&ContextOptions::default()).expect("a Vulkan device")

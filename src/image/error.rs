@@ -3,8 +3,8 @@
 use std::io;
 use std::path::PathBuf;
 
-use crate::image::{Format, MAX_SIDE};
 use crate::files::WriteError;
+use crate::image::{Format, MAX_SIDE};
 
 /// An error of the image module; each message names the file and what is wrong with it.
 #[derive(Debug, thiserror::Error)]

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
+use crate::files;
 use crate::image::codec;
 use crate::image::codec::DecodeError;
 use crate::image::{Format, Image, ImageError, Metadata};
-use crate::files;
 use crate::scene::Transfer;
 
 /// What was lost in writing a file.

@@ -56,7 +56,7 @@ pub struct RenderStatistics {
     pub adaptive: Option<AdaptiveStatistics>,
     /// Samples, over all pixels, made with paths that serve several pixels (see [`Reuse`](crate::render::Reuse)).
     pub reused_samples: u64,
-    /// By how much reuse lowered the variance in the trial that decided about it; `None`: there was none.
+    /// By how much reuse lowered the variance in the pilot pass that decided about it; `None`: there was none.
     pub reuse_gain: Option<f64>,
     /// The image was made from differences between neighbouring pixels (see [`Gradients`](crate::render::Gradients)). The survey for
     /// that is in no other number but the times.
@@ -64,14 +64,14 @@ pub struct RenderStatistics {
     /// Pixels that get more samples than are asked for (see [`SampleMap`](crate::render::SampleMap)). How they were found is in no other number but
     /// the times.
     pub multiplied_pixels: u64,
-    /// Beams of light traced from lamps (see [`Beams`](crate::render::Beams)).
-    pub beams: u64,
+    /// Light paths of light traced from emitters (see [`Light paths`](crate::render::Light paths)).
+    pub light_paths: u64,
     /// Closest-hit rays.
     pub rays: u64,
     /// Shadow rays.
     pub shadow_rays: u64,
     /// Steps through the tree (with [`RenderSettings::count_steps`](crate::render::RenderSettings::count_steps)).
-    pub tree_steps: u64,
+    pub bvh_steps: u64,
     /// Samples that were NaN or infinite and count as black.
     pub bad_samples: u64,
     /// Dispatches.
@@ -98,7 +98,7 @@ impl RenderStatistics {
         self.reused_samples += counters.reused;
         self.rays += counters.rays;
         self.shadow_rays += counters.shadow_rays;
-        self.tree_steps += counters.steps;
+        self.bvh_steps += counters.steps;
         self.bad_samples += counters.bad;
         for stage in stages {
             match self.stages.iter_mut().find(|s| s.stage == stage.stage) {

@@ -2,8 +2,8 @@
 
 use std::hash::Hasher;
 
-use crate::scene::{Bsdf, Light, PixelFilter, Scene, Surface};
 use crate::hash::Fnv;
+use crate::scene::{Bsdf, Light, PixelFilter, Scene, Surface};
 
 /// Hash of everything that the expectation of a scene's image depends on. Names, files, the number of samples,
 /// roulette and the transfer curve are left out.
@@ -58,8 +58,8 @@ pub fn fingerprint(scene: &Scene) -> u64 {
 mod tests {
     use glam::DVec3;
 
-    use crate::scene::*;
     use super::fingerprint;
+    use crate::scene::*;
 
     fn scene() -> Scene {
         Scene {

@@ -12,7 +12,9 @@ use crate::scene::materials::MaterialList;
 use crate::scene::obj::{MaterialSource, MeshRequest, NormalsChoice};
 use crate::scene::read::read_relative;
 use crate::scene::transform::Placement;
-use crate::scene::validate::{MAX_DEPTH, MAX_IMAGE_SIDE, MAX_SAMPLES, Problem, check_integer, check_positive, check_vector};
+use crate::scene::validate::{
+    MAX_DEPTH, MAX_IMAGE_SIDE, MAX_SAMPLES, Problem, check_integer, check_positive, check_vector,
+};
 
 /// The text that a scene is being built from.
 pub(super) struct Source<'a> {

@@ -131,7 +131,7 @@ fn a_folder_of_shaders_must_have_some() {
     put(directory.path(), "shaders/path_trace.spv", "no SPIR-V at all, but long enough");
     assert_fails(&run(directory.path(), render), 2, &["path_trace.spv: not a SPIR-V module"], "a text");
     // The kernel that this rendering needs is not there: the built-in one is used.
-    fs::rename(directory.path().join("shaders/path_trace.spv"), directory.path().join("shaders/path_turns.spv"))
+    fs::rename(directory.path().join("shaders/path_trace.spv"), directory.path().join("shaders/path_interleaved.spv"))
         .unwrap();
     assert!(run(directory.path(), render).status.success());
     assert!(directory.path().join("ball.png").exists());

@@ -77,10 +77,10 @@ pub fn render_counted(context: &Context, scene: &Scene, settings: &RenderSetting
     let film = renderer.render(|_| ControlFlow::Continue(())).expect("a film");
     let statistics = renderer.statistics().clone();
     assert_eq!(statistics.bad_samples, 0, "{}: samples that are not finite", scene.source);
-    // Where paths may be reused noisy parts may get up to four times as many, others at least half; and edges of lamps up to 32 times
+    // Where paths may be reused noisy parts may get up to four times as many, others at least half; and edges of emitters up to 32 times
     // (`SampleMap`). One sample is too few to try.
-    let tried = settings.samples > 1 && (settings.reuse == Reuse::Always || statistics.reuse_gain.is_some());
-    let mapped = settings.sample_map == SampleMap::Auto && (tried || statistics.multiplied_pixels > 0);
+    let pilot_groups = settings.samples > 1 && (settings.reuse == Reuse::Always || statistics.reuse_gain.is_some());
+    let mapped = settings.sample_map == SampleMap::Auto && (pilot_groups || statistics.multiplied_pixels > 0);
     let samples =
         if mapped { settings.samples.div_ceil(2)..=32 * settings.samples } else { settings.samples..=settings.samples };
     assert!(film.counts().iter().all(|n| samples.contains(n)), "{}: pixels lack samples", scene.source);
@@ -96,16 +96,16 @@ pub fn assert_same_bits(film: &Film, expected: &Film, what: &str) {
     assert_eq!(differing, 0, "{what}: {differing} of {} pixels differ", a.len());
 }
 
-/// A cat of glass under a lamp.
+/// A cat of glass under an emitter.
 pub fn glass_cat(size: (u32, u32), samples: u32) -> Scene {
     let mut scene = shipped("cat", size, samples);
     scene.lights.clear();
-    let lamp = scene.materials.len() as u32;
-    scene.materials.push(Material { name: "lamp".to_owned(), surface: Surface::emitter([50.0; 3]) });
-    scene.spheres.push(Sphere { center: DVec3::new(-5.0, 45.0, 15.0), radius: 5.0, material: lamp, inward: false });
+    let emitter = scene.materials.len() as u32;
+    scene.materials.push(Material { name: "emitter".to_owned(), surface: Surface::emitter([50.0; 3]) });
+    scene.spheres.push(Sphere { center: DVec3::new(-5.0, 45.0, 15.0), radius: 5.0, material: emitter, inward: false });
     for mesh in &mut scene.meshes {
         mesh.normals = Normals::Flat;
-        mesh.triangle_materials.fill(lamp + 1);
+        mesh.triangle_materials.fill(emitter + 1);
     }
     scene.materials.push(Material { name: "glass".to_owned(), surface: Surface::dielectric(1.5) });
     scene

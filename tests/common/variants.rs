@@ -8,11 +8,11 @@ use photolith::{RenderSettings, Scene};
 /// a queue, all paths of a workgroup share the budget, and in the general pipeline all rays go through it.
 pub fn small_budget(name: &str, scheduler: Scheduler, reused: bool) -> u32 {
     match (name, scheduler) {
-        ("cat", Scheduler::Inline | Scheduler::Turns) => 1500,
+        ("cat", Scheduler::Inline | Scheduler::Interleaved) => 1500,
         // Samples of up to four paths.
-        ("glass cat", Scheduler::Inline | Scheduler::Turns) => 6000,
+        ("glass cat", Scheduler::Inline | Scheduler::Interleaved) => 6000,
         ("glass cat", Scheduler::Queue | Scheduler::Auto) => 16_000,
-        (_, Scheduler::Inline | Scheduler::Turns) => 400,
+        (_, Scheduler::Inline | Scheduler::Interleaved) => 400,
         // Half of it is for reusing the paths.
         ("cat", Scheduler::Queue | Scheduler::Auto) if reused => 8000,
         ("cat", Scheduler::Queue | Scheduler::Auto) => 4000,
@@ -41,9 +41,9 @@ pub fn variants(name: &str, scene: &Scene, reuse: Reuse) -> Vec<(String, RenderS
     for (feature, unneeded) in Feature::ALL {
         all.push((format!("+{feature}"), RenderSettings { unneeded: Some(unneeded), ..base.clone() }));
     }
-    for scheduler in [Scheduler::Inline, Scheduler::Turns, Scheduler::Queue] {
+    for scheduler in [Scheduler::Inline, Scheduler::Interleaved, Scheduler::Queue] {
         // As on GPUs, which that is for.
-        let threads = (scheduler == Scheduler::Turns).then_some(true);
+        let threads = (scheduler == Scheduler::Interleaved).then_some(true);
         let base = RenderSettings { threads, ..base.clone() };
         let budget = Some(small_budget(name, scheduler, reused));
         all.push((format!("{scheduler:?}"), RenderSettings { scheduler, ..base.clone() }));
@@ -63,7 +63,7 @@ pub fn variants(name: &str, scene: &Scene, reuse: Reuse) -> Vec<(String, RenderS
             },
         ));
     }
-    for scheduler in [Scheduler::Inline, Scheduler::Turns] {
+    for scheduler in [Scheduler::Inline, Scheduler::Interleaved] {
         let split = RenderSettings { scheduler, split: Some(4), ..base.clone() };
         all.push((format!("{scheduler:?}, split"), split.clone()));
         let loop_budget = Some(small_budget(name, scheduler, reused));

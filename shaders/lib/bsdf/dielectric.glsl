@@ -34,7 +34,7 @@ float fresnel(float cos_i, float eta, out float cos_t) {
 // side the index is 1 the geometric normal says (b.eta): by the shading normal, rays that graze a smooth mesh would change sides.
 BsdfSample dielectric_sample(Bsdf b, vec3 n, vec3 wo, vec2 u) {
     float signed_cos = dot(wo, n);
-    float cos_i = upper(signed_cos, 0.0);
+    float cos_i = fast_max(signed_cos, 0.0);
     float cos_t;
     float f = fresnel(cos_i, b.eta, cos_t);
     bool crosses = u.x >= f;

@@ -14,7 +14,7 @@ vec3 cosine_sample(vec3 n, vec2 u) {
     return tangent * disc.x + bitangent * disc.y + n * sqrt(1.0 - u.y);
 }
 
-float cosine_pdf(float cos_theta) { return upper(cos_theta, 0.0) * (1.0 / PI); }
+float cosine_pdf(float cos_theta) { return fast_max(cos_theta, 0.0) * (1.0 / PI); }
 
 vec3 diffuse_eval(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
     float cos_theta = dot(n, wi);

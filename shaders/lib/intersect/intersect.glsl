@@ -1,7 +1,7 @@
-// What rays meet: the interface of intersection. All but path_queue.comp and path_turns.comp, which deal out the steps of the traversal
+// What rays meet: the interface of intersection. All but path_queue.comp and path_interleaved.comp, which deal out the steps of the traversal
 // themselves, ask these functions alone.
 //
-// Constant spheres and facets are tested first, one after the other; all else is in a bounding volume hierarchy (bvh/).
+// Constant spheres and polygons are tested first, one after the other; all else is in a bounding volume hierarchy (bvh/).
 
 #ifndef INTERSECT_GLSL
 #define INTERSECT_GLSL
@@ -15,7 +15,7 @@
 // Fetches the numbers of what is not fetched as rays need it. To be called when a kernel begins.
 void load_intersection() {
     load_spheres();
-    load_facets();
+    load_polygons();
     load_tree_boxes();
 }
 
@@ -23,11 +23,11 @@ void load_intersection() {
 // whatever has found the hit.
 Hit hit_of(Ray ray, int self_id, float t) {
     Hit hit = Hit(t, self_id, 0, vec2(0.0), self_id);
-    bool in_tree = HAS_TREE && self_id >= TREE_ID;
-    if (HAS_TREE && (CONSTANTS == 0u || in_tree)) {
-        int primitive = bvh_primitive(in_tree ? self_id : TREE_ID);
+    bool in_tree = HAS_BVH && self_id >= BVH_ID;
+    if (HAS_BVH && (CONSTANTS == 0u || in_tree)) {
+        int primitive = bvh_primitive(in_tree ? self_id : BVH_ID);
         hit.primitive = in_tree ? primitive : -1;
-        if (TREE_TRIANGLES) {
+        if (BVH_TRIANGLES) {
             Triangle triangle = triangle_of(primitive_shape(max(primitive, 0)));
             hit.barycentrics = barycentrics_of(ray.origin, ray.direction, triangle);
         }
@@ -40,26 +40,26 @@ Hit intersect(Ray ray, inout uint loops) {
     float t = INFINITY;
     int self_id = -1;
     closest_constant(ray, t, self_id);
-    if (HAS_TREE) closest_in_bvh(ray, t, self_id, loops);
+    if (HAS_BVH) closest_in_bvh(ray, t, self_id, loops);
     return hit_of(ray, self_id, t);
 }
 
-// Whether anything lies between the start of a ray and the point at `distance`; of a ray that is not `wanted` it is not known. For all
+// Whether anything lies between the start of a ray and the point at `distance`; of a ray that is not `enabled` it is not known. For all
 // lanes to call: what the slowest of them takes counts for the subgroup.
-bool occluded(Ray ray, float distance, bool wanted, inout uint loops) {
-    bool hidden = false;
+bool occluded(Ray ray, float distance, bool enabled, inout uint loops) {
+    bool occluded = false;
     // With a budget all lanes count the loops of any.
     uint entry = 0u;
-    if (wanted || LOOP_BUDGET > 0u) entry = segment_entry(ray, distance, wanted, hidden);
-    return hidden_in_scene(ray, distance, wanted ? entry : 0u, hidden, loops);
+    if (enabled || LOOP_BUDGET > 0u) entry = segment_root_mask(ray, distance, enabled, occluded);
+    return occluded_in_scene(ray, distance, enabled ? entry : 0u, occluded, loops);
 }
 
 // The same for a ray to a light at that distance.
-bool light_occluded(Ray ray, float distance, bool wanted, inout uint loops) {
-    bool hidden = false;
+bool light_occluded(Ray ray, float distance, bool enabled, inout uint loops) {
+    bool occluded = false;
     uint entry = 0u;
-    if (wanted || LOOP_BUDGET > 0u) entry = shadow_entry(ray, distance, wanted, hidden);
-    return hidden_in_scene(ray, distance, wanted ? entry : 0u, hidden, loops);
+    if (enabled || LOOP_BUDGET > 0u) entry = shadow_root_mask(ray, distance, enabled, occluded);
+    return occluded_in_scene(ray, distance, enabled ? entry : 0u, occluded, loops);
 }
 
 #endif

@@ -4,10 +4,10 @@
 // for each scene, and for each place of the camera.
 //
 // Side: from where can rays meet it?
-//   SOLID   opaque, the camera and all lamps are outside: no ray begins or ends inside, so only the near root counts. A
+//   SOLID   opaque, the camera and all emitters are outside: no ray begins or ends inside, so only the near root counts. A
 //           ray that starts a rounding error inside is stopped at once: there is nothing to leak into.
-//   CAVITY  opaque, the camera and all lamps are inside: only the far root counts.
-//   BOTH    all others: dielectrics, spheres around or across a lamp, and with the camera on them.
+//   CAVITY  opaque, the camera and all emitters are inside: only the far root counts.
+//   BOTH    all others: dielectrics, spheres around or across an emitter, and with the camera on them.
 //
 // Form: how are the roots computed (approach_wall, approach_small)? With f = c − o, b = f·d, |d| = 1:
 //   WALL    b² − C with C = |f|² − r² = K − 2 c·o + |o|², K = |c|² − r² rounded once on the host. Its error is that of
@@ -35,7 +35,7 @@ struct Sphere {
     float power;    // K = |c|² − r²
 };
 
-// Set in a path's `leaving` when the ray runs on the inner side of that sphere.
+// Set in a path's `self_id` when the ray runs on the inner side of that sphere.
 const int INSIDE = 0x40000000;
 
 // Where a ray is closest to a sphere's centre, and what decides whether it meets the sphere.
@@ -81,58 +81,58 @@ Approach approach_exact(Sphere s, vec3 o, vec3 d) {
     return Approach(step + rest, s.radius * s.radius - dot(l, l), dot(f, f) - s.radius * s.radius);
 }
 
-// Distances to the sphere along the ray, or INFINITY. `leaving`: 0 no, 1 on its outer side, 2 on its inner side; `wall`:
+// Distances to the sphere along the ray, or INFINITY. `self_id`: 0 no, 1 on its outer side, 2 on its inner side; `wall`:
 // the form is WALL.
 
-float distance_to_solid(Approach a, bool wall, int leaving) {
-    float root = sqrt(upper(a.disc, 0.0));
-    float t = wall ? upper(a.c, 0.0) / (a.b + root) : upper(a.b - root, 0.0);
-    return leaving == 0 && a.b > 0.0 && a.disc > 0.0 ? t : INFINITY;
+float distance_to_solid(Approach a, bool wall, int self_id) {
+    float root = sqrt(fast_max(a.disc, 0.0));
+    float t = wall ? fast_max(a.c, 0.0) / (a.b + root) : fast_max(a.b - root, 0.0);
+    return self_id == 0 && a.b > 0.0 && a.disc > 0.0 ? t : INFINITY;
 }
 
-float distance_in_cavity(Approach a, bool wall, int leaving) {
-    float root = sqrt(upper(a.disc, 0.0));
+float distance_in_cavity(Approach a, bool wall, int self_id) {
+    float root = sqrt(fast_max(a.disc, 0.0));
     // Near a wall of a large cavity b + root would cancel.
     float farther = wall && a.b < 0.0 ? a.c / (a.b - root) : a.b + root;
-    return upper(leaving != 0 ? 2.0 * a.b : farther, 0.0);
+    return fast_max(self_id != 0 ? 2.0 * a.b : farther, 0.0);
 }
 
-float distance_to_either_side(Approach a, bool wall, int leaving) {
-    float root = sqrt(upper(a.disc, 0.0));
-    bool inside = leaving == 2 || (leaving == 0 && a.c < 0.0);
-    bool hit = leaving != 1 && (inside || (a.b > 0.0 && a.disc > 0.0));
-    float nearer = wall ? upper(a.c, 0.0) / (a.b + root) : upper(a.b - root, 0.0);
-    float farther = leaving == 2 ? 2.0 * a.b : (wall && a.b < 0.0 ? a.c / (a.b - root) : a.b + root);
-    return hit ? (inside ? upper(farther, 0.0) : nearer) : INFINITY;
+float distance_to_either_side(Approach a, bool wall, int self_id) {
+    float root = sqrt(fast_max(a.disc, 0.0));
+    bool inside = self_id == 2 || (self_id == 0 && a.c < 0.0);
+    bool hit = self_id != 1 && (inside || (a.b > 0.0 && a.disc > 0.0));
+    float nearer = wall ? fast_max(a.c, 0.0) / (a.b + root) : fast_max(a.b - root, 0.0);
+    float farther = self_id == 2 ? 2.0 * a.b : (wall && a.b < 0.0 ? a.c / (a.b - root) : a.b + root);
+    return hit ? (inside ? fast_max(farther, 0.0) : nearer) : INFINITY;
 }
 
-// Whether a solid sphere lies between the ray's origin and the point at `distance`. That point is outside, lamps being there
+// Whether a solid sphere lies between the ray's origin and the point at `distance`. That point is outside, emitters being there
 // (and of points the host drops those inside): then the near root is before it exactly if the closest approach is.
 //
 // Whether one sphere does is told by the sign of an integer, so that many are put together by `or`: what LLVM knows to be conditions
 // it makes narrower first, for each sphere anew. Where b or the discriminant is 0 either answer is right.
-int solid_occludes(Approach a, float distance, int leaving) {
+int solid_occludes(Approach a, float distance, int self_id) {
     int occludes = ~(floatBitsToInt(a.b) | floatBitsToInt(a.disc)) & floatBitsToInt(a.b - distance);
-    return leaving == 0 ? occludes : 0;
+    return self_id == 0 ? occludes : 0;
 }
 
 // The same seen from the far end p, a point that is the same for all rays: `from_point` has f = c − p, and |f|² − r².
-int solid_occludes_point(vec4 from_point, vec3 d, float distance, int leaving) {
+int solid_occludes_point(vec4 from_point, vec3 d, float distance, int self_id) {
     float b = dot(from_point.xyz, d);
     int occludes = floatBitsToInt(b) & floatBitsToInt(-distance - b) & floatBitsToInt(from_point.w - b * b);
-    return leaving == 0 ? occludes : 0;
+    return self_id == 0 ? occludes : 0;
 }
 
 // Bit n: that point is inside of sphere n.
 layout(constant_id = 200) const uint POINT_INSIDE = 0u;
 
-int either_side_occludes_point(vec4 from_point, bool inside, vec3 d, float distance, int leaving) {
+int either_side_occludes_point(vec4 from_point, bool inside, vec3 d, float distance, int self_id) {
     float k = from_point.w;
     float b = dot(from_point.xyz, d);
     // Looking from p towards the start of the ray.
-    float root = sqrt(upper(b * b - k, 0.0));
-    bool occludes = leaving == 2 || (leaving == 0 && b < 0.0 && b * b > k && -b - root < distance);
-    if (inside) occludes = leaving != 2 && root - b < distance;
+    float root = sqrt(fast_max(b * b - k, 0.0));
+    bool occludes = self_id == 2 || (self_id == 0 && b < 0.0 && b * b > k && -b - root < distance);
+    if (inside) occludes = self_id != 2 && root - b < distance;
     return occludes ? -1 : 0;
 }
 
@@ -185,19 +185,19 @@ void load_spheres() {
 #undef LOAD_SPHERE
 }
 
-int leaving_code(int leaving, int id) {
+int self_code(int self_id, int id) {
     if (MUTATION == MUTATE_SKIP) return 0;
-    return leaving == id ? 1 : (leaving == (id | INSIDE) ? 2 : 0);
+    return self_id == id ? 1 : (self_id == (id | INSIDE) ? 2 : 0);
 }
 
 // Nearest of the constant spheres; ties go to the lower index. `id` is the sphere's index.
-void closest_sphere(vec3 o, vec3 d, int leaving, inout float t, inout int id) {
+void closest_sphere(vec3 o, vec3 d, int self_id, inout float t, inout int id) {
     float oo = dot(o, o);
     float od = dot(o, d);
 #define TEST_CLOSEST(n)                                                              \
     {                                                                                \
         FIND_APPROACH(n, a)                                                          \
-        int from = leaving_code(leaving, n);                                         \
+        int from = self_code(self_id, n);                                         \
         float h;                                                                     \
         if (SPHERE_##n##_SIDE == SIDE_SOLID) h = distance_to_solid(a, IS_WALL(n), from); \
         else if (SPHERE_##n##_SIDE == SIDE_CAVITY) h = distance_in_cavity(a, IS_WALL(n), from); \
@@ -211,14 +211,14 @@ void closest_sphere(vec3 o, vec3 d, int leaving, inout float t, inout int id) {
 }
 
 // Whether any constant sphere lies between o and the point at `distance`.
-bool any_sphere(vec3 o, vec3 d, float distance, int leaving) {
+bool any_sphere(vec3 o, vec3 d, float distance, int self_id) {
     float oo = dot(o, o);
     float od = dot(o, d);
     int occluded = 0;
 #define TEST_ANY(n)                                                                               \
     if (SPHERE_##n##_SIDE != SIDE_CAVITY) {                                                       \
         FIND_APPROACH(n, a)                                                                       \
-        int from = leaving_code(leaving, n);                                                      \
+        int from = self_code(self_id, n);                                                      \
         int occludes;                                                                             \
         if (SPHERE_##n##_SIDE == SIDE_SOLID) occludes = solid_occludes(a, distance, from);        \
         else occludes = distance_to_either_side(a, IS_WALL(n), from) < distance ? -1 : 0;         \
@@ -230,11 +230,11 @@ bool any_sphere(vec3 o, vec3 d, float distance, int leaving) {
 }
 
 // The same for the only light, a point, at that distance.
-bool any_sphere_before_point(vec3 d, float distance, int leaving) {
+bool any_sphere_before_point(vec3 d, float distance, int self_id) {
     int occluded = 0;
 #define TEST_BEFORE(n)                                                                                   \
     if (SPHERE_##n##_SIDE != SIDE_CAVITY) {                                                              \
-        int from = leaving_code(leaving, n);                                                             \
+        int from = self_code(self_id, n);                                                             \
         int occludes;                                                                                    \
         if (SPHERE_##n##_SIDE == SIDE_SOLID) occludes = solid_occludes_point(from_point_##n, d, distance, from); \
         else if ((POINT_INSIDE & (1u << n)) != 0u) occludes = either_side_occludes_point(from_point_##n, true, d, distance, from); \

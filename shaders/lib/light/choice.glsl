@@ -34,9 +34,9 @@ int light_cell(vec3 p) {
 }
 
 // Takes one of two ways, the first with probability `share`; what is left of u is as random as before.
-bool light_turn(float share, inout float u) {
+bool light_branch(float share, inout float u) {
     bool first = u < share;
-    u = lower((first ? u : u - share) / (first ? share : 1.0 - share), BELOW_ONE);
+    u = fast_min((first ? u : u - share) / (first ? share : 1.0 - share), BELOW_ONE);
     return first;
 }
 
@@ -49,13 +49,13 @@ int light_choose(int cell, float u, float more, out float probability) {
     probability = 1.0;
     if (LIGHT_COUNT == 1u) return 0;
     float place = u * float(LIGHT_ENTRIES);
-    int column = floor_int(lower(place, float(LIGHT_ENTRIES) - 0.5));
+    int column = floor_int(fast_min(place, float(LIGHT_ENTRIES) - 0.5));
     u = place - float(column);
     vec4 entry = light_texel(cell + column);
-    bool own = light_turn(entry.x, u);
+    bool own = light_branch(entry.x, u);
     if (LIGHT_DEPTH > 0u) {
         float known = LAST_DIGIT * float(LIGHT_ENTRIES) / (own ? entry.x : 1.0 - entry.x);
-        u = lower(u + more * known, BELOW_ONE);
+        u = fast_min(u + more * known, BELOW_ONE);
     }
     if (!own) entry = light_texel(cell + floatBitsToInt(entry.y));
     probability = entry.z;
@@ -65,7 +65,7 @@ int light_choose(int cell, float u, float more, out float probability) {
         vec4 node = light_texel(chosen);
         float strength = node.z;
         while (floatBitsToInt(node.w) < 0) {
-            chosen = light_turn(node.x, u) ? chosen + 1 : floatBitsToInt(node.y);
+            chosen = light_branch(node.x, u) ? chosen + 1 : floatBitsToInt(node.y);
             node = light_texel(chosen);
         }
         if (chosen != entered) probability *= strength > 0.0 ? node.z / strength : 0.0;
@@ -122,8 +122,8 @@ LightSample light_sample(vec3 from, vec3 n, vec2 u, vec2 uv) {
     LightSample s = light_candidate(cell, from, u.x, more, uv);
     if (LIGHT_COUNT > 1u) {
         LightSample other = light_candidate(cell, from, u.x < 0.5 ? u.x + 0.5 : u.x - 0.5, more, uv);
-        float mine = brightness(s.radiance) * upper(dot(n, s.direction), 0.0);
-        float theirs = brightness(other.radiance) * upper(dot(n, other.direction), 0.0);
+        float mine = brightness(s.radiance) * fast_max(dot(n, s.direction), 0.0);
+        float theirs = brightness(other.radiance) * fast_max(dot(n, other.direction), 0.0);
         bool takes = u.y * (mine + theirs) < theirs;
         float kept = takes ? theirs : mine;
         s.direction = takes ? other.direction : s.direction;
@@ -148,7 +148,7 @@ float light_pdf(vec3 from, int light, float t, float cos_light) {
 // Power heuristic (Veach 1997) for the technique of density `mine` against `other`.
 float mis_weight(float mine, float other) {
     // Scaled by the larger, so that squares do not overflow.
-    float m = upper(mine, other);
+    float m = fast_max(mine, other);
     float x = mine / m;
     float y = other / m;
     return x * x / (x * x + y * y);

@@ -60,19 +60,19 @@ Light fetch_light(int light) {
 }
 
 // Lanes of a CPU hold the only light if that is an emitter, and few lights in a table (lane_table.glsl).
-const bool HOLDS_LAMP = !THREADS && LIGHT_COUNT == 1u && EMITTER_COUNT == 1u;
+const bool HOLDS_EMITTER = !THREADS && LIGHT_COUNT == 1u && EMITTER_COUNT == 1u;
 const bool LIGHTS_IN_LANES = LANE_TABLES && LIGHT_COUNT > 1u && LIGHT_COUNT <= TABLE_ROWS;
 Light held_light;
 
 // To be called when a kernel begins.
 void load_lights() {
-    if (HOLDS_LAMP) held_light = fetch_light(0);
+    if (HOLDS_EMITTER) held_light = fetch_light(0);
     if (LIGHTS_IN_LANES) held_light = fetch_light(row_of_lane(0u, LIGHT_COUNT));
 }
 
 // The light of that number.
 Light light_of(int light) {
-    if (HOLDS_LAMP) return held_light;
+    if (HOLDS_EMITTER) return held_light;
     if (!LIGHTS_IN_LANES) return fetch_light(light);
     Light l = held_light;
     return Light(table_value(l.kind, light), table_value(l.a, light), table_value(l.b, light), table_value(l.c, light),

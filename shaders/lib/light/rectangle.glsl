@@ -1,5 +1,5 @@
 // Emitting rectangles that look large, sampled uniformly by solid angle (Ureña, Fajardo and King, "An area-preserving
-// parametrization for spherical rectangles", EGSR 2013). By area, a lamp near a surface is sampled where it is far as often as
+// parametrization for spherical rectangles", EGSR 2013). By area, an emitter near a surface is sampled where it is far as often as
 // where it is near, although the near part sends most of the light.
 //
 // The paper's angles between great circles cancel where a rectangle looks small. Here the solid angle is the sum over the
@@ -22,13 +22,13 @@ struct SeenRectangle {
     float depth;        // where it is along the normal of its front: below 0 if that is seen
     float turn;         // of the sampled angle: where it begins
     float solid_angle;
-    vec3 off;           // by which it is seen before the lamp, and sampled there
+    vec3 off;           // by which it is seen before the emitter, and sampled there
 };
 
 // Solid angle of the rectangle from (0, 0) to (x, y) in the plane at z, with the signs of x and y.
 float corner_angle(float x, float y, float z) { return atan_accurate(x * y / (abs(z) * sqrt(x * x + y * y + z * z))); }
 
-// As for other flat lamps (flat_sample) points are off the lamp by a bound on their error; here by the same for all of it, and the
+// As for other flat emitters (flat_sample) points are off the emitter by a bound on their error; here by the same for all of it, and the
 // solid angle is that of the rectangle there: seen from very near the two differ.
 SeenRectangle seen_rectangle(Light l, vec3 from) {
     vec3 v0 = l.a;
@@ -66,15 +66,15 @@ vec2 rectangle_point(SeenRectangle r, vec2 u) {
     vec2 angle = cos_sin_2pi((r.turn - u.x * r.solid_angle) * (1.0 / TWO_PI));
     float c = -angle.x * b0 - b1;
     float s2 = angle.y * angle.y * (z2 / (r.lo.y * r.lo.y + z2));
-    float x = -r.depth * (c < 0.0 ? -angle.y : angle.y) / sqrt(upper(c * c - s2, 1e-30));
-    x = lower(upper(x, r.lo.x), r.hi.x);
+    float x = -r.depth * (c < 0.0 ? -angle.y : angle.y) / sqrt(fast_max(c * c - s2, 1e-30));
+    x = fast_min(fast_max(x, r.lo.x), r.hi.x);
     // Of the line at x, what lies below y has the share u.y of the angle's sine.
     float d2 = x * x + z2;
     float h0 = r.lo.y / sqrt(d2 + r.lo.y * r.lo.y);
     float h1 = r.hi.y / sqrt(d2 + r.hi.y * r.hi.y);
     float h = h0 + u.y * (h1 - h0);
-    float y = h * sqrt(d2 / upper(1.0 - h * h, 1e-30));
-    return (vec2(x, lower(upper(y, r.lo.y), r.hi.y)) - r.lo) / (r.hi - r.lo);
+    float y = h * sqrt(d2 / fast_max(1.0 - h * h, 1e-30));
+    return (vec2(x, fast_min(fast_max(y, r.lo.y), r.hi.y)) - r.lo) / (r.hi - r.lo);
 }
 
 #endif

@@ -11,7 +11,7 @@ float sphere_pdf(Light l, vec3 from, float r2, float cos_light) {
     vec3 to = l.a - from;
     float sin2 = l.size * l.size / dot(to, to);
     if (is_kind(l, LIGHT_INWARD)) return r2 / (4.0 * PI * l.size * l.size * cos_light);
-    return 1.0 / (TWO_PI * cone_depth(lower(sin2, 1.0)));
+    return 1.0 / (TWO_PI * cone_depth(fast_min(sin2, 1.0)));
 }
 
 LightSample sphere_sample(Light l, vec3 from, vec2 u) {
@@ -28,7 +28,7 @@ LightSample sphere_sample(Light l, vec3 from, vec2 u) {
     bool visible;
     if (is_kind(l, LIGHT_INWARD)) {
         float z = 1.0 - 2.0 * u.y;
-        vec2 disc = sqrt(upper(1.0 - z * z, 0.0)) * cos_sin_2pi(u.x);
+        vec2 disc = sqrt(fast_max(1.0 - z * z, 0.0)) * cos_sin_2pi(u.x);
         vec3 m = vec3(disc, z);
         vec3 to = center + (radius - slack) * m - from;
         float l2 = dot(to, to);
@@ -39,7 +39,7 @@ LightSample sphere_sample(Light l, vec3 from, vec2 u) {
         pdf = l2 / (4.0 * PI * r2 * cos_light);
     } else {
         visible = d2 > r2;
-        float sin2_max = lower(r2 / d2, 1.0);
+        float sin2_max = fast_min(r2 / d2, 1.0);
         float depth = u.y * cone_depth(sin2_max);
         float cos_a = 1.0 - depth;
         float sin2_a = depth * (2.0 - depth);
@@ -49,7 +49,7 @@ LightSample sphere_sample(Light l, vec3 from, vec2 u) {
         vec2 disc = sqrt(sin2_a) * cos_sin_2pi(u.x);
         s.direction = normalize(tangent * disc.x + bitangent * disc.y + axis * cos_a);
         // Distance to the near root: d cosα − √(r² − d² sin²α).
-        s.distance = upper(sqrt(d2) * cos_a - sqrt(upper(r2 - d2 * sin2_a, 0.0)) - slack, 0.0);
+        s.distance = fast_max(sqrt(d2) * cos_a - sqrt(fast_max(r2 - d2 * sin2_a, 0.0)) - slack, 0.0);
         pdf = 1.0 / (TWO_PI * cone_depth(sin2_max));
     }
     visible = visible && s.distance > 0.0;

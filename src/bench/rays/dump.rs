@@ -49,7 +49,7 @@ fn write(out: &mut impl Write, scene: &Scene, sets: &[RaySet]) -> std::io::Resul
             for x in ray.origin.into_iter().chain([ray.t_max]).chain(ray.direction) {
                 out.write_all(&x.to_le_bytes())?;
             }
-            out.write_all(&ray.leaving.to_le_bytes())?;
+            out.write_all(&ray.self_id.to_le_bytes())?;
         }
         for found in &set.found {
             let t = if found.id >= 0 { found.t } else { -1.0 };

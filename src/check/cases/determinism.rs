@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use crate::check::lab::{Rendered, pixels_that_differ};
-use crate::check::scenes::{Build, divided_room, lamps, room};
+use crate::check::scenes::{Build, divided_room, emitters, room};
 use crate::check::{Case, CheckError, Lab, Measured};
 use crate::render::{Accel, RenderSettings, Renderer, Reuse, Scheduler};
 use crate::scene::Scene;
@@ -40,23 +40,23 @@ pub(super) const CASES: &[Case] = &[
             let without: [Change; 7] = [
                 |s| s.loop_budget = Some(700),
                 |s| s.threads = Some(true),
-                |s| (s.scheduler, s.workgroup_size) = (Scheduler::Turns, Some(96)),
-                |s| (s.scheduler, s.threads) = (Scheduler::Turns, Some(true)),
+                |s| (s.scheduler, s.workgroup_size) = (Scheduler::Interleaved, Some(96)),
+                |s| (s.scheduler, s.threads) = (Scheduler::Interleaved, Some(true)),
                 |s| (s.scheduler, s.split, s.loop_budget) = (Scheduler::Inline, Some(2), Some(700)),
-                |s| (s.scheduler, s.split, s.samples_per_dispatch) = (Scheduler::Turns, Some(4), Some(3)),
-                |s| (s.scheduler, s.threads, s.loop_budget) = (Scheduler::Turns, Some(true), Some(700)),
+                |s| (s.scheduler, s.split, s.samples_per_dispatch) = (Scheduler::Interleaved, Some(4), Some(3)),
+                |s| (s.scheduler, s.threads, s.loop_budget) = (Scheduler::Interleaved, Some(true), Some(700)),
             ];
             let (scene, off): (_, Change) = (divided_room(), |s| s.reuse = Reuse::Off);
             let reused = variants(lab, &scene, |s| s.reuse = Reuse::Always, &[&cuts[..], &ways, &with_reuse].concat())?;
             let plain = variants(lab, &scene, off, &[&cuts[..], &ways, &without].concat())?;
             let turns: [Change; 3] = [
                 |s| (s.scheduler, s.split) = (Scheduler::Inline, Some(8)),
-                |s| s.scheduler = Scheduler::Turns,
-                |s| (s.scheduler, s.threads, s.samples_per_dispatch) = (Scheduler::Turns, Some(true), Some(1)),
+                |s| s.scheduler = Scheduler::Interleaved,
+                |s| (s.scheduler, s.threads, s.samples_per_dispatch) = (Scheduler::Interleaved, Some(true), Some(1)),
             ];
-            let mut lamps = lamps();
-            lamps.size(32, 4);
-            let lit = variants(lab, &lamps, off, &turns)?;
+            let mut emitters = emitters();
+            emitters.size(32, 4);
+            let lit = variants(lab, &emitters, off, &turns)?;
             Ok(Measured::new(reused.value + plain.value + lit.value, "24 variants, 1024 pixels".to_owned()))
         },
     },

@@ -16,7 +16,7 @@ use crate::scene::Scene;
 pub(super) const CASES: &[Case] = &[
     Case {
         name: "emitters/seen",
-        what: "lamps (a sphere, an inward sphere, a facet, a mesh) seen from their front and from behind",
+        what: "emitters (a sphere, an inward sphere, a polygon, a mesh) seen from their front and from behind",
         oracle: "their radiance, and 0",
         quantity: "pixels with another value",
         threshold: 0.0,
@@ -25,7 +25,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "emitters/furnace",
-        what: "mirrors and glass of reflectance 1 inside a lamp of radiance 1, a sphere and a box",
+        what: "mirrors and glass of reflectance 1 inside an emitter of radiance 1, a sphere and a box",
         oracle: "1",
         quantity: "worst error of a pixel",
         threshold: 1e-5,
@@ -34,7 +34,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "emitters/spheres",
-        what: "a floor under spherical lamps: near, touching it, tiny and close by, and of a millionth of the distance",
+        what: "a floor under spherical emitters: near, touching it, tiny and close by, and of a millionth of the distance",
         oracle: "Lρ (r/d)² cosθ",
         quantity: "worst deviation of a mean in standard errors",
         threshold: 4.0,
@@ -43,7 +43,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "emitters/polygons",
-        what: "a floor under lamps of triangles: a parallelogram, a large rectangle, a triangle almost on it, a box, a tessellated \
+        what: "a floor under emitters of triangles: a parallelogram, a large rectangle, a triangle almost on it, a box, a tessellated \
                sphere",
         oracle: "Lambert's formula: Lρ/2π Σ Θ Γ·n over the edges of what faces the floor",
         quantity: "worst deviation of a mean in standard errors",
@@ -53,8 +53,8 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "emitters/copies",
-        what: "lamps each of whose faces is there twice, and two equal spheres",
-        oracle: "the lamp once: of copies the first is met",
+        what: "emitters each of whose faces is there twice, and two equal spheres",
+        oracle: "the emitter once: of copies the first is met",
         quantity: "worst deviation of a mean in standard errors",
         threshold: 4.0,
         full_only: false,
@@ -62,7 +62,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "emitters/enclosed-body",
-        what: "a sphere of reflectance 0.75 inside a lamp of radiance 1, a sphere and a box",
+        what: "a sphere of reflectance 0.75 inside an emitter of radiance 1, a sphere and a box",
         oracle: "the reflectance",
         quantity: "worst deviation of a mean in standard errors",
         threshold: 4.0,
@@ -71,7 +71,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "emitters/edges",
-        what: "edges of small lamps, seen directly and in mirrors and glass, which get more samples",
+        what: "edges of small emitters, seen directly and in mirrors and glass, which get more samples",
         oracle: "the same without",
         quantity: "deviation of the image's mean in standard errors",
         threshold: 4.0,
@@ -89,7 +89,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "emitters/mirrored",
-        what: "a lamp in a mirror box, seen after thousands of reflections, whose edges get more samples",
+        what: "an emitter in a mirror box, seen after thousands of reflections, whose edges get more samples",
         oracle: "the same without",
         quantity: "deviation of the image's mean in standard errors",
         threshold: 4.0,
@@ -98,8 +98,8 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "emitters/flux",
-        what: "a closed diffuse sphere around lamps: off centre with depth 1, and at the centre with depth 64",
-        oracle: "all flux arrives: Lρ r²/R², and the geometric series of what the lamp does not absorb",
+        what: "a closed diffuse sphere around emitters: off centre with depth 1, and at the centre with depth 64",
+        oracle: "all flux arrives: Lρ r²/R², and the geometric series of what the emitter does not absorb",
         quantity: "worst deviation of a mean in standard errors",
         threshold: 4.0,
         full_only: false,
@@ -115,8 +115,8 @@ fn seen(lab: &Lab) -> Result<Measured, CheckError> {
         let (positions, triangles) = grid(at, x, v(0.0, 2.0, 0.25), n);
         scene.mesh(&positions, &triangles, emitter(radiance));
     };
-    type Lamp<'a> = (f64, &'a dyn Fn(&mut Scene));
-    let lamps: [Lamp; 8] = [
+    type Emitter<'a> = (f64, &'a dyn Fn(&mut Scene));
+    let emitters: [Emitter; 8] = [
         (radiance, &|s| s.sphere(at, 1.5, emitter(radiance))),
         (0.0, &|s| {
             s.sphere(at, 1.5, emitter(radiance));
@@ -133,7 +133,7 @@ fn seen(lab: &Lab) -> Result<Measured, CheckError> {
         (0.0, &|s| square(s, 8, true)),
     ];
     let mut wrong = 0;
-    for (expected, build) in lamps {
+    for (expected, build) in emitters {
         let mut scene = empty();
         build(&mut scene);
         scene.camera.target = at;
@@ -141,10 +141,10 @@ fn seen(lab: &Lab) -> Result<Measured, CheckError> {
         scene.size(8, 16);
         wrong += lab.render(&scene)?.film.mean().iter().filter(|x| **x != [expected as f32; 3]).count();
     }
-    Ok(Measured::new(wrong as f64, "8 lamps, 64 pixels each"))
+    Ok(Measured::new(wrong as f64, "8 emitters, 64 pixels each"))
 }
 
-/// A closed lamp around the origin that shines inward: a sphere, or a box of triangles.
+/// A closed emitter around the origin that shines inward: a sphere, or a box of triangles.
 fn enclose(scene: &mut Scene, boxed: bool, radiance: f64) {
     let center = v(0.25, -0.125, -2.0);
     if boxed {
@@ -223,7 +223,7 @@ fn edges_of_glass(lab: &Lab) -> Result<Measured, CheckError> {
         let surface = if i % 8 == 0 { glass(1.5) } else { mirror(0.0) };
         scene.sphere(v(rng.between(-1.7, 1.7), rng.between(-1.7, 1.7), -5.0), 0.06, surface);
     }
-    // Behind the camera: that light is traced from lamps.
+    // Behind the camera: that light is traced from emitters.
     scene.sphere(v(0.0, 3.0, 3.0), 0.5, emitter(10.0));
     scene.sphere(v(3.0, 3.0, 4.0), 0.5, diffuse(0.5));
     scene.size(32, lab.size(4, 16) as u32);
@@ -256,12 +256,12 @@ fn looking_at(lab: &Lab, scene: &Scene, points: &[(DVec3, DVec3)], height: f64) 
 
 const FLOOR: f64 = 0.75;
 
-/// A floor at y = −1, wide enough that it is met under every lamp of these cases.
+/// A floor at y = −1, wide enough that it is met under every emitter of these cases.
 fn floor() -> Scene {
     let mut scene = empty();
     scene.quad([v(-8.0, -1.0, 8.0), v(8.0, -1.0, 8.0), v(8.0, -1.0, -8.0), v(-8.0, -1.0, -8.0)], diffuse(FLOOR));
     scene.integrator.max_depth = 1;
-    // The tables are made for a camera outside of all lamps.
+    // The tables are made for a camera outside of all emitters.
     scene.camera.position = v(0.0, 4.0, 8.0);
     scene
 }
@@ -269,7 +269,7 @@ fn floor() -> Scene {
 /// Deviation of what the floor shows at `point`, in standard errors.
 fn floor_deviation(lab: &Lab, scene: &Scene, point: DVec3, exact: f64) -> Result<f64, CheckError> {
     let n = lab.size(1 << 13, 1 << 18);
-    // From so near that no lamp is in between.
+    // From so near that no emitter is in between.
     let seen = looking_at(lab, scene, &vec![(point, DVec3::Y); n], 1e-4)?;
     Ok(z_score(&seen, exact))
 }
@@ -277,7 +277,7 @@ fn floor_deviation(lab: &Lab, scene: &Scene, point: DVec3, exact: f64) -> Result
 fn spheres(lab: &Lab) -> Result<Measured, CheckError> {
     let mut deviations = Vec::new();
     let point = v(0.5, -1.0, -0.25);
-    // Where the lamp is, seen from the point, and its radius: all of it above the floor.
+    // Where the emitter is, seen from the point, and its radius: all of it above the floor.
     for (to, radius, radiance) in [
         (v(1.0, 3.0, -0.5), 1.0, 2.0),
         (v(0.0, 1.001, 0.0), 1.0, 3.0),
@@ -290,7 +290,7 @@ fn spheres(lab: &Lab) -> Result<Measured, CheckError> {
         let exact = radiance * FLOOR * (radius / to.length()).powi(2) * to.y / to.length();
         deviations.push(floor_deviation(lab, &scene, point, exact)?);
     }
-    Ok(Measured::new(worst(deviations.iter().copied()), format!("{} lamps", deviations.len())))
+    Ok(Measured::new(worst(deviations.iter().copied()), format!("{} emitters", deviations.len())))
 }
 
 /// Irradiance at `point`, normal +y, of radiance 1 from the front of triangles that are wholly above it (Lambert 1760;
@@ -310,8 +310,8 @@ fn lambert(point: DVec3, positions: &[DVec3], triangles: &[[u32; 3]]) -> f64 {
     sum.abs() / 2.0
 }
 
-/// Lamps above the floor, each with the point beneath it.
-fn lamps(copies: usize) -> Vec<(Scene, DVec3, f64)> {
+/// Emitters above the floor, each with the point beneath it.
+fn emitters(copies: usize) -> Vec<(Scene, DVec3, f64)> {
     let square = grid(v(0.0, 1.0, 0.0), v(0.75, 0.25, 0.0), v(0.0, 0.25, 1.0), 1);
     let ceiling = grid(v(0.0, 0.5, 0.0), v(6.0, 0.0, 0.0), v(0.0, 0.0, 6.0), 1);
     let low = (vec![v(-0.5, -0.99, 0.5), v(0.75, -0.95, 0.25), v(0.0, -0.98, -0.75)], vec![[0, 1, 2]]);
@@ -324,7 +324,7 @@ fn lamps(copies: usize) -> Vec<(Scene, DVec3, f64)> {
             let point = v(0.125, -1.0, -0.25);
             let positions: Vec<_> = positions.iter().map(|p| p.as_vec3().as_dvec3()).collect();
             let exact = FLOOR / PI * 3.0;
-            // The front of flat lamps is below.
+            // The front of flat emitters is below.
             if triangles.len() != 12 && triangles.len() != 320 {
                 let n = triangles[0].map(|i| positions[i as usize]);
                 if (n[1] - n[0]).cross(n[2] - n[0]).y > 0.0 {
@@ -341,16 +341,16 @@ fn lamps(copies: usize) -> Vec<(Scene, DVec3, f64)> {
 
 fn polygons(lab: &Lab) -> Result<Measured, CheckError> {
     let mut deviations = Vec::new();
-    for (scene, point, exact) in lamps(1) {
+    for (scene, point, exact) in emitters(1) {
         deviations.push(floor_deviation(lab, &scene, point, exact)?);
     }
-    Ok(Measured::new(worst(deviations.iter().copied()), format!("{} lamps", deviations.len())))
+    Ok(Measured::new(worst(deviations.iter().copied()), format!("{} emitters", deviations.len())))
 }
 
 fn copies(lab: &Lab) -> Result<Measured, CheckError> {
     let mut deviations = Vec::new();
-    for (i, (scene, point, exact)) in lamps(2).into_iter().enumerate() {
-        // Facets, and a mesh in the tree.
+    for (i, (scene, point, exact)) in emitters(2).into_iter().enumerate() {
+        // Polygons, and a mesh in the tree.
         if i >= 3 {
             deviations.push(floor_deviation(lab, &scene, point, exact)?);
         }
@@ -360,7 +360,7 @@ fn copies(lab: &Lab) -> Result<Measured, CheckError> {
     scene.sphere(point + to, 1.0, emitter(2.0));
     scene.sphere(point + to, 1.0, emitter(2.0));
     deviations.push(floor_deviation(lab, &scene, point, 2.0 * FLOOR * to.y / to.length().powi(3))?);
-    Ok(Measured::new(worst(deviations.iter().copied()), format!("{} lamps", deviations.len())))
+    Ok(Measured::new(worst(deviations.iter().copied()), format!("{} emitters", deviations.len())))
 }
 
 fn enclosed_body(lab: &Lab) -> Result<Measured, CheckError> {
@@ -398,10 +398,10 @@ fn flux(lab: &Lab) -> Result<Measured, CheckError> {
     let area: f64 =
         ball.1.iter().map(|t| t.map(|i| ball.0[i as usize])).map(|[a, b, c]| (b - a).cross(c - a).length() / 2.0).sum();
     let (mut deviations, mut details) = (Vec::new(), Vec::new());
-    for lamp in 0..3 {
+    for area_light in 0..3 {
         let mut scene = empty();
         scene.sphere(DVec3::ZERO, shell, diffuse(rho));
-        let (area, gain) = match lamp {
+        let (area, gain) = match area_light {
             0 => {
                 scene.sphere(v(1.0, 0.5, -0.25), radius, emitter(radiance));
                 (4.0 * PI * radius * radius, 1.0)
@@ -412,12 +412,12 @@ fn flux(lab: &Lab) -> Result<Measured, CheckError> {
             }
             _ => {
                 scene.sphere(DVec3::ZERO, radius, emitter(radiance));
-                // Of what the shell sends back, the lamp takes its share.
+                // Of what the shell sends back, the emitter takes its share.
                 (4.0 * PI * radius * radius, series(64, (1.0 - absorbed) * rho))
             }
         };
-        scene.integrator.max_depth = if lamp == 2 { 64 } else { 1 };
-        // The camera, which the tables are made for, is inside of the shell and outside of the lamps.
+        scene.integrator.max_depth = if area_light == 2 { 64 } else { 1 };
+        // The camera, which the tables are made for, is inside of the shell and outside of the emitters.
         scene.camera.position = v(-1.5, -1.0, -1.0);
         scene.camera.target = v(-2.0, -1.0, -1.0);
         let exact = rho / PI * radiance * PI * area / (4.0 * PI * shell * shell) * gain;

@@ -253,7 +253,7 @@ fn total_reflection(lab: &Lab) -> Result<Measured, CheckError> {
     for (path, record) in paths.iter().zip(&records) {
         let d = DVec3::from(path.ray.direction.map(f64::from)).normalize();
         let sin = a * (1.0 - d.x * d.x).sqrt() / radius;
-        let crossed = record.leaving & crate::check::probe::INSIDE == 0;
+        let crossed = record.self_id & crate::check::probe::INSIDE == 0;
         if sin > (1.0 + 1e-6) / ior {
             escaped += usize::from(crossed);
         } else if sin < (1.0 - 1e-6) / ior {

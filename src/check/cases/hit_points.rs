@@ -22,7 +22,7 @@ pub(super) const CASES: &[Case] = &[
         measure: |lab| off_plane(lab, 2),
     },
     Case {
-        name: "triangles/facet-points",
+        name: "triangles/polygon-points",
         what: "rays at triangles in constants near the camera, from 1 to 1e4 units away",
         oracle: "f64 distance of the hit point from the triangle's plane",
         quantity: "worst distance over the bound that rays are offset by",

@@ -18,8 +18,8 @@ pub(super) const CASES: &[Case] = &[
         name: "lights/density",
         what: "points sampled on spheres (from outside, from inside, far), a triangle, a parallelogram and a rectangle; u from 0 to \
                1 − 2^-24",
-        oracle: "on the lamp; density per solid angle in f64, and the one that a ray which hits the point assumes",
-        quantity: "worst relative error of a density × cosine at the lamp (infinite: not on the lamp)",
+        oracle: "on the emitter; density per solid angle in f64, and the one that a ray which hits the point assumes",
+        quantity: "worst relative error of a density × cosine at the emitter (infinite: not on the emitter)",
         threshold: 1e-5,
         full_only: false,
         measure: density,
@@ -53,7 +53,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "lights/zero-area",
-        what: "a point light among lamps without area: points, lines, triangles and spheres too small for single precision",
+        what: "a point light among emitters without area: points, lines, triangles and spheres too small for single precision",
         oracle: "the point light alone; densities are finite",
         quantity: "worst relative difference of a pixel (infinite: a number that is not finite)",
         threshold: 1e-6,
@@ -66,7 +66,7 @@ pub(super) const CASES: &[Case] = &[
 const LAST: f32 = 1.0 - 5.960_464_5e-8;
 
 #[derive(Clone, Copy)]
-enum Lamp {
+enum Emitter {
     Sphere {
         center: DVec3,
         radius: f64,
@@ -99,7 +99,7 @@ fn seen_from(corner: DVec3, [e, f]: [DVec3; 2], from: DVec3) -> ([f64; 2], [f64;
     (lo, hi, (corner - from).dot(e.cross(f).normalize()).abs())
 }
 
-impl Lamp {
+impl Emitter {
     fn scene(self) -> Scene {
         let mut scene = empty();
         // Sets the size of render space.
@@ -119,7 +119,7 @@ impl Lamp {
         scene
     }
 
-    /// Distance of `p` from the lamp's surface, the cosine of the way from there to `from`, and the density per solid
+    /// Distance of `p` from the emitter's surface, the cosine of the way from there to `from`, and the density per solid
     /// angle of the point, as seen from `from`.
     fn density(self, p: DVec3, from: DVec3) -> (f64, f64, f64) {
         let way = from - p;
@@ -143,7 +143,7 @@ impl Lamp {
             }
             Self::Rectangle { corner, edges } => {
                 let n = edges[0].cross(edges[1]).normalize();
-                // Of the rectangle off the lamp that the point is on, as for the others.
+                // Of the rectangle off the emitter that the point is on, as for the others.
                 let off = (p - corner).dot(n);
                 let (lo, hi, depth) = seen_from(corner + off * n, edges, from);
                 (off.abs(), way.normalize().dot(n), 1.0 / solid_angle(lo, hi, depth))
@@ -152,12 +152,12 @@ impl Lamp {
     }
 }
 
-fn flat(half: bool) -> Lamp {
-    Lamp::Flat { corner: v(-0.5, 1.0, -2.0), edges: [v(1.5, 0.25, 0.5), v(0.25, -0.5, 1.25)], half }
+fn flat(half: bool) -> Emitter {
+    Emitter::Flat { corner: v(-0.5, 1.0, -2.0), edges: [v(1.5, 0.25, 0.5), v(0.25, -0.5, 1.25)], half }
 }
 
-fn lamps() -> [Lamp; 6] {
-    let ball = |center, radius, inward| Lamp::Sphere { center, radius, inward };
+fn emitters() -> [Emitter; 6] {
+    let ball = |center, radius, inward| Emitter::Sphere { center, radius, inward };
     [
         ball(v(0.5, 1.0, -3.0), 1.0, false),
         ball(v(-2.0, 1.0, -3.0), 1e-3, false),
@@ -165,7 +165,7 @@ fn lamps() -> [Lamp; 6] {
         flat(true),
         flat(false),
         // Large as seen from everywhere in the scene.
-        Lamp::Rectangle { corner: v(-0.25, -1.125, -3.25), edges: [v(3.0, 0.0, 1.5), v(-1.0, 4.0, 2.0)] },
+        Emitter::Rectangle { corner: v(-0.25, -1.125, -3.25), edges: [v(3.0, 0.0, 1.5), v(-1.0, 4.0, 2.0)] },
     ]
 }
 
@@ -200,8 +200,8 @@ fn density(lab: &Lab) -> Result<Measured, CheckError> {
     let mut rng = Rng::new(71);
     let mut errors = Vec::new();
     let mut lit = 0;
-    for lamp in lamps() {
-        let scene = lamp.scene();
+    for area_light in emitters() {
+        let scene = area_light.scene();
         let scale = RenderSpace::of(&scene).length(1.0);
         let queries: Vec<_> = (0..lab.size(1 << 14, 1 << 20))
             .map(|_| {
@@ -214,7 +214,7 @@ fn density(lab: &Lab) -> Result<Measured, CheckError> {
         let (mut expected, mut hits) = (Vec::new(), Vec::new());
         for (q, s) in queries.iter().zip(&points).filter(|(_, s)| s.radiance[0] > 0.0) {
             let (from, p) = (position(q.from), position(s.point));
-            let (off, cosine, pdf) = lamp.density(p / scale, from / scale);
+            let (off, cosine, pdf) = area_light.density(p / scale, from / scale);
             let size = p.length() + from.length() + scale * 4.0;
             if !s.pdf.is_finite() || s.light != 0 || off * scale > 1e-5 * size || cosine <= 0.0 {
                 errors.push(f64::INFINITY);
@@ -237,7 +237,7 @@ fn density(lab: &Lab) -> Result<Measured, CheckError> {
     if lit < 5000 {
         errors.push(f64::INFINITY);
     }
-    Ok(Measured::new(worst(errors), format!("6 lamps, {lit} points")))
+    Ok(Measured::new(worst(errors), format!("6 emitters, {lit} points")))
 }
 
 fn bin(u: f64) -> usize {
@@ -248,8 +248,8 @@ fn chi_squared(lab: &Lab) -> Result<Measured, CheckError> {
     let mut rng = Rng::new(72);
     let n = lab.size(1 << 16, 1 << 22);
     let mut p_values = Vec::new();
-    for lamp in lamps() {
-        let scene = lamp.scene();
+    for area_light in emitters() {
+        let scene = area_light.scene();
         let scale = RenderSpace::of(&scene).length(1.0);
         let from = v(0.125, -0.25, 0.375);
         let queries: Vec<_> = (0..n)
@@ -259,12 +259,12 @@ fn chi_squared(lab: &Lab) -> Result<Measured, CheckError> {
         for s in sampled(lab, &scene, &queries)? {
             let p = position(s.point) / scale;
             // Two numbers that are uniform if the density is what it should be.
-            let (a, b) = match lamp {
-                Lamp::Sphere { center, inward: true, .. } => {
+            let (a, b) = match area_light {
+                Emitter::Sphere { center, inward: true, .. } => {
                     let m = (p - center).normalize();
                     (m.z / 2.0 + 0.5, m.y.atan2(m.x) / TAU + 0.5)
                 }
-                Lamp::Sphere { center, radius, .. } => {
+                Emitter::Sphere { center, radius, .. } => {
                     let axis = (center - from).normalize();
                     let (tangent, bitangent) = axis.any_orthonormal_pair();
                     let d = (p - from).normalize();
@@ -273,13 +273,13 @@ fn chi_squared(lab: &Lab) -> Result<Measured, CheckError> {
                     let depth = |sin2: f64| sin2 / (1.0 + (1.0 - sin2).sqrt());
                     (depth(sin2) / depth(sin2_max), d.dot(bitangent).atan2(d.dot(tangent)) / TAU + 0.5)
                 }
-                Lamp::Flat { corner, edges: [e, f], half } => {
+                Emitter::Flat { corner, edges: [e, f], half } => {
                     let normal = e.cross(f);
                     let along = |x: DVec3, y: DVec3| x.cross(y).dot(normal) / normal.length_squared();
                     let (a, b) = (along(p - corner, f), along(e, p - corner));
                     if half { ((a + b) * (a + b), b / (a + b)) } else { (a, b) }
                 }
-                Lamp::Rectangle { corner, edges } => {
+                Emitter::Rectangle { corner, edges } => {
                     let (lo, hi, depth) = seen_from(corner, edges, from);
                     let [x, y] = edges.map(|edge| (p - from).dot(edge.normalize()));
                     let below = |y: f64| y / (x * x + y * y + depth * depth).sqrt();
@@ -434,30 +434,34 @@ fn zero_area(lab: &Lab) -> Result<Measured, CheckError> {
     for scene in [&mut with, &mut without] {
         scene.light(v(1.0, 3.0, -2.0), 100.0);
     }
-    let lamp = emitter(1.0);
+    let area_light = emitter(1.0);
     for (i, radius) in [1e-30, 1e-25, 1e-20, 1e-12].into_iter().enumerate() {
-        with.sphere(v(-1.5 + i as f64, 0.5, -4.0), radius, lamp.clone());
+        with.sphere(v(-1.5 + i as f64, 0.5, -4.0), radius, area_light.clone());
     }
     // Just above the floor, too.
-    with.sphere(v(0.0, -1.0 + 1e-6, -3.0), 1e-30, lamp.clone());
+    with.sphere(v(0.0, -1.0 + 1e-6, -3.0), 1e-30, area_light.clone());
     let at = v(-0.5, 1.0, -4.0);
     for size in [1e-12, 1e-8] {
-        with.mesh(&[at, at + v(size, 0.0, 0.0), at + v(0.0, size, size)], &[[0, 1, 2]], lamp.clone());
+        with.mesh(&[at, at + v(size, 0.0, 0.0), at + v(0.0, size, size)], &[[0, 1, 2]], area_light.clone());
     }
     let tiny = 1.2e-19;
     // Around the origin, where the camera is, coordinates can be that small.
-    with.mesh(&[DVec3::ZERO, v(tiny, 0.0, 0.0), v(0.0, 0.0, tiny)], &[[0, 1, 2]], lamp.clone());
-    with.mesh(&[at, at + v(0.5, 0.0, 0.0), at + v(1.0, 0.0, 0.0)], &[[0, 1, 2], [0, 0, 1], [1, 1, 1]], lamp.clone());
+    with.mesh(&[DVec3::ZERO, v(tiny, 0.0, 0.0), v(0.0, 0.0, tiny)], &[[0, 1, 2]], area_light.clone());
+    with.mesh(
+        &[at, at + v(0.5, 0.0, 0.0), at + v(1.0, 0.0, 0.0)],
+        &[[0, 1, 2], [0, 0, 1], [1, 1, 1]],
+        area_light.clone(),
+    );
     let (positions, triangles) = (vec![at; 300], (0..100).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect::<Vec<_>>());
-    with.mesh(&positions, &triangles, lamp);
-    // The lamps put a tree into the scene, for which paths would be reused.
+    with.mesh(&positions, &triangles, area_light);
+    // The emitters put a tree into the scene, for which paths would be reused.
     let plain = |scene: &Scene| {
         let settings = RenderSettings { reuse: Reuse::Off, ..lab.settings(scene) };
         lab.render_with(scene, &settings)
     };
     let (image, expected) = (plain(&with)?, plain(&without)?);
     let mut off = worst(image.channel(0).iter().zip(expected.channel(0)).map(|(a, b)| relative(*a, b)));
-    // The lamps alone.
+    // The emitters alone.
     with.lights.clear();
     let dark = lab.render(&with)?;
     let mut rng = Rng::new(74);
@@ -475,7 +479,7 @@ fn zero_area(lab: &Lab) -> Result<Measured, CheckError> {
     let counted = image.statistics.bad_samples + dark.statistics.bad_samples;
     let light = worst(dark.channel(0));
     let detail = format!(
-        "{bad} of {} densities and {counted} samples are not finite; alone the lamps give {light:.0e}; {off:.1e}",
+        "{bad} of {} densities and {counted} samples are not finite; alone the emitters give {light:.0e}; {off:.1e}",
         points.len()
     );
     if bad > 0 || counted > 0 || light > 1e-20 {

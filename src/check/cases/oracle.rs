@@ -1,6 +1,8 @@
 //! Whole images against the path tracer in double precision.
 
-use crate::check::scenes::{Build, diffuse, divided_room, emitter, empty, glass, icosphere, lamps, mirror, room, screened_room, v};
+use crate::check::scenes::{
+    Build, diffuse, divided_room, emitter, emitters, empty, glass, icosphere, mirror, room, screened_room, v,
+};
 use crate::check::{Case, CheckError, Lab, Measured};
 use crate::oracle;
 use crate::oracle::OracleSettings;
@@ -36,22 +38,22 @@ pub(super) const CASES: &[Case] = &[
         measure: |lab| against_oracle(lab, &smooth_mesh()),
     },
     Case {
-        name: "oracle/lamps",
-        what: "a room with lamps that are spheres, facets and a mesh, some of which touch what they light",
+        name: "oracle/emitters",
+        what: "a room with emitters that are spheres, polygons and a mesh, some of which touch what they light",
         oracle: "path tracer in f64",
         quantity: "the same",
         threshold: 1.0,
         full_only: false,
-        measure: |lab| against_oracle(lab, &lamps()),
+        measure: |lab| against_oracle(lab, &emitters()),
     },
     Case {
-        name: "oracle/lamps-across",
-        what: "spheres around and across lamps, one of them the room: what is on the other side of a surface lights nothing",
+        name: "oracle/emitters-across",
+        what: "spheres around and across emitters, one of them the room: what is on the other side of a surface lights nothing",
         oracle: "path tracer in f64",
         quantity: "the same",
         threshold: 1.0,
         full_only: false,
-        measure: |lab| against_oracle(lab, &lamps_across()),
+        measure: |lab| against_oracle(lab, &emitters_across()),
     },
     Case {
         name: "oracle/reused-paths",
@@ -72,17 +74,17 @@ pub(super) const CASES: &[Case] = &[
         measure: |lab| against_oracle_with(lab, &screened_room(), Reuse::Always, Scheduler::Inline),
     },
     Case {
-        name: "oracle/reused-lamps",
-        what: "the room with lamps, a mirror and glass: paths are shared, also behind mirrors, and lamps sampled alike",
+        name: "oracle/reused-emitters",
+        what: "the room with emitters, a mirror and glass: paths are shared, also behind mirrors, and emitters sampled alike",
         oracle: "path tracer in f64",
         quantity: "the same",
         threshold: 1.0,
         full_only: false,
-        measure: |lab| against_oracle_with(lab, &lamps(), Reuse::Always, Scheduler::Auto),
+        measure: |lab| against_oracle_with(lab, &emitters(), Reuse::Always, Scheduler::Auto),
     },
     Case {
         name: "oracle/caustics",
-        what: "lamps before, beside and within glass and mirrors of spheres and meshes: paths and beams share their light",
+        what: "emitters before, beside and within glass and mirrors of spheres and meshes: paths and light paths share their light",
         oracle: "path tracer in f64",
         quantity: "the same",
         threshold: 1.0,
@@ -100,8 +102,8 @@ pub(super) const CASES: &[Case] = &[
     },
 ];
 
-/// A spherical room with lamps that opaque spheres hide or cut.
-fn lamps_across() -> Scene {
+/// A spherical room with emitters that opaque spheres hide or cut.
+fn emitters_across() -> Scene {
     let mut scene = empty();
     scene.integrator.max_depth = 4;
     scene.sphere(v(0.0, 0.0, -5.0), 7.0, diffuse(0.5));
@@ -124,7 +126,7 @@ fn caustics() -> Scene {
     scene.integrator.max_depth = 6;
     scene.cuboid(v(-3.0, -2.0, -8.0), v(3.0, 2.5, 2.0), diffuse(0.5));
     scene.quad([v(-1.5, 2.25, -6.5), v(1.5, 2.25, -6.5), v(1.5, 2.25, -3.5), v(-1.5, 2.25, -3.5)], emitter(3.0));
-    // A lamp within glass, and one that a target reaches behind.
+    // An emitter within glass, and one that a target reaches behind.
     scene.sphere(v(-1.5, -1.25, -5.0), 0.75, glass(1.5));
     scene.sphere(v(-1.5, -1.25, -5.0), 0.5, emitter(2.0));
     scene.quad([v(2.25, -0.5, -6.0), v(2.25, -0.5, -4.5), v(2.25, 1.0, -4.5), v(2.25, 1.0, -6.0)], emitter(2.0));

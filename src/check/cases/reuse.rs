@@ -1,7 +1,7 @@
 //! Paths that serve several pixels, and images made from differences between these, against the same without.
 
 use crate::check::lab::Rendered;
-use crate::check::scenes::{Build, diffuse, divided_room, icosphere, lamps, mirrored_wall, screened_room, v};
+use crate::check::scenes::{Build, diffuse, divided_room, emitters, icosphere, mirrored_wall, screened_room, v};
 use crate::check::statistics::z_score;
 use crate::check::{Case, CheckError, Lab, Measured};
 use crate::render::{Gradients, LightSamples, RenderSettings, Renderer, Reuse, SampleMap, Scheduler};
@@ -15,7 +15,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "deviation of the image's contrast in standard errors",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, divided_room(), Meet::Notes, [SHARED, ALONE]),
+        measure: |lab| contrast(lab, divided_room(), Meet::Records, [SHARED, ALONE]),
     },
     Case {
         name: "reuse/lanes",
@@ -33,7 +33,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, with_body(mirrored_wall(), Normals::Flat), Meet::Notes, [SHARED, ALONE]),
+        measure: |lab| contrast(lab, with_body(mirrored_wall(), Normals::Flat), Meet::Records, [SHARED, ALONE]),
     },
     Case {
         name: "reuse/mirrors-lanes",
@@ -51,7 +51,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, with_body(screened_room(), Normals::Smooth), Meet::Notes, [SHARED, ALONE]),
+        measure: |lab| contrast(lab, with_body(screened_room(), Normals::Smooth), Meet::Records, [SHARED, ALONE]),
     },
     Case {
         name: "reuse/smooth-lanes",
@@ -69,7 +69,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "deviation of the image's contrast in standard errors",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, divided_room(), Meet::Notes, [COMPARED, SHARED]),
+        measure: |lab| contrast(lab, divided_room(), Meet::Records, [COMPARED, SHARED]),
     },
     Case {
         name: "gradients/lanes",
@@ -81,31 +81,31 @@ pub(super) const CASES: &[Case] = &[
         measure: |lab| contrast(lab, screened_room(), Meet::Lanes, [COMPARED, SHARED]),
     },
     Case {
-        name: "gradients/lamps-paths",
-        what: "a room with lamps, which neighbours sample alike, a mirror and glass: by the notes of the queue",
+        name: "gradients/emitters-paths",
+        what: "a room with emitters, which neighbours sample alike, a mirror and glass: by the notes of the queue",
         oracle: "each path by itself",
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, lamps(), Meet::Notes, [COMPARED, ALONE]),
+        measure: |lab| contrast(lab, emitters(), Meet::Records, [COMPARED, ALONE]),
     },
     Case {
-        name: "gradients/lamps-lanes",
+        name: "gradients/emitters-lanes",
         what: "the same in the lanes of a subgroup",
         oracle: "each path by itself",
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, lamps(), Meet::Lanes, [COMPARED, ALONE]),
+        measure: |lab| contrast(lab, emitters(), Meet::Lanes, [COMPARED, ALONE]),
     },
     Case {
         name: "sample-map/paths",
-        what: "the room with lamps, whose noisy parts get more samples than others: by the notes of the queue",
+        what: "the room with emitters, whose noisy parts get more samples than others: by the notes of the queue",
         oracle: "as many samples everywhere",
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, lamps(), Meet::Notes, [UNEVEN, COMPARED]),
+        measure: |lab| contrast(lab, emitters(), Meet::Records, [UNEVEN, COMPARED]),
     },
     Case {
         name: "sample-map/lanes",
@@ -114,7 +114,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, lamps(), Meet::Lanes, [UNEVEN, COMPARED]),
+        measure: |lab| contrast(lab, emitters(), Meet::Lanes, [UNEVEN, COMPARED]),
     },
     Case {
         name: "sample-map/notes",
@@ -123,7 +123,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, lamps(), Meet::Notes, [UNEVEN, ALONE]),
+        measure: |lab| contrast(lab, emitters(), Meet::Records, [UNEVEN, ALONE]),
     },
     Case {
         name: "sample-map/two",
@@ -132,16 +132,16 @@ pub(super) const CASES: &[Case] = &[
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, lamps(), Meet::Notes, [UNEVEN_OF_TWO, COMPARED]),
+        measure: |lab| contrast(lab, emitters(), Meet::Records, [UNEVEN_OF_TWO, COMPARED]),
     },
     Case {
         name: "light-samples/paths",
-        what: "the room with lamps, of which first diffuse hits get four samples: by the notes of the queue",
+        what: "the room with emitters, of which first diffuse hits get four samples: by the notes of the queue",
         oracle: "one sample of them",
         quantity: "the same of contrast and of the mean, the larger one",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast_and_mean(lab, lamps(), Meet::Notes, [COMPARED, ONE_LIGHT]),
+        measure: |lab| contrast_and_mean(lab, emitters(), Meet::Records, [COMPARED, ONE_LIGHT]),
     },
     Case {
         name: "light-samples/lanes",
@@ -150,7 +150,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast_and_mean(lab, lamps(), Meet::Lanes, [COMPARED, ONE_LIGHT]),
+        measure: |lab| contrast_and_mean(lab, emitters(), Meet::Lanes, [COMPARED, ONE_LIGHT]),
     },
 ];
 
@@ -172,7 +172,7 @@ enum Meet {
     /// In the lanes of a subgroup, as they end.
     Lanes,
     /// In the lanes of a subgroup, fetched from memory when all have ended.
-    Notes,
+    Records,
 }
 
 /// How paths serve several pixels.
@@ -224,7 +224,7 @@ fn compare(
     scene.size(side, one.samples.unwrap_or(lab.size(few, many) as u32));
     let scheduler = match meet {
         Meet::Lanes => Scheduler::Inline,
-        Meet::Notes => Scheduler::Queue,
+        Meet::Records => Scheduler::Queue,
     };
     let mut unused = false;
     let mut images = |way: Way, first_seed: u32| -> Result<Vec<Vec<f64>>, CheckError> {

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::check::cases::light::translate;
 use crate::check::lab::{Rendered, pixels_that_differ};
-use crate::check::scenes::{Build, diffuse, empty, lamps, room, v};
+use crate::check::scenes::{Build, diffuse, emitters, empty, room, v};
 use crate::check::statistics::{relative, worst};
 use crate::check::{Case, CheckError, Lab, Measured};
 use crate::scene::{Light, Scene};
@@ -65,13 +65,13 @@ pub(super) const CASES: &[Case] = &[
         measure: axes,
     },
     Case {
-        name: "scale/lamps",
+        name: "scale/emitters",
         what: "a room lit by emitters × 2^±20, radiance × 2^±40",
         oracle: "the room as it is, × 2^±40",
         quantity: "pixels whose single-precision mean differs",
         threshold: 0.0,
         full_only: false,
-        measure: brighter_lamps,
+        measure: brighter_emitters,
     },
 ];
 
@@ -197,8 +197,8 @@ fn axes(lab: &Lab) -> Result<Measured, CheckError> {
     Ok(Measured::new(mean_difference(&turned, &image, 1.0), "1024 pixels"))
 }
 
-fn brighter_lamps(lab: &Lab) -> Result<Measured, CheckError> {
-    let mut scene = lamps();
+fn brighter_emitters(lab: &Lab) -> Result<Measured, CheckError> {
+    let mut scene = emitters();
     scene.size(32, 4);
     // Of a point light, the power goes with the square of lengths.
     scene.lights.clear();

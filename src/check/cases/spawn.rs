@@ -244,8 +244,8 @@ fn close_corner(lab: &Lab) -> Result<Measured, CheckError> {
         .zip(&second)
         .filter(|(path, hit)| {
             let direction = DVec3::from(path.ray.direction.map(f64::from));
-            let leaving = probe.surface_left(path.ray.leaving);
-            let ray = Ray { leaving, ..Ray::new(probe.scene_point(path.ray.origin), direction) };
+            let self_id = probe.surface_left(path.ray.self_id);
+            let ray = Ray { leaving: self_id, ..Ray::new(probe.scene_point(path.ray.origin), direction) };
             match oracle::trace::closest_hit(&scene, &ray) {
                 Some(exact) => {
                     let t = f64::from(hit.t) / scale;

@@ -207,7 +207,7 @@ fn self_hit(lab: &Lab) -> Result<Measured, CheckError> {
             paths.iter().zip(&first).filter(|p| p.1.alive != 0).map(|(p, r)| (r.id, r.next(p))).collect();
         let second = probe.run(&next.iter().map(|n| n.1).collect::<Vec<_>>())?;
         // Inside of glass the same sphere is met again, rightly.
-        let leaves = |path: &PathInput| path.ray.leaving & crate::check::probe::INSIDE == 0;
+        let leaves = |path: &PathInput| path.ray.self_id & crate::check::probe::INSIDE == 0;
         again += next.iter().zip(&second).filter(|((id, path), hit)| leaves(path) && hit.id == *id).count();
         traced += next.len().max(1);
     }
@@ -255,7 +255,7 @@ fn chords(lab: &Lab) -> Result<Measured, CheckError> {
         .iter()
         .zip(&first)
         .map(|(p, r)| r.next(p))
-        .filter(|p| p.ray.leaving & crate::check::probe::INSIDE != 0 && p.ray.leaving >= 0)
+        .filter(|p| p.ray.self_id & crate::check::probe::INSIDE != 0 && p.ray.self_id >= 0)
         .collect();
     let second = probe.run(&inside)?;
     let error = |(path, hit): (&PathInput, &crate::check::probe::PathRecord)| {

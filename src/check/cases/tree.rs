@@ -176,7 +176,7 @@ fn brute_force(lab: &Lab) -> Result<Measured, CheckError> {
 fn axis_aligned(lab: &Lab) -> Result<Measured, CheckError> {
     let mut scene = empty();
     let mut rng = Rng::new(34);
-    // Boxes on a lattice, whose faces, edges and corners fall together with those of the tree's boxes.
+    // Boxes on a lattice, whose faces, edges and corners fall together with those of the BVH's boxes.
     let mut lattice = |n: usize| rng.below(n) as f64 / 4.0;
     for _ in 0..40 {
         let lo = v(lattice(16), lattice(16), lattice(16)) - 2.0;

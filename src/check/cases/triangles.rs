@@ -80,13 +80,13 @@ pub(super) const CASES: &[Case] = &[
         measure: non_finite,
     },
     Case {
-        name: "triangles/quick-facets",
+        name: "triangles/quick-polygons",
         what: "rays at and along the edges of boxes, slivers and triangles in constants, from near and far",
         oracle: "their exact test on the device",
-        quantity: "rays whose t or facet differs",
+        quantity: "rays whose t or polygon differs",
         threshold: 0.0,
         full_only: false,
-        measure: quick_facets,
+        measure: quick_polygons,
     },
     Case {
         name: "triangles/duplicates",
@@ -278,7 +278,7 @@ fn add_degenerate(mesh: &mut crate::scene::Mesh, i: u32, at: DVec3) {
 
 fn non_finite(_lab: &Lab) -> Result<Measured, CheckError> {
     let mut accepted = 0;
-    let mut tried = 0;
+    let mut pilot_groups = 0;
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e308] {
         let edits: [fn(&mut Scene, f64); 6] = [
             |s, x| s.meshes[0].positions[1].y = x,
@@ -291,14 +291,14 @@ fn non_finite(_lab: &Lab) -> Result<Measured, CheckError> {
         for edit in edits {
             let mut scene = crate::check::scenes::room();
             edit(&mut scene, bad);
-            tried += 1;
+            pilot_groups += 1;
             accepted += usize::from(scene.validate().is_ok());
         }
     }
-    Ok(Measured::new(f64::from(accepted as u32), format!("{tried} scenes")))
+    Ok(Measured::new(f64::from(accepted as u32), format!("{pilot_groups} scenes")))
 }
 
-fn quick_facets(lab: &Lab) -> Result<Measured, CheckError> {
+fn quick_polygons(lab: &Lab) -> Result<Measured, CheckError> {
     let mut rng = Rng::new(47);
     // One mesh: a room, a box on its floor, and a plate.
     let mut boxes = empty();

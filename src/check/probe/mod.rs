@@ -15,19 +15,21 @@ use bytemuck::{AnyBitPattern, NoUninit, Zeroable};
 use crate::gpu::{Access, BindingKind, BindingSet, Buffer, Context, Pipeline, Timeline, Usage};
 use crate::render::kernel::bindings;
 use crate::render::kernel::bindings::TableBuffers;
-use crate::render::kernel::driver_traits::DriverFacts;
+use crate::render::kernel::driver_traits::DriverTraits;
 use crate::render::kernel::layout::{Counters, FilmSlot, Push, binding, constant};
-use crate::render::space::RenderSpace;
-use crate::render::scene::tables::Tables;
-use crate::render::{Features, RenderSettings};
 use crate::render::sampling::sobol;
+use crate::render::scene::tables::Tables;
+use crate::render::space::RenderSpace;
+use crate::render::{Features, RenderSettings};
 use crate::scene::Scene;
 
 use crate::check::CheckError;
 
 pub(crate) use crate::check::probe::functions::{Function, Operations, Words};
 pub(crate) use crate::check::probe::lights::{Density, DensityQuery, LightPoint, LightQuery};
-pub(crate) use crate::check::probe::rays::{HitRecord, INSIDE, OcclusionRecord, PathInput, PathRecord, RayInput, RayProbe};
+pub(crate) use crate::check::probe::rays::{
+    HitRecord, INSIDE, OcclusionRecord, PathInput, PathRecord, RayInput, RayProbe,
+};
 pub(crate) use crate::check::probe::traversal::{Query, Traced, Traversal};
 
 /// Inputs of one dispatch.
@@ -60,7 +62,7 @@ pub(crate) struct Kernel {
 }
 
 impl Kernel {
-    /// A kernel of one invocation an input, which reports the steps of its walks.
+    /// A kernel of one invocation an input, which reports the steps of its traversals.
     pub const fn function(name: &'static str, spirv: &'static [u8], function: u32) -> Self {
         Self {
             name,
@@ -123,7 +125,7 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
         let set = BindingSet::new(&layout, &bound)?;
         let counting = RenderSettings { count_steps: kernel.counts_steps, ..settings.clone() };
         let mut specialization =
-            tables.specialization(&features, &counting, DriverFacts::of(&device.info).with(settings));
+            tables.specialization(&features, &counting, DriverTraits::of(&device.info).with(settings));
         specialization
             .uint(constant::WORKGROUP, kernel.workgroup)
             .uint(constant::LOOP_BUDGET, kernel.loop_budget)

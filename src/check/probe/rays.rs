@@ -7,8 +7,8 @@ use crate::gpu::Context;
 use crate::oracle::Primitive;
 use crate::render::RenderSettings;
 use crate::render::scene::collect::Origin;
-use crate::render::space::RenderSpace;
 use crate::render::scene::tables::Tables;
+use crate::render::space::RenderSpace;
 use crate::scene::Scene;
 
 use crate::check::probe::{CheckError, Kernel, Probe, tables_of};
@@ -17,7 +17,7 @@ const CLOSEST: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/closest.spv"));
 const OCCLUSION: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/occlusion.spv"));
 const SCATTER: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/scatter.spv"));
 
-/// Set in `leaving` for a ray that runs inside the sphere it starts on (shaders/lib/intersect/sphere.glsl).
+/// Set in `self_id` for a ray that runs inside the sphere it starts on (shaders/lib/intersect/sphere.glsl).
 pub(crate) const INSIDE: i32 = 0x4000_0000;
 
 /// A ray. Origin and `t_max` are in units of render space.
@@ -29,13 +29,13 @@ pub(crate) struct RayInput {
     pub t_max: f32,
     pub direction: [f32; 3],
     /// Handle of the surface it starts on, or −1.
-    pub leaving: i32,
+    pub self_id: i32,
 }
 
 impl RayInput {
     /// A ray that starts in free space.
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
-        Self { origin: origin.to_array(), t_max: f32::INFINITY, direction: direction.to_array(), leaving: -1 }
+        Self { origin: origin.to_array(), t_max: f32::INFINITY, direction: direction.to_array(), self_id: -1 }
     }
 }
 
@@ -106,7 +106,7 @@ pub(crate) struct PathRecord {
     pub origin: [f32; 3],
     pub unused2: f32,
     pub direction: [f32; 3],
-    pub leaving: i32,
+    pub self_id: i32,
     pub normal: [f32; 3],
     pub pdf: f32,
     /// The shadow ray, of length 0 if there was none to trace.
@@ -121,7 +121,7 @@ impl PathRecord {
                 origin: self.origin,
                 t_max: f32::INFINITY,
                 direction: self.direction,
-                leaving: self.leaving,
+                self_id: self.self_id,
             },
             throughput: self.throughput,
             hits: self.hits,
@@ -180,7 +180,7 @@ impl<I: NoUninit, O: AnyBitPattern> RayProbe<I, O> {
         self.primitive(self.tables.primitive_of(self_id & !INSIDE))
     }
 
-    /// The oracle's name for a primitive; `None` for a miss, and for facets, which may join triangles.
+    /// The oracle's name for a primitive; `None` for a miss, and for polygons, which may join triangles.
     pub fn primitive(&self, id: i32) -> Option<Primitive> {
         match self.tables.origin_of(id)? {
             Origin::Sphere(i) => Some(Primitive::Sphere(i)),
@@ -203,7 +203,7 @@ impl RayProbe<RayInput, HitRecord> {
         Self::make(context, scene, settings, CLOSEST, 0)
     }
 
-    /// Closest facets, by the exact test alone.
+    /// Closest polygons, by the exact test alone.
     pub fn closest_facets(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<Self, CheckError> {
         Self::make(context, scene, settings, CLOSEST, 1)
     }

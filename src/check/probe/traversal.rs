@@ -3,9 +3,9 @@
 use bytemuck::{Pod, Zeroable};
 
 use crate::gpu::Context;
-use crate::render::kernel::driver_traits::DriverFacts;
 use crate::render::kernel;
 use crate::render::kernel::TRAVERSE;
+use crate::render::kernel::driver_traits::DriverTraits;
 use crate::render::{RenderError, RenderSettings};
 use crate::scene::Scene;
 
@@ -35,7 +35,7 @@ pub(crate) struct Traced {
     pub t: f32,
     /// Primitive, or −1.
     pub id: i32,
-    /// 1 if the driver or its loop budget ended the walk early, [`CUT_UP`] if no ray of the workgroup was traced.
+    /// 1 if the driver or its loop budget ended the traversal early, [`CUT_UP`] if no ray of the workgroup was traced.
     pub truncated: u32,
     /// Steps through the tree, where they are counted.
     pub steps: u32,
@@ -52,14 +52,14 @@ impl Traversal {
     pub fn new(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<Self, CheckError> {
         let (_, tables) = tables_of(scene, settings);
         let info = context.info();
-        let facts = DriverFacts::of(info);
+        let traits = DriverTraits::of(info);
         let kernel = Kernel {
             spirv: kernel::spirv(&TRAVERSE, settings)?,
             workgroup: info.subgroup_size,
             // On a GPU what matters is that there are many workgroups: one that goes on with further rays takes 1.2 to 2.2 times as long
             // for them (H100, 2¹⁸ rays).
-            inputs: if facts.threads { info.subgroup_size } else { LONG_RUN },
-            loop_budget: facts.loop_budget,
+            inputs: if traits.threads { info.subgroup_size } else { LONG_RUN },
+            loop_budget: traits.loop_budget,
             counts_steps: settings.count_steps,
             ..Kernel::function(TRAVERSE.name, TRAVERSE.spirv, 0)
         };

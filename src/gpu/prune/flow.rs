@@ -116,7 +116,7 @@ impl Reached {
     }
 }
 
-/// Notes the results of a block's instructions that can be told.
+/// Records the results of a block's instructions that can be told.
 fn learn(block: &Block, reached: &Reached, known: &mut Constants) {
     let Some(label) = block.label_id() else { return };
     for i in &block.instructions {

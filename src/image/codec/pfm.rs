@@ -3,8 +3,8 @@
 
 use std::io::{self, Write};
 
-use crate::image::codec::{DecodeError, check_header};
 use crate::image::Image;
+use crate::image::codec::{DecodeError, check_header};
 
 /// Writes colour, little-endian, at scale 1.
 pub(super) fn encode(image: &Image, writer: &mut impl Write) -> io::Result<()> {

@@ -4,8 +4,8 @@ use std::io::Cursor;
 
 mod damaged;
 
-use crate::image::codec::*;
 use crate::image::Variance;
+use crate::image::codec::*;
 
 /// A pixel-wise hash in 0..1, so that compression has something to do.
 fn noise(x: u32, y: u32, channel: u32) -> f32 {

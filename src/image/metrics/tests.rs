@@ -1,7 +1,7 @@
 //! Metrics against values computed by hand, and the error rates of Welch's test.
 
-use crate::image::metrics::*;
 use crate::image::Variance;
+use crate::image::metrics::*;
 
 fn image(width: u32, height: u32, pixels: &[[f32; 3]]) -> Image {
     Image::from_pixels(width, height, pixels.to_vec()).unwrap()

@@ -5,10 +5,10 @@
 
 use serde::Serialize;
 
+use crate::image::Variance;
 use crate::image::metrics::Pair;
 use crate::image::metrics::student::two_sided_p;
 use crate::image::metrics::tiles::{TILE_SIDE, Tile, tiles};
-use crate::image::Variance;
 
 /// Why the test could not be done.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, thiserror::Error)]

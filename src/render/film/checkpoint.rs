@@ -21,8 +21,8 @@ pub struct Checkpoint {
     pub(crate) film: Vec<FilmSlot>,
     /// None where no image is made from gradients.
     pub(crate) gradients: Vec<GradientSlot>,
-    /// Sums of the light of beams, row by row; none where no beams are traced.
-    pub(crate) beams: Vec<[f64; 3]>,
+    /// Sums of the light of light paths, row by row; none where no light paths are traced.
+    pub(crate) light_paths: Vec<[f64; 3]>,
 }
 
 /// Numbers about it.
@@ -35,13 +35,13 @@ pub(crate) struct Figures {
     pub reused_samples: u64,
     pub rays: u64,
     pub shadow_rays: u64,
-    pub tree_steps: u64,
+    pub bvh_steps: u64,
     pub bad_samples: u64,
     pub dispatches: u64,
     /// Traced.
-    pub beams: u64,
+    pub light_paths: u64,
     pub render_seconds: f64,
-    /// On the device, for paths and for beams.
+    /// On the device, for paths and for light paths.
     pub stage_seconds: [f64; 2],
 }
 
@@ -54,7 +54,7 @@ impl Figures {
             reused_samples: statistics.reused_samples,
             rays: statistics.rays,
             shadow_rays: statistics.shadow_rays,
-            tree_steps: statistics.tree_steps,
+            bvh_steps: statistics.bvh_steps,
             bad_samples: statistics.bad_samples,
             dispatches: statistics.dispatches,
             stage_seconds: stages.map(seconds),
@@ -68,7 +68,7 @@ impl Figures {
         statistics.reused_samples = self.reused_samples;
         statistics.rays = self.rays;
         statistics.shadow_rays = self.shadow_rays;
-        statistics.tree_steps = self.tree_steps;
+        statistics.bvh_steps = self.bvh_steps;
         statistics.bad_samples = self.bad_samples;
         statistics.dispatches += self.dispatches;
         let stages = stages.into_iter().zip(self.stage_seconds).filter(|(_, seconds)| *seconds > 0.0);
@@ -104,14 +104,14 @@ impl Checkpoint {
     /// # Errors
     /// Those of `out`.
     pub fn write(&self, what: &str, out: &mut impl Write) -> io::Result<()> {
-        let lengths = [what.len(), self.film.len(), self.gradients.len(), self.beams.len()].map(|n| n as u64);
+        let lengths = [what.len(), self.film.len(), self.gradients.len(), self.light_paths.len()].map(|n| n as u64);
         let parts: [&[u8]; 7] = [
             MAGIC,
             bytemuck::bytes_of(&lengths),
             bytemuck::bytes_of(&self.figures),
             bytemuck::cast_slice(&self.film),
             bytemuck::cast_slice(&self.gradients),
-            bytemuck::cast_slice(&self.beams),
+            bytemuck::cast_slice(&self.light_paths),
             what.as_bytes(),
         ];
         let mut hash = Fnv::default();
@@ -136,12 +136,12 @@ impl Checkpoint {
             return Err(Damaged);
         }
         let mut rest = &rest[..rest.len().checked_sub(sum.len()).ok_or(Damaged)?];
-        let [text, film, gradients, beams] = <[u64; 4]>::try_from(taken(&mut rest, 4)?).map_err(|_| Damaged)?;
+        let [text, film, gradients, light_paths] = <[u64; 4]>::try_from(taken(&mut rest, 4)?).map_err(|_| Damaged)?;
         let figures = taken(&mut rest, 1)?[0];
         let (film, gradients) = (taken(&mut rest, film)?, taken(&mut rest, gradients)?);
-        let beams = taken(&mut rest, beams)?;
+        let light_paths = taken(&mut rest, light_paths)?;
         let what = String::from_utf8(taken(&mut rest, text)?).map_err(|_| Damaged)?;
-        Ok((what, Self { figures, film, gradients, beams }))
+        Ok((what, Self { figures, film, gradients, light_paths }))
     }
 }
 
@@ -161,9 +161,9 @@ mod tests {
     fn what_is_read_is_what_was_written() {
         let figures = Figures { done: 3, samples: 1 << 40, render_seconds: 0.5, ..Figures::default() };
         let slot = |n: u8| FilmSlot { count: u32::from(n), sum: [f32::from(n); 3], ..FilmSlot::default() };
-        let gradients = vec![GradientSlot { trial_down: 2.0, ..GradientSlot::default() }];
-        for (gradients, beams) in [(Vec::new(), vec![[0.25, -1.0, 3.0]]), (gradients, Vec::new())] {
-            let checkpoint = Checkpoint { figures, film: (0..5).map(slot).collect(), gradients, beams };
+        let gradients = vec![GradientSlot { pilot_down: 2.0, ..GradientSlot::default() }];
+        for (gradients, light_paths) in [(Vec::new(), vec![[0.25, -1.0, 3.0]]), (gradients, Vec::new())] {
+            let checkpoint = Checkpoint { figures, film: (0..5).map(slot).collect(), gradients, light_paths };
             let mut bytes = Vec::new();
             checkpoint.write("Seed: 1\nä", &mut bytes).unwrap();
             assert_eq!(Checkpoint::read(&bytes), Ok(("Seed: 1\nä".to_owned(), checkpoint)));

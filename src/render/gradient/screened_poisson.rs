@@ -15,15 +15,15 @@ const STEPS: usize = 20;
 
 /// What is known of a pixel.
 #[derive(Debug, Clone, Copy, Default, Zeroable)]
-pub(crate) struct Known {
+pub(crate) struct Observation {
     /// Certainty of its value: the inverse of its variance, in any unit; above 0.
-    pub certainty: f32,
+    pub weight: f32,
     /// Certainty of the differences from its neighbours on the right and below, in the same unit; 0 where there is none.
     pub right: f32,
     pub down: f32,
     /// What the values in hand lack of these differences, times the certainty.
-    pub lacking_right: Vec4,
-    pub lacking_down: Vec4,
+    pub residual_right: Vec4,
+    pub residual_down: Vec4,
 }
 
 /// Columns and rows of a block of the image, which takes half of the steps while it is in a core's cache, with as many pixels around it.
@@ -76,7 +76,7 @@ pub(crate) struct System {
 
 impl System {
     /// `known` tells what is known of the pixel in a column and row, of some twice.
-    pub fn of([width, height]: [usize; 2], known: impl Fn([usize; 2]) -> Known + Sync) -> Self {
+    pub fn of([width, height]: [usize; 2], known: impl Fn([usize; 2]) -> Observation + Sync) -> Self {
         // Memory is handed out when it is written, by many threads; if it were read first, twice.
         let mut fixed = zeroed_vec::<Fixed>(width * height);
         let bands = fixed.par_chunks_mut(BLOCK[1] * width).enumerate();
@@ -126,23 +126,23 @@ impl System {
 }
 
 /// Fills in what does not change, of rows from `first_row` on. Returns the least share of a pixel's certainty in all that bears on it.
-fn fix(known: &impl Fn([usize; 2]) -> Known, first_row: usize, width: usize, fixed: &mut [Fixed]) -> f32 {
-    let mut above: Vec<Known> = match first_row.checked_sub(1) {
+fn fix(known: &impl Fn([usize; 2]) -> Observation, first_row: usize, width: usize, fixed: &mut [Fixed]) -> f32 {
+    let mut above: Vec<Observation> = match first_row.checked_sub(1) {
         Some(y) => (0..width).map(|x| known([x, y])).collect(),
-        None => vec![Known::default(); width],
+        None => vec![Observation::default(); width],
     };
     let mut least: f32 = 1.0;
     for (y, row) in (first_row..).zip(fixed.chunks_mut(width)) {
-        let mut left = Known::default();
+        let mut left = Observation::default();
         for (x, (fixed, up)) in row.iter_mut().zip(&mut above).enumerate() {
             let here = known([x, y]);
-            let Known { certainty, right, down, lacking_right, lacking_down } = here;
+            let Observation { weight, right, down, residual_right, residual_down } = here;
             // Of all pairs that the pixel is in.
-            let inverse = 1.0 / (certainty + right + down + left.right + up.down);
-            let target = lacking_right + lacking_down - left.lacking_right - up.lacking_down;
+            let inverse = 1.0 / (weight + right + down + left.right + up.down);
+            let target = residual_right + residual_down - left.residual_right - up.residual_down;
             let shares = inverse * Vec4::new(left.right, right, up.down, down);
             *fixed = Fixed { shares, target: inverse * target };
-            least = least.min(certainty * inverse);
+            least = least.min(weight * inverse);
             (left, *up) = (here, here);
         }
     }
@@ -224,25 +224,25 @@ impl Scratch {
 mod tests {
     use super::*;
 
-    fn solve([width, height]: [usize; 2], known: &[Known]) -> Vec<Vec4> {
+    fn solve([width, height]: [usize; 2], known: &[Observation]) -> Vec<Vec4> {
         let system = System::of([width, height], |[x, y]| known[y * width + x]);
         system.solve(&mut vec![[Vec4::NAN; 3]; known.len()]).to_vec()
     }
 
     /// A plane with 5×3 pixels whose values are wrong by 1 in one of them, and all differences known.
-    fn known(certainty: f32) -> Vec<Known> {
+    fn known(weight: f32) -> Vec<Observation> {
         let wrong = |p: usize| if p == 7 { Vec4::ONE } else { Vec4::ZERO };
         let pixel = |p: usize| {
-            let right = if p % 5 < 4 { certainty } else { 0.0 };
-            let down = if p < 10 { certainty } else { 0.0 };
+            let right = if p % 5 < 4 { weight } else { 0.0 };
+            let down = if p < 10 { weight } else { 0.0 };
             // The true differences are 0.
-            let lacking = |q: usize, w: f32| if w > 0.0 { w * (wrong(q) - wrong(p)) } else { Vec4::ZERO };
-            Known {
-                certainty: 1.0,
+            let residual = |q: usize, w: f32| if w > 0.0 { w * (wrong(q) - wrong(p)) } else { Vec4::ZERO };
+            Observation {
+                weight: 1.0,
                 right,
                 down,
-                lacking_right: lacking(p + 1, right),
-                lacking_down: lacking(p + 5, down),
+                residual_right: residual(p + 1, right),
+                residual_down: residual(p + 5, down),
             }
         };
         (0..15).map(pixel).collect()
@@ -278,14 +278,20 @@ mod tests {
             let noise = |salt: usize| ((p * 7919 + salt * 104_729) % 1013) as f32 / 1013.0;
             let right = if (p + 1).is_multiple_of(width) { 0.0 } else { 30.0 * noise(1) };
             let down = if p + width >= width * height { 0.0 } else { 30.0 * noise(2) };
-            let lacking = |w: f32, salt| w * Vec4::splat(noise(salt) - 0.5);
-            Known { certainty: 1.0, right, down, lacking_right: lacking(right, 3), lacking_down: lacking(down, 4) }
+            let residual = |w: f32, salt| w * Vec4::splat(noise(salt) - 0.5);
+            Observation {
+                weight: 1.0,
+                right,
+                down,
+                residual_right: residual(right, 3),
+                residual_down: residual(down, 4),
+            }
         };
         let known: Vec<_> = (0..width * height).map(pixel).collect();
         let found = solve([width, height], &known);
         // The same iteration, written down as it is.
         let at = |values: &[f32], p: Option<usize>| p.map_or(0.0, |p| values[p]);
-        let none = Known::default();
+        let none = Observation::default();
         let sides = |p: usize| {
             let left = (!p.is_multiple_of(width)).then(|| p - 1);
             let up = p.checked_sub(width);
@@ -293,9 +299,9 @@ mod tests {
         };
         let inverse = |p: usize| {
             let (_, _, left, up) = sides(p);
-            1.0 / (known[p].certainty + known[p].right + known[p].down + left.right + up.down)
+            1.0 / (known[p].weight + known[p].right + known[p].down + left.right + up.down)
         };
-        let least = (0..known.len()).map(|p| known[p].certainty * inverse(p)).fold(1.0, f32::min);
+        let least = (0..known.len()).map(|p| known[p].weight * inverse(p)).fold(1.0, f32::min);
         let (mut values, mut directions) = (vec![0.0f32; known.len()], vec![0.0f32; known.len()]);
         for Step { size, momentum } in chebyshev(least, 2.0) {
             let before = values.clone();
@@ -307,9 +313,9 @@ mod tests {
                     + of_up.down * at(&before, up)
                     + known[p].right * at(&before, right)
                     + known[p].down * at(&before, down);
-                let lacking =
-                    known[p].lacking_right + known[p].lacking_down - of_left.lacking_right - of_up.lacking_down;
-                directions[p] = inverse(p) * (lacking.x + pulls) - before[p] + momentum * directions[p];
+                let residual =
+                    known[p].residual_right + known[p].residual_down - of_left.residual_right - of_up.residual_down;
+                directions[p] = inverse(p) * (residual.x + pulls) - before[p] + momentum * directions[p];
                 values[p] = before[p] + size * directions[p];
             }
         }
@@ -320,7 +326,7 @@ mod tests {
     #[test]
     fn what_agrees_with_the_differences_stays() {
         let mut flat = known(1.0);
-        flat.iter_mut().for_each(|k| (k.lacking_right, k.lacking_down) = (Vec4::ZERO, Vec4::ZERO));
+        flat.iter_mut().for_each(|k| (k.residual_right, k.residual_down) = (Vec4::ZERO, Vec4::ZERO));
         assert!(solve([5, 3], &flat).iter().all(|c| *c == Vec4::ZERO));
         // No differences are known.
         assert!(solve([5, 3], &known(0.0)).iter().all(|c| *c == Vec4::ZERO));

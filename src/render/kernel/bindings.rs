@@ -7,8 +7,8 @@ use crate::gpu::{BindingKind, BindingLayout, Buffer, Device, GpuError, Timeline,
 
 use crate::render::error::RenderError;
 use crate::render::kernel::layout::{Push, binding};
-use crate::render::scene::tables::Tables;
 use crate::render::kernel::upload::upload;
+use crate::render::scene::tables::Tables;
 
 const COMMON: [(u32, BindingKind); 8] = [
     (binding::TREE, BindingKind::Texels),

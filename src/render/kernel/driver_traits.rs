@@ -20,7 +20,7 @@ pub(crate) enum Sharers {
 
 /// Facts of a driver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct DriverFacts {
+pub(crate) struct DriverTraits {
     /// Loop iterations that an invocation may spend; 0: no bound.
     pub loop_budget: u32,
     /// Invocations of a workgroup.
@@ -43,7 +43,7 @@ pub(crate) struct DriverFacts {
     pub queue_regions: u32,
 }
 
-impl DriverFacts {
+impl DriverTraits {
     pub fn of(device: &DeviceInfo) -> Self {
         let old_lavapipe =
             device.kind == DeviceKind::Cpu && mesa_version(&device.driver).is_some_and(|version| version < (23, 1));

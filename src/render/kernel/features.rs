@@ -4,12 +4,12 @@ use glam::DVec3;
 
 use crate::scene::{PixelFilter, Scene, Surface};
 
-use crate::render::scene::polygons;
-use crate::render::kernel::layout::constant::MAX_FACETS;
-use crate::render::settings::{Accel, RenderSettings, Sampler, TriangleTest};
+use crate::render::kernel::layout::constant::MAX_POLYGONS;
 use crate::render::sampling::sobol;
-use crate::render::space::RenderSpace;
+use crate::render::scene::polygons;
 use crate::render::scene::spheres;
+use crate::render::settings::{Accel, RenderSettings, Sampler, TriangleTest};
+use crate::render::space::RenderSpace;
 use crate::render::space::view::View;
 
 /// Part of the picture that meshes of glass cover from which on reuse of paths lowers the variance by too little for GPUs: where dragons
@@ -32,11 +32,11 @@ pub enum Feature {
     /// A tree.
     Tree,
     /// Spheres in the tree.
-    TreeSpheres,
-    /// [`Features::tree_triangles`]
-    TreeTriangles,
+    BvhSpheres,
+    /// [`Features::bvh_triangles`]
+    BvhTriangles,
     /// A stack for trees of any depth.
-    DeepTree,
+    DeepBvh,
     /// Lights of all kinds, if there is any.
     LightKinds,
     /// Interpolated normals.
@@ -54,9 +54,9 @@ impl Feature {
         ("emitter", Self::Emitter),
         ("background", Self::Background),
         ("tree", Self::Tree),
-        ("tree-spheres", Self::TreeSpheres),
-        ("tree-triangles", Self::TreeTriangles),
-        ("deep-tree", Self::DeepTree),
+        ("tree-spheres", Self::BvhSpheres),
+        ("tree-triangles", Self::BvhTriangles),
+        ("deep-tree", Self::DeepBvh),
         ("light-kinds", Self::LightKinds),
         ("smooth-normals", Self::SmoothNormals),
         ("sampler-levels", Self::SamplerLevels),
@@ -90,15 +90,15 @@ pub struct Features {
     /// Constant spheres: written out in the shaders.
     pub constant_spheres: u32,
     /// Constant flat polygons, likewise.
-    pub facets: u32,
+    pub polygons: u32,
     /// Spheres held in the tree, because constants are full.
-    pub tree_spheres: bool,
+    pub bvh_spheres: bool,
     /// Triangles in the tree.
-    pub tree_triangles: bool,
+    pub bvh_triangles: bool,
     /// A tree: triangles, or spheres beyond the constants.
     pub tree: bool,
     /// A stack for trees of any depth, whatever the depth of this one.
-    pub deep_tree: bool,
+    pub deep_bvh: bool,
     /// Lights of all kinds, whatever those of the scene are.
     pub light_kinds: bool,
     /// Every leaf is tested.
@@ -131,7 +131,7 @@ impl Features {
         };
         let space = RenderSpace::of(scene);
         let (constant, rest) = spheres::partition(scene, &space);
-        let (facets, in_constants) = polygons::select(scene, &space, settings.triangle_test);
+        let (polygons, in_constants) = polygons::select(scene, &space, settings.triangle_test);
         let triangles = in_constants.iter().any(|constant| !constant);
         let dielectric = any(Feature::Dielectric, Surface::is_dielectric);
         Self {
@@ -146,13 +146,13 @@ impl Features {
             emitter: any(Feature::Emitter, Surface::emits),
             background: unneeded(Feature::Background) || scene.background != [0.0; 3],
             constant_spheres: constant.len() as u32,
-            facets: facets.len() as u32,
-            tree_spheres: unneeded(Feature::TreeSpheres) || !rest.is_empty(),
-            tree_triangles: unneeded(Feature::Tree) || unneeded(Feature::TreeTriangles) || triangles,
-            tree: [Feature::Tree, Feature::TreeSpheres, Feature::TreeTriangles].into_iter().any(unneeded)
+            polygons: polygons.len() as u32,
+            bvh_spheres: unneeded(Feature::BvhSpheres) || !rest.is_empty(),
+            bvh_triangles: unneeded(Feature::Tree) || unneeded(Feature::BvhTriangles) || triangles,
+            tree: [Feature::Tree, Feature::BvhSpheres, Feature::BvhTriangles].into_iter().any(unneeded)
                 || triangles
                 || !rest.is_empty(),
-            deep_tree: unneeded(Feature::DeepTree),
+            deep_bvh: unneeded(Feature::DeepBvh),
             light_kinds: unneeded(Feature::LightKinds),
             brute_force: settings.accel == Accel::None && (triangles || !rest.is_empty()),
             moller_trumbore: settings.triangle_test == TriangleTest::MollerTrumbore,
@@ -178,15 +178,15 @@ impl Features {
         self.diffuse && self.indirect && self.max_depth > 1 && self.roulette != 1
     }
 
-    /// Whether most noise may be that of light which comes from lamps by way of glass and mirrors, which reuse of paths does
+    /// Whether most noise may be that of light which comes from emitters by way of glass and mirrors, which reuse of paths does
     /// not lower.
     pub fn has_caustics(&self) -> bool {
         self.tree && self.emitter && (self.dielectric || self.mirror)
     }
 
-    /// Whether light may be traced from lamps: to what the camera sees of diffuse surfaces, by way of glass and mirrors. Smooth
+    /// Whether light may be traced from emitters: to what the camera sees of diffuse surfaces, by way of glass and mirrors. Smooth
     /// normals do not let it back the way that it came.
-    pub fn may_have_beams(&self) -> bool {
+    pub fn may_trace_light(&self) -> bool {
         self.emitter
             && (self.dielectric || self.mirror)
             && self.diffuse
@@ -255,24 +255,24 @@ impl Features {
                 format!("{} of {} places, unrolled", self.constant_spheres, spheres::MAX_CONSTANT_SPHERES),
             ),
             (
-                "facets",
-                self.facets > 0,
+                "polygons",
+                self.polygons > 0,
                 format!(
                     "{} of {} places, unrolled: triangles and quadrilaterals of small meshes",
-                    self.facets, MAX_FACETS
+                    self.polygons, MAX_POLYGONS
                 ),
             ),
             plain("tree", self.tree, "triangles or many spheres", "all triangles and spheres are constants"),
-            plain("tree triangles", self.tree_triangles, "meshes beyond the facets", "no mesh is in the tree"),
-            plain("tree spheres", self.tree_spheres, "more spheres than constants hold", "all spheres are constants"),
+            plain("tree triangles", self.bvh_triangles, "meshes beyond the polygons", "no mesh is in the tree"),
+            plain("tree spheres", self.bvh_spheres, "more spheres than constants hold", "all spheres are constants"),
             plain(
                 "path reuse",
                 self.can_reuse() && !self.has_caustics(),
-                "unless switched off, on GPUs in long renderings only and not where glass fills the view, if a trial shows that it pays: diffuse surfaces light each other",
+                "unless switched off, on GPUs in long renderings only and not where glass fills the view, if a pilot pass shows that it pays: diffuse surfaces light each other",
                 if !self.can_reuse() {
                     "no diffuse surface lights another"
                 } else {
-                    "unless asked for: most noise is that of lamps seen by way of glass and mirrors"
+                    "unless asked for: most noise is that of emitters seen by way of glass and mirrors"
                 },
             ),
             plain(
@@ -284,17 +284,17 @@ impl Features {
             plain(
                 "sample map",
                 self.emitter || (self.can_reuse() && !self.has_caustics()),
-                "unless switched off: more samples at edges of bright lamps, through glass where beams are traced, and in noisy parts where paths are reused",
+                "unless switched off: more samples at edges of bright emitters, through glass where light paths are traced, and in noisy parts where paths are reused",
                 "no surface emits, and no paths are reused",
             ),
             plain(
-                "beams",
-                self.may_have_beams(),
-                "traced from lamps, unless switched off: glass or mirrors may make caustics",
+                "light-paths",
+                self.may_trace_light(),
+                "traced from emitters, unless switched off: glass or mirrors may make caustics",
                 if self.emitter && (self.dielectric || self.mirror) {
                     "not with smooth normals, without indirect light or a hierarchy"
                 } else {
-                    "no lamps together with glass or mirrors"
+                    "no emitters together with glass or mirrors"
                 },
             ),
             plain("brute force", self.brute_force, "no hierarchy was asked for", "the hierarchy is used"),

@@ -1,4 +1,4 @@
-//! What host and shader share: the numbers of shaders/lib/layout.glsl, and of geometry.glsl, sphere.glsl, facet.glsl,
+//! What host and shader share: the numbers of shaders/lib/layout.glsl, and of geometry.glsl, sphere.glsl, polygon.glsl,
 //! light/light.glsl and choice.glsl.
 
 use bytemuck::{Pod, Zeroable};
@@ -19,24 +19,24 @@ pub(crate) mod constant {
     pub const HAS_EMITTER: u32 = 10;
     pub const HAS_BACKGROUND: u32 = 11;
     pub const SPHERE_COUNT: u32 = 12;
-    pub const HAS_TREE: u32 = 13;
-    pub const TREE_SPHERES: u32 = 14;
-    pub const TREE_TRIANGLES: u32 = 32;
+    pub const HAS_BVH: u32 = 13;
+    pub const BVH_SPHERES: u32 = 14;
+    pub const BVH_TRIANGLES: u32 = 32;
     pub const BRUTE_FORCE: u32 = 15;
     pub const MOLLER_TRUMBORE: u32 = 16;
     pub const SMOOTH_NORMALS: u32 = 17;
     pub const LIGHT_COUNT: u32 = 18;
     pub const SOBOL_LEVELS: u32 = 19;
     pub const LOOP_BUDGET: u32 = 20;
-    pub const TREE_BOX_COUNT: u32 = 21;
+    pub const ROOT_BOX_COUNT: u32 = 21;
     pub const LIGHT_KINDS: u32 = 22;
-    pub const TREE_LEVELS: u32 = 23;
+    pub const STACK_LEVELS: u32 = 23;
     pub const MUTATION: u32 = 24;
     pub const EMITTER_COUNT: u32 = 25;
     pub const PATH_STATS: u32 = 26;
     pub const REGIONS: u32 = 27;
     pub const ENOUGH_LANES: u32 = 28;
-    pub const DRAWS_WORK: u32 = 33;
+    pub const PERSISTENT_THREADS: u32 = 33;
     pub const THREADS: u32 = 35;
     pub const SHUFFLES: u32 = 36;
     pub const SPLIT: u32 = 37;
@@ -48,22 +48,22 @@ pub(crate) mod constant {
     pub const SAMPLE_MAP: u32 = 62;
     pub const REUSE: u32 = 57;
     pub const SUBGROUP_LANES: u32 = 58;
-    pub const FACET_COUNT: u32 = 31;
-    /// Boxes around children of the tree's root that there is room for.
+    pub const POLYGON_COUNT: u32 = 31;
+    /// Boxes around children of the BVH's root that there is room for.
     pub const MAX_TREE_BOXES: usize = crate::accel::WIDTH;
     /// Two ids a sphere: side, form.
     pub const SPHERES: u32 = 64;
-    /// Sixteen ids a facet, of which fifteen are in use: four corners (or edges, see facet.glsl), unit normal.
-    pub const FACETS: u32 = 256;
-    /// Facets that there are constants for.
-    pub const MAX_FACETS: usize = 32;
+    /// Sixteen ids a polygon, of which fifteen are in use: four corners (or edges, see polygon.glsl), unit normal.
+    pub const POLYGONS: u32 = 256;
+    /// Polygons that there are constants for.
+    pub const MAX_POLYGONS: usize = 32;
     pub const POINT_INSIDE: u32 = 200;
     pub const LIGHT_SAMPLES: u32 = 202;
-    pub const FACET_OCCLUDERS: u32 = 206;
-    pub const FACETS_ACROSS_X: u32 = 208;
-    pub const FACETS_ACROSS_Y: u32 = 209;
-    pub const BEAM_TARGETS: u32 = 214;
-    pub const BEAM_TEXELS: u32 = 215;
+    pub const POLYGON_OCCLUDERS: u32 = 206;
+    pub const POLYGONS_ACROSS_X: u32 = 208;
+    pub const POLYGONS_ACROSS_Y: u32 = 209;
+    pub const CASTER_COUNT: u32 = 214;
+    pub const CASTER_TEXELS: u32 = 215;
 }
 
 /// Binding numbers.
@@ -85,8 +85,8 @@ pub(crate) mod binding {
     pub const GRADIENTS: u32 = 9;
     /// The same, to write.
     pub const GRADIENT_ROWS: u32 = 13;
-    /// What beams light.
-    pub const BEAMS: u32 = 10;
+    /// What light paths light.
+    pub const LIGHT_PATHS: u32 = 10;
     pub const SCENE: u32 = 11;
 }
 
@@ -103,7 +103,7 @@ pub(crate) struct Counters {
     pub steps: u64,
     pub truncated: u64,
     pub reused: u64,
-    pub misfits: u64,
+    pub subgroup_mismatches: u64,
     /// Pieces of work, or parts of them, that have been drawn, and as many more as workgroups or subgroups that drew in vain; the
     /// lower word of it.
     pub drawn: u64,
@@ -115,10 +115,10 @@ pub(crate) struct Counters {
 pub(crate) struct SceneValues {
     /// Centre, radius; power; unused.
     pub spheres: [[[f32; 4]; 2]; MAX_CONSTANT_SPHERES],
-    /// Of each child of the tree's root: lowest and highest corner.
-    pub tree_boxes: [[[f32; 4]; 2]; constant::MAX_TREE_BOXES],
-    /// Of the edges, and of the plane, what depends on where a facet is.
-    pub facets: [[[f32; 4]; 2]; constant::MAX_FACETS],
+    /// Of each child of the BVH's root: lowest and highest corner.
+    pub root_boxes: [[[f32; 4]; 2]; constant::MAX_TREE_BOXES],
+    /// Of the edges, and of the plane, what depends on where a polygon is.
+    pub polygons: [[[f32; 4]; 2]; constant::MAX_POLYGONS],
     pub point_position: [f32; 4],
     pub point_intensity: [f32; 4],
     pub light_grid: [f32; 4],
@@ -137,7 +137,7 @@ pub(crate) struct SceneValues {
 #[derive(Debug, Clone, Copy, Pod, Zeroable, Default, PartialEq)]
 pub(crate) struct Push {
     pub camera_right: [f32; 3],
-    pub pieces: u32,
+    pub work_items: u32,
     pub camera_up: [f32; 4],
     pub camera_forward: [f32; 4],
     pub background: [f32; 4],
@@ -150,18 +150,18 @@ pub(crate) struct Push {
     pub max_new_samples: u32,
     pub band_first: u32,
     pub tile_step: u32,
-    pub piece_stride: u32,
+    pub work_item_stride: u32,
     pub modes: u32,
     pub band_rows: u32,
     pub other_samples: u32,
-    pub beam_scale: f32,
+    pub light_path_scale: f32,
     pub tile_bits: u32,
 }
 
 /// Bits of [`Push::modes`].
 pub(crate) mod mode {
     pub const SHIFTED: u32 = 1;
-    pub const ALIKE: u32 = 2;
+    pub const CORRELATED: u32 = 2;
     pub const SURVEY: u32 = 4;
     pub const SCATTERED: u32 = 8;
     pub const REUSED: u32 = 16;
@@ -192,27 +192,27 @@ pub(crate) struct FilmSlot {
     pub count: u32,
     pub compensation: [f32; 3],
     /// How far the first two samples are apart in the light that does not come by what groups share.
-    pub trial: f32,
+    pub pilot: f32,
     pub residue: [f32; 3],
     /// The pixel's multipliers (src/render/sample_map.rs).
     pub multipliers: u32,
 }
 
-/// A pixel that a beam lights (shaders/light_trace.comp).
+/// A pixel that a light path lights (shaders/light_trace.comp).
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, Default, PartialEq)]
-pub(crate) struct BeamNote {
+pub(crate) struct SplatRecord {
     pub light: [f32; 3],
     /// Its number, or one of those below.
     pub pixel: u32,
 }
 
-impl BeamNote {
-    /// Most notes of a beam.
+impl SplatRecord {
+    /// Most notes of a light path.
     pub const MOST: u32 = 16;
-    /// The beam has no further ones.
+    /// The light path has no further ones.
     pub const NO_PIXEL: u32 = u32::MAX;
-    /// The loop budget was spent before the beam ended.
+    /// The loop budget was spent before the light path ended.
     pub const UNFINISHED: u32 = u32::MAX - 1;
 }
 
@@ -236,24 +236,24 @@ pub(crate) mod queue {
     pub const PATH_ROWS: u32 = 7;
     /// Tiles of which a scattered one is made.
     pub const SCATTERED_TILES: u32 = 8;
-    /// Samples of the trial whether it pays to reuse paths.
-    pub const TRIAL: u32 = 2;
+    /// Samples of the pilot pass whether it pays to reuse paths.
+    pub const PILOT_SAMPLES: u32 = 2;
     /// Samples of a pixel of which gradients are noted.
     pub const MOST_GRADIENTS: u32 = 4096;
 }
 
 /// What a slot's pixel has gathered of light by what it shares with its neighbours
 /// (shaders/lib/gradient.glsl): its sum, and those of the differences from the neighbours on the right and below, each with
-/// the difference between the two samples of the trial.
+/// the difference between the two samples of the pilot pass.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, Default, PartialEq)]
 pub(crate) struct GradientSlot {
     pub light: [f32; 3],
-    pub trial_light: f32,
+    pub pilot_light: f32,
     pub right: [f32; 3],
-    pub trial_right: f32,
+    pub pilot_right: f32,
     pub down: [f32; 3],
-    pub trial_down: f32,
+    pub pilot_down: f32,
 }
 
 impl FilmSlot {

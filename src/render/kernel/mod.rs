@@ -18,18 +18,18 @@ use crate::gpu::GpuError;
 use crate::hash::Fnv;
 use crate::spirv::{HEADER_WORDS, instructions, opcode, words_of};
 
-use crate::render::kernel::aliased::declare_aliased;
 use crate::render::error::RenderError;
+use crate::render::kernel::aliased::declare_aliased;
 use crate::render::settings::RenderSettings;
 
 /// How rays that need the tree are scheduled, once that is decided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Schedule {
-    /// A lane walks the tree where a ray arises.
+    /// A lane traverses the BVH where a ray arises.
     Inline,
-    /// Lanes whose rays are done go on while others walk.
-    Turns,
-    /// Rays wait, and a subgroup walks the tree with many.
+    /// Lanes whose rays are done go on while others traversal.
+    Interleaved,
+    /// Rays wait, and a subgroup traverses the BVH with many.
     Queue,
 }
 
@@ -42,14 +42,14 @@ pub(crate) struct Kernel {
 /// Traces rays where they arise (shaders/path_trace.comp).
 const PATH_TRACE: Kernel =
     Kernel { name: "path_trace", spirv: include_bytes!(concat!(env!("OUT_DIR"), "/path_trace.spv")) };
-/// Shades and walks in turns (shaders/path_turns.comp).
-const PATH_TURNS: Kernel =
-    Kernel { name: "path_turns", spirv: include_bytes!(concat!(env!("OUT_DIR"), "/path_turns.spv")) };
+/// Shades and traversals in turns (shaders/path_interleaved.comp).
+const PATH_INTERLEAVED: Kernel =
+    Kernel { name: "path_interleaved", spirv: include_bytes!(concat!(env!("OUT_DIR"), "/path_interleaved.spv")) };
 /// Lets rays wait for the tree (shaders/path_queue.comp).
 const PATH_QUEUE: Kernel =
     Kernel { name: "path_queue", spirv: include_bytes!(concat!(env!("OUT_DIR"), "/path_queue.spv")) };
 
-/// Traces light from lamps (shaders/light_trace.comp).
+/// Traces light from emitters (shaders/light_trace.comp).
 pub(crate) const LIGHT_TRACE: Kernel =
     Kernel { name: "light_trace", spirv: include_bytes!(concat!(env!("OUT_DIR"), "/light_trace.spv")) };
 
@@ -59,13 +59,13 @@ pub(crate) const TRAVERSE: Kernel =
 
 /// All that trace paths.
 #[cfg(test)]
-pub(crate) const PATH_KERNELS: [Kernel; 3] = [PATH_TRACE, PATH_TURNS, PATH_QUEUE];
+pub(crate) const PATH_KERNELS: [Kernel; 3] = [PATH_TRACE, PATH_INTERLEAVED, PATH_QUEUE];
 
 /// The kernel of a scheduler.
 pub(crate) const fn built_in(schedule: Schedule) -> Kernel {
     match schedule {
         Schedule::Inline => PATH_TRACE,
-        Schedule::Turns => PATH_TURNS,
+        Schedule::Interleaved => PATH_INTERLEAVED,
         Schedule::Queue => PATH_QUEUE,
     }
 }
@@ -73,12 +73,12 @@ pub(crate) const fn built_in(schedule: Schedule) -> Kernel {
 /// A number that tells the built-in shaders apart from those of another build.
 pub fn shaders_hash() -> u64 {
     let mut hash = Fnv::default();
-    [PATH_TRACE, PATH_TURNS, PATH_QUEUE, LIGHT_TRACE].iter().for_each(|kernel| hash.write(kernel.spirv));
+    [PATH_TRACE, PATH_INTERLEAVED, PATH_QUEUE, LIGHT_TRACE].iter().for_each(|kernel| hash.write(kernel.spirv));
     hash.finish()
 }
 
 /// The names of kernels that may be in the folder of the settings.
-const NAMES: [&str; 5] = [PATH_TRACE.name, PATH_TURNS.name, PATH_QUEUE.name, LIGHT_TRACE.name, TRAVERSE.name];
+const NAMES: [&str; 5] = [PATH_TRACE.name, PATH_INTERLEAVED.name, PATH_QUEUE.name, LIGHT_TRACE.name, TRAVERSE.name];
 
 fn file_of(kernel: &str, folder: &Path) -> PathBuf {
     folder.join(kernel).with_extension("spv")
@@ -146,7 +146,7 @@ mod tests {
 
     #[test]
     fn damaged_modules_and_other_shaders_are_refused() {
-        for kernel in [PATH_TRACE, PATH_TURNS, PATH_QUEUE, LIGHT_TRACE, TRAVERSE] {
+        for kernel in [PATH_TRACE, PATH_INTERLEAVED, PATH_QUEUE, LIGHT_TRACE, TRAVERSE] {
             let words = words_of(kernel.spirv);
             assert_eq!(check_module(&words), Ok(()), "{}", kernel.name);
             for cut in [1, 2, 3, 1000] {

@@ -19,7 +19,7 @@ const ENTRIES: usize = 1 << 18;
 const MOST_CELLS: u32 = 16;
 /// The least probability of what can be chosen: what is chosen less often makes bright dots.
 const LEAST_SHARE: f64 = 1.0 / 65_536.0;
-/// What has a smaller share (lamps that hardly have an area) stays at that.
+/// What has a smaller share (emitters that hardly have an area) stays at that.
 const NEGLIGIBLE_SHARE: f64 = LEAST_SHARE * LEAST_SHARE * LEAST_SHARE;
 /// Bits of the number of an entry that is not there.
 const NO_KEY: u32 = i32::MAX as u32;
@@ -247,10 +247,10 @@ fn cos_difference(cos_a: f64, cos_b: f64, sin_b: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::render::light::table::{Light, LightShape};
     use super::*;
+    use crate::render::light::table::{Light, LightShape};
 
-    fn lamps(count: usize) -> Vec<Light> {
+    fn emitters(count: usize) -> Vec<Light> {
         let mut random = crate::accel::random_numbers(12);
         let mut at = || f64::from(random()) * 10.0 - 5.0;
         (0..count)
@@ -270,7 +270,7 @@ mod tests {
     #[test]
     fn no_light_is_lost() {
         for count in [2usize, 5, 64, 65, 700] {
-            let lights = lamps(count);
+            let lights = emitters(count);
             let tree = LightTree::of(&lights);
             let (grid, texels) = LightGrid::of(&tree);
             assert_eq!(texels.len(), (grid.cells.pow(3) * grid.entries) as usize);
@@ -320,7 +320,7 @@ mod tests {
 
     #[test]
     fn one_light_far_away_does_not_make_cells_coarse() {
-        let mut lights = lamps(60);
+        let mut lights = emitters(60);
         lights.push(point(DVec3::splat(1e4), 1e9));
         let (grid, _) = LightGrid::of(&LightTree::of(&lights));
         assert!(grid.center.length() < 3.0 && grid.size < 20.0, "{grid:?}");

@@ -1,6 +1,6 @@
 //! The lights of a scene, each of them once.
 //!
-//! Where surfaces lie on each other rays meet the first one, so that a copy of a lamp (a face that is twice in a file, a mesh that was
+//! Where surfaces lie on each other rays meet the first one, so that a copy of an emitter (a face that is twice in a file, a mesh that was
 //! loaded twice) adds no light. Sampling must not find it either. What is the same in single precision is the same to rays
 //! (accel::copies).
 

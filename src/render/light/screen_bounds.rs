@@ -1,19 +1,19 @@
-//! Where in the picture lamps may be seen: directly, or in mirrors that the camera sees.
+//! Where in the picture emitters may be seen: directly, or in mirrors that the camera sees.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::scene::{Mesh, Scene};
 
-use crate::render::space::bounds::{Corners, joined};
 use crate::render::light::table::Light;
 use crate::render::space::RenderSpace;
+use crate::render::space::bounds::{Corners, joined};
 use crate::render::space::view::{Rectangle, View};
 
-/// Rectangles of pixels outside of which the camera sees no lamp, neither directly nor by mirrors; of what it sees through glass
-/// nothing is said. `emitters` are all lamps with a surface.
-pub(crate) fn lamp_places(scene: &Scene, space: &RenderSpace, view: &View, emitters: &[Light]) -> Vec<Rectangle> {
-    let direct = emitters.iter().filter_map(|lamp| view.pixels_of(lamp));
+/// Rectangles of pixels outside of which the camera sees no emitter, neither directly nor by mirrors; of what it sees through glass
+/// nothing is said. `emitters` are all emitters with a surface.
+pub(crate) fn emitter_bounds(scene: &Scene, space: &RenderSpace, view: &View, emitters: &[Light]) -> Vec<Rectangle> {
+    let direct = emitters.iter().filter_map(|emitter| view.pixels_of(emitter));
     let boxes = if emitters.is_empty() { Vec::new() } else { mirrors(scene, space) };
     direct.chain(boxes.into_iter().filter_map(|[lo, hi]| view.pixels_of_box(lo, hi))).collect()
 }
@@ -37,18 +37,18 @@ fn bounds_of(mesh: &Mesh, wanted: impl Fn(u32) -> bool + Sync) -> Option<Corners
 
 #[cfg(test)]
 mod tests {
-    use crate::render::light::table::LightShape;
     use super::*;
     use crate::check::scenes::{Build, emitter, empty, mirror, v};
+    use crate::render::light::table::LightShape;
 
-    /// Of a scene whose only lamp is behind the camera, which looks along −z.
+    /// Of a scene whose only emitter is behind the camera, which looks along −z.
     fn places(scene: &Scene) -> Vec<Rectangle> {
         let shape = LightShape::Sphere { center: v(0.0, 0.0, 9.0), radius: 1.0, inward: false };
-        lamp_places(scene, &RenderSpace::of(scene), &View::of(scene), &[Light { shape, radiance: [1.0; 3] }])
+        emitter_bounds(scene, &RenderSpace::of(scene), &View::of(scene), &[Light { shape, radiance: [1.0; 3] }])
     }
 
     #[test]
-    fn lamps_may_be_seen_where_mirrors_are() {
+    fn emitters_may_be_seen_where_mirrors_are() {
         let ball = |z: f64, radius: f64| {
             let mut scene = empty();
             scene.size(64, 1);
@@ -61,8 +61,8 @@ mod tests {
         assert!(places(&ball(20.0, 1.0)).is_empty());
         assert_eq!(places(&ball(-20.0, 30.0)), [[0..64, 0..64]]);
         assert!(places(&empty()).is_empty());
-        // Of no lamps there is nothing to be seen.
-        assert!(lamp_places(&ahead, &RenderSpace::of(&ahead), &View::of(&ahead), &[]).is_empty());
+        // Of no emitters there is nothing to be seen.
+        assert!(emitter_bounds(&ahead, &RenderSpace::of(&ahead), &View::of(&ahead), &[]).is_empty());
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Lamps that are sampled by solid angle (shaders/lib/light/rectangle.glsl): rectangles that look large from what they light.
+//! Emitters that are sampled by solid angle (shaders/lib/light/rectangle.glsl): rectangles that look large from what they light.
 
 use glam::DVec3;
 
@@ -7,8 +7,8 @@ use crate::scene::Scene;
 use crate::render::light::table::{Light, LightShape};
 use crate::render::space::RenderSpace;
 
-/// Mean solid angle, over places of the scene in front of a lamp, from which on it is sampled by that, sr. Below, it rarely
-/// looks large enough for a gain, and all light that is sampled costs more (in a box of facets 7 to 10% of the time).
+/// Mean solid angle, over places of the scene in front of an emitter, from which on it is sampled by that, sr. Below, it rarely
+/// looks large enough for a gain, and all light that is sampled costs more (in a box of polygons 7 to 10% of the time).
 const LOOKS_LARGE: f64 = 0.15;
 /// Places of a mesh, and of all spheres, that are looked at.
 const PLACES: usize = 64;
@@ -36,7 +36,7 @@ fn mean_solid_angle(corners: [DVec3; 3], scene: &Scene, space: &RenderSpace) -> 
     let center = 0.5 * (b + c);
     let normal = (b - a).cross(c - a);
     let step = |all: usize| all.div_ceil(PLACES).max(1);
-    // Of a sphere, the place nearest to the lamp.
+    // Of a sphere, the place nearest to the emitter.
     let of_spheres = scene.spheres.iter().step_by(step(scene.spheres.len())).map(|sphere| {
         let middle = space.point(sphere.center);
         middle + space.length(sphere.radius) * (center - middle).normalize_or_zero()
@@ -48,7 +48,7 @@ fn mean_solid_angle(corners: [DVec3; 3], scene: &Scene, space: &RenderSpace) -> 
     let (mut sum, mut count) = (0.0, 0);
     for place in of_spheres.chain(of_meshes) {
         let [a, b, c, d] = [a, b, c, b + c - a].map(|corner| corner - place);
-        // The lamp's own corners have none.
+        // The emitter's own corners have none.
         if a.dot(normal) < -1e-9 * a.length() * normal.length() {
             sum += solid_angle([a, b, c]) + solid_angle([b, d, c]);
             count += 1;

@@ -399,11 +399,11 @@ mod tests {
             {
                 let mut done = vec![before; 7040];
                 for work in cover(&spans, before, samples, fixed, rate) {
-                    for piece in &work.spans {
-                        assert!(spans.iter().any(|s| s.band == piece.band
-                            && s.first_slot <= piece.first_slot
-                            && piece.end_slot <= s.end_slot));
-                        for slot in &mut done[piece.first_slot as usize..piece.end_slot as usize] {
+                    for work_item in &work.spans {
+                        assert!(spans.iter().any(|s| s.band == work_item.band
+                            && s.first_slot <= work_item.first_slot
+                            && work_item.end_slot <= s.end_slot));
+                        for slot in &mut done[work_item.first_slot as usize..work_item.end_slot as usize] {
                             *slot += work.new_samples;
                             assert_eq!(*slot, work.target_samples);
                         }

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use crate::render::kernel::bindings::TableBuffers;
-use crate::render::error::RenderError;
-use crate::render::kernel::layout::{Counters, FilmSlot, GradientSlot, binding, queue};
-use crate::render::scene::tables::Tables;
-use crate::render::renderer::IN_FLIGHT;
-use crate::render::renderer::pilot::SET_SLOTS;
 use crate::accel::Texel;
 use crate::gpu::{Access, BindingKind, BindingLayout, BindingSet, Buffer, Device, Timeline, Usage};
+use crate::render::error::RenderError;
+use crate::render::kernel::bindings::TableBuffers;
+use crate::render::kernel::layout::{Counters, FilmSlot, GradientSlot, binding, queue};
+use crate::render::renderer::IN_FLIGHT;
+use crate::render::renderer::pilot::SET_SLOTS;
+use crate::render::scene::tables::Tables;
 
 /// What the path tracer's kernels see, besides what all do.
 pub(super) const BINDINGS: [(u32, BindingKind); 5] = [

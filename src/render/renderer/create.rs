@@ -5,25 +5,25 @@ use std::sync::Arc;
 use std::thread::{Builder, scope};
 use std::time::Instant;
 
-use crate::render::kernel::bindings;
+use crate::gpu::{Device, DeviceKind, Pipeline, Timeline};
 use crate::render::error::RenderError;
 use crate::render::film::MEMBERS;
 use crate::render::kernel;
+use crate::render::kernel::bindings;
 use crate::render::kernel::layout::binding;
-use crate::render::scene::Prepared;
-use crate::render::sampling::sobol;
 use crate::render::renderer::IN_FLIGHT;
-use crate::render::renderer::light_tracing::{BeamTracer, most_beams};
 use crate::render::renderer::buffers;
 use crate::render::renderer::buffers::Buffers;
 use crate::render::renderer::launch::Launch;
-use crate::gpu::{Device, DeviceKind, Pipeline, Timeline};
+use crate::render::renderer::light_tracing::{LightTracer, most_light_paths};
+use crate::render::sampling::sobol;
+use crate::render::scene::Prepared;
 
 /// Buffers and pipelines.
 pub(crate) struct Parts {
     pub timeline: Timeline,
     pub pipeline: Pipeline,
-    pub beams: Option<BeamTracer>,
+    pub light_paths: Option<LightTracer>,
     pub buffers: Buffers,
     /// The name of the kernel.
     pub stage: &'static str,
@@ -42,8 +42,8 @@ impl Parts {
         let spirv = kernel::spirv(&built_in, settings)?;
         let specialization = launch.specialization(prepared);
         let layout = bindings::layout(device, &buffers::BINDINGS)?;
-        let beam_layout = (launch.beam_targets > 0).then(|| BeamTracer::layout(device)).transpose()?;
-        let beam_workgroup = launch.beam_workgroup();
+        let light_tracing_layout = (launch.casters > 0).then(|| LightTracer::layout(device)).transpose()?;
+        let light_tracing_workgroup = launch.light_tracing_workgroup();
         let mut timeline = Timeline::new(device, IN_FLIGHT + 1)?;
         let shape = launch.shape([scene.film.width, scene.film.height], settings);
         // Each time that lavapipe begins to make machine code, as it does for the buffers' formats, it sets the width of its vectors to 256
@@ -51,7 +51,7 @@ impl Parts {
         // (lp_build_init_native_width of Mesa 25.0; up to one start of 500 on a busy machine).
         let one_by_one = device.info.kind == DeviceKind::Cpu && launch.subgroup != 8;
         // (On the main thread pipelines, which allocate much more: the heaps of other threads grow in small steps.)
-        let (pipeline, beam_pipeline, pipeline_seconds, buffers) = scope(|scope| {
+        let (pipeline, light_tracing_pipeline, pipeline_seconds, buffers) = scope(|scope| {
             let mut fill = || {
                 let sobol = sobol::table(launch.sobol_levels, if launch.reuse { MEMBERS } else { 1 });
                 Buffers::new(device, &layout, &mut timeline, tables, &sobol, &shape)
@@ -64,9 +64,9 @@ impl Parts {
             };
             let buffers = Builder::new().spawn_scoped(scope, touched).map_err(RenderError::Thread)?;
             let start = Instant::now();
-            let of_beams = || match &beam_layout {
+            let of_light_paths = || match &light_tracing_layout {
                 Some(layout) => {
-                    BeamTracer::pipeline(device, layout, &specialization, beam_workgroup, settings).map(Some)
+                    LightTracer::pipeline(device, layout, &specialization, light_tracing_workgroup, settings).map(Some)
                 }
                 None => Ok(None),
             };
@@ -74,32 +74,32 @@ impl Parts {
                 Pipeline::new(device, built_in.name, &spirv, &specialization, &layout)
                     .map_err(|error| kernel::not_made(&built_in, settings, error))
             };
-            let (pipeline, beams) = if one_by_one || beam_layout.is_none() {
-                (of_paths(), of_beams())
+            let (pipeline, light_paths) = if one_by_one || light_tracing_layout.is_none() {
+                (of_paths(), of_light_paths())
             } else {
-                let beams = Builder::new().spawn_scoped(scope, of_beams).map_err(RenderError::Thread)?;
-                (of_paths(), beams.join().unwrap_or_else(|panic| resume_unwind(panic)))
+                let light_paths = Builder::new().spawn_scoped(scope, of_light_paths).map_err(RenderError::Thread)?;
+                (of_paths(), light_paths.join().unwrap_or_else(|panic| resume_unwind(panic)))
             };
             let seconds = start.elapsed().as_secs_f64();
             let buffers = buffers.join().unwrap_or_else(|panic| resume_unwind(panic))?;
-            Ok::<_, RenderError>((pipeline?, beams?, seconds, buffers))
+            Ok::<_, RenderError>((pipeline?, light_paths?, seconds, buffers))
         })?;
-        let beams = beam_layout.zip(beam_pipeline).map(|(layout, pipeline)| {
+        let light_paths = light_tracing_layout.zip(light_tracing_pipeline).map(|(layout, pipeline)| {
             let film = &buffers.bands[0].film;
             let own = [(binding::FILM, film), (binding::FILM_ROWS, film), (binding::COUNTERS, &buffers.counters)];
             let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
-            let most_beams = most_beams(pixels, settings);
-            BeamTracer::new(
+            let most_light_paths = most_light_paths(pixels, settings);
+            LightTracer::new(
                 device,
                 &layout,
                 pipeline,
-                beam_workgroup,
-                &launch.facts,
-                most_beams,
+                light_tracing_workgroup,
+                &launch.traits,
+                most_light_paths,
                 &buffers.tables.and(&own),
             )
         });
-        let beams = beams.transpose()?;
-        Ok(Self { timeline, pipeline, beams, buffers, stage: built_in.name, pipeline_seconds })
+        let light_paths = light_paths.transpose()?;
+        Ok(Self { timeline, pipeline, light_paths, buffers, stage: built_in.name, pipeline_seconds })
     }
 }

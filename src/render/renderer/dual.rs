@@ -7,16 +7,16 @@
 
 use std::mem::replace;
 
-use crate::render::light_tracing::splats::BeamLight;
-use crate::render::sampling::dual::{DualFilms, Noise, Weighting, change};
 use crate::render::error::RenderError;
 use crate::render::film::Film;
 use crate::render::kernel::layout::{FilmSlot, GradientSlot};
+use crate::render::light_tracing::splats::Splats;
+use crate::render::renderer::Renderer;
+use crate::render::renderer::pass::RenderControl;
+use crate::render::sampling::dual::{DualFilms, Noise, Weighting, change};
+use crate::render::sampling::stopping::Stopping;
 use crate::render::settings::Adaptive;
 use crate::render::statistics::AdaptiveStatistics;
-use crate::render::sampling::stopping::Stopping;
-use crate::render::renderer::Renderer;
-use crate::render::renderer::pass::Watch;
 
 /// What the seed of the second half is changed by (XOR).
 const SEED: u32 = 0x2993_8a61;
@@ -25,7 +25,7 @@ const SEED: u32 = 0x2993_8a61;
 struct Parked {
     film: Vec<FilmSlot>,
     gradients: Vec<GradientSlot>,
-    light: BeamLight,
+    light: Splats,
 }
 
 /// One of the halves.
@@ -70,14 +70,18 @@ struct Halves {
 impl Renderer {
     /// Renders both halves, until each has decided for the other and has as many samples as that one asks for. The film has the
     /// variance of its pixels.
-    pub(super) fn render_dual(&mut self, adaptive: &Adaptive, watch: &mut Watch<'_>) -> Result<Film, RenderError> {
+    pub(super) fn render_dual(
+        &mut self,
+        adaptive: &Adaptive,
+        watch: &mut RenderControl<'_>,
+    ) -> Result<Film, RenderError> {
         let seed = self.push.seed;
         let rendered = self.dual_until(adaptive, watch);
         self.push.seed = seed;
         rendered
     }
 
-    fn dual_until(&mut self, adaptive: &Adaptive, watch: &mut Watch<'_>) -> Result<Film, RenderError> {
+    fn dual_until(&mut self, adaptive: &Adaptive, watch: &mut RenderControl<'_>) -> Result<Film, RenderError> {
         let stopping = Stopping::of_half(adaptive, self.settings.samples);
         let mut halves = Halves::default();
         let complete = self.climb(&mut halves, &stopping, watch)?;
@@ -92,7 +96,8 @@ impl Renderer {
         };
         let (film, noise) = DualFilms(films).mean(weighting);
         let parked = halves.both.iter().filter_map(|half| half.parked.as_ref());
-        self.statistics.beams = self.light.beams + parked.map(|parked| parked.light.beams).sum::<u64>();
+        self.statistics.light_paths =
+            self.light.light_paths + parked.map(|parked| parked.light.light_paths).sum::<u64>();
         let used: u64 = film.counts().iter().map(|&n| u64::from(n)).sum();
         self.statistics.stopped = !complete && noise.is_none_or(|noise| noise.image > adaptive.noise);
         self.statistics.adaptive = noise.map(|Noise { image, noisiest_tile }| AdaptiveStatistics {
@@ -105,7 +110,12 @@ impl Renderer {
     }
 
     /// Returns whether both are done; not if the watch says stop.
-    fn climb(&mut self, halves: &mut Halves, stopping: &Stopping, watch: &mut Watch<'_>) -> Result<bool, RenderError> {
+    fn climb(
+        &mut self,
+        halves: &mut Halves,
+        stopping: &Stopping,
+        watch: &mut RenderControl<'_>,
+    ) -> Result<bool, RenderError> {
         let pixels = f64::from(self.width) * f64::from(self.height);
         watch.total = (2.0 * pixels) as u64;
         for rung in stopping.rungs() {
@@ -144,7 +154,7 @@ impl Renderer {
         halves: &mut Halves,
         i: usize,
         samples: u32,
-        watch: &mut Watch<'_>,
+        watch: &mut RenderControl<'_>,
     ) -> Result<bool, RenderError> {
         self.hold_half(halves, i)?;
         let pixels = u64::from(self.width) * u64::from(self.height);
@@ -152,7 +162,7 @@ impl Renderer {
         let half = &mut halves.both[i];
         for end in wanted.into_iter().chain([samples]) {
             if !self.pass(&self.whole_film(), half.samples, end, watch)?
-                || !self.keep_up_with_beams(pixels * u64::from(end), watch)?
+                || !self.keep_up_with_light_paths(pixels * u64::from(end), watch)?
             {
                 return Ok(false);
             }
@@ -173,12 +183,17 @@ impl Renderer {
     }
 
     /// One of them as far as it has come, if it has come to a pixel at all.
-    fn develop_half(&mut self, halves: &mut Halves, i: usize, watch: &mut Watch<'_>) -> Result<Film, RenderError> {
+    fn develop_half(
+        &mut self,
+        halves: &mut Halves,
+        i: usize,
+        watch: &mut RenderControl<'_>,
+    ) -> Result<Film, RenderError> {
         self.hold_half(halves, i)?;
         let mut film = self.develop()?;
         let samples = film.counts().iter().map(|&n| u64::from(n)).sum();
         if samples > 0 {
-            self.add_beams(&mut film, samples, watch)?;
+            self.add_light_paths(&mut film, samples, watch)?;
         }
         Ok(film)
     }
@@ -205,14 +220,14 @@ impl Renderer {
         }
     }
 
-    /// What the renderer holds. No light of beams is left.
+    /// What the renderer holds. No light of light paths is left.
     fn park(&mut self) -> Result<Parked, RenderError> {
         let (whole, mut film, mut gradients) = (self.whole_film(), Vec::new(), Vec::new());
         self.read_slots(&whole, |_, slots| film.extend_from_slice(slots))?;
         if self.makes_gradients() {
             self.read_gradients(&whole, |_, slots| gradients.extend_from_slice(slots))?;
         }
-        let none = self.no_beams();
+        let none = self.no_light_paths();
         Ok(Parked { film, gradients, light: replace(&mut self.light, none) })
     }
 }

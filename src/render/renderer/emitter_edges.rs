@@ -1,19 +1,19 @@
 //! Finds the pixels that need more samples for what the camera sees (shaders/lib/sample_map.glsl): the edges of emitters, and, where light
-//! is traced from lamps to take the noise of caustics elsewhere, mirrors and glass.
+//! is traced from emitters to take the noise of caustics elsewhere, mirrors and glass.
 
 use rayon::prelude::*;
 
 use crate::render::error::RenderError;
-use crate::render::kernel::features::Features;
 use crate::render::film::{SIDE, TILE, pixel_of_slot, pixels_in, slot_count, tile_of_pixel, tiles_around};
+use crate::render::kernel::features::Features;
 use crate::render::kernel::layout::{FilmSlot, mode};
-use crate::render::settings::mutation::Mutation;
 use crate::render::plan::dispatch::{Span, Work};
-use crate::render::sampling::sample_map::Multiplier;
-use crate::render::space::view::Rectangle;
 use crate::render::renderer::Renderer;
+use crate::render::renderer::decision::ReuseDecision;
 use crate::render::renderer::sample_map::greatest_multiplier;
-use crate::render::renderer::decision::ReuseTrial;
+use crate::render::sampling::sample_map::Multiplier;
+use crate::render::settings::mutation::Mutation;
+use crate::render::space::view::Rectangle;
 
 /// Samples of a pixel from which edges are found.
 const FIRST_SAMPLES: u32 = 4;
@@ -27,7 +27,7 @@ const SEED: u32 = 0x9216_d5d9;
 const BY_MIRRORS: Multiplier = Multiplier::TWO;
 const THROUGH_GLASS: Multiplier = Multiplier::FOUR;
 
-/// At a lamp's edge the deviation is about half of what the lamp is brighter than the rest; elsewhere it is about as much as that is bright.
+/// At an emitter's edge the deviation is about half of what the emitter is brighter than the rest; elsewhere it is about as much as that is bright.
 /// Multipliers are in proportion to deviations, from this one on.
 const LEAST_AT_EDGES: f64 = 2.0;
 /// Further samples that edges get at most, over those that are asked for of the whole image.
@@ -36,7 +36,7 @@ const MOST_AT_EDGES: f64 = 1.0;
 const REST_STEP: usize = 15;
 const REST_TILES: usize = 128;
 
-/// Tiles from one where lamps may be seen to the next that are looked at with them rather than left out: a dispatch each takes
+/// Tiles from one where emitters may be seen to the next that are looked at with them rather than left out: a dispatch each takes
 /// longer.
 const SHORT_GAP: usize = 8;
 
@@ -91,9 +91,9 @@ struct Seen {
 }
 
 /// Whether glass and mirrors that the camera sees get more samples, in a scene that needs these features and with so many targets of
-/// light that is traced from lamps.
-pub(super) fn looks_for_glass(needed: &Features, beam_targets: u32) -> bool {
-    beam_targets > 0 && needed.dielectric
+/// light that is traced from emitters.
+pub(super) fn looks_for_glass(needed: &Features, casters: u32) -> bool {
+    casters > 0 && needed.dielectric
 }
 
 impl Renderer {
@@ -104,7 +104,7 @@ impl Renderer {
         let tiles = if self.launch.glass {
             (0..slot_count(self.width, self.height) as usize / TILE).collect()
         } else {
-            tiles_of(&self.launch.lamp_places, size)
+            tiles_of(&self.launch.emitter_bounds, size)
         };
         let pays = self.launch.glass || pays(tiles.len(), size, self.settings.samples);
         if tiles.is_empty() || !pays || !self.may_map_samples() {
@@ -114,7 +114,7 @@ impl Renderer {
             if renderer.settings.mutation != Some(Mutation::OwnSampleMap) {
                 renderer.push.seed ^= SEED;
             }
-            renderer.reuse = ReuseTrial::Never;
+            renderer.reuse = ReuseDecision::Never;
             renderer.multipliers_of_seen(&tiles)
         })?;
         Ok(Some(found))
@@ -160,7 +160,7 @@ impl Renderer {
         Ok(multipliers)
     }
 
-    /// The mean brightness of the image where no lamps are `seen`, of which this is the brightness of each pixel.
+    /// The mean brightness of the image where no emitters are `seen`, of which this is the brightness of each pixel.
     fn mean_of_rest(&mut self, seen: &[f64]) -> Result<f64, RenderError> {
         self.clear_film()?;
         let (width, height) = (self.width, self.height);
@@ -286,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn one_sample_looks_for_few_lamps() {
+    fn one_sample_looks_for_few_emitters() {
         let pays = |size| [1, 2, u32::MAX].map(|samples| pays(32, size, samples));
         assert_eq!(pays([64, 32]), [false, true, true]);
         assert_eq!(pays([64, 56]), [false, true, true]);
@@ -294,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn tiles_of_lamps_are_those_of_their_pixels() {
+    fn tiles_of_emitters_are_those_of_their_pixels() {
         // Four columns of tiles in a block of eight rows, which is 32 columns and 64 rows of pixels.
         let of = |pixels: &[Rectangle]| tiles_of(pixels, [60, 70]);
         assert!(of(&[]).is_empty() && of(&[[3..3, 0..9]]).is_empty());

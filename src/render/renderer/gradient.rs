@@ -6,26 +6,26 @@ use rayon::prelude::*;
 
 use crate::render::error::RenderError;
 use crate::render::film::{Film, MEMBERS, pixel_of_slot, rows_of_blocks, to_pixels};
+use crate::render::gradient::screened_poisson::{Observation, System};
 use crate::render::kernel::layout::queue;
 use crate::render::plan::dispatch::Span;
-use crate::render::sampling::sample_map::Multiplier;
-use crate::render::gradient::screened_poisson::{Known, System};
-use crate::render::sampling::stopping::Stopping;
 use crate::render::renderer::Renderer;
-use crate::render::renderer::pass::Watch;
+use crate::render::renderer::pass::RenderControl;
+use crate::render::renderer::pilot_statistics::PilotGroup;
 use crate::render::renderer::surfaces::{CLASSES, Places, Side};
-use crate::render::renderer::pilot_statistics::TriedGroup;
+use crate::render::sampling::sample_map::Multiplier;
+use crate::render::sampling::stopping::Stopping;
 
 /// Samples of a pixel from which on neighbours can be of one group in some samples and not in others.
 pub(crate) const FEWEST_SAMPLES: u32 = 2;
-// A trial, which gradients need, is made of as many.
-const _: () = assert!(FEWEST_SAMPLES >= queue::TRIAL);
+// A pilot pass, which gradients need, is made of as many.
+const _: () = assert!(FEWEST_SAMPLES >= queue::PILOT_SAMPLES);
 /// Samples after which the groups of pixels change at the latest: random numbers are stratified over as many. (With 8 the
 /// squared error of 64 samples is 1.0 to 1.8 times as large.)
 const LONGEST_PHASE: u32 = 64;
 /// How many times as certain as a pixel's value a difference may be taken to be: more gains little, but takes more steps
 /// to make use of.
-const MOST_CERTAINTY: f32 = 32.0;
+const MAX_WEIGHT: f32 = 32.0;
 
 /// Which samples are taken with groups of pixels as they are, and which with shifted ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -85,18 +85,18 @@ impl Phases {
     }
 
     /// The same for a pixel with such multipliers, as far as gradients are noted.
-    fn noted(self, count: u32, multipliers: [Multiplier; 2]) -> [u32; 2] {
+    fn recorded(self, count: u32, multipliers: [Multiplier; 2]) -> [u32; 2] {
         let mut left = count.min(queue::MOST_GRADIENTS);
-        let (mut of_one, mut noted) = ([0; 2], [0; 2]);
+        let (mut of_one, mut recorded) = ([0; 2], [0; 2]);
         while left > 0 {
             let done = of_one[0] + of_one[1];
             let kind = usize::from(self.is_shifted(done));
             of_one[kind] += self.end(done) - done;
-            let more = (multipliers[kind].of(of_one[kind]) - noted[kind]).min(left);
-            noted[kind] += more;
+            let more = (multipliers[kind].of(of_one[kind]) - recorded[kind]).min(left);
+            recorded[kind] += more;
             left -= more;
         }
-        noted
+        recorded
     }
 }
 
@@ -125,7 +125,7 @@ impl Renderer {
         spans: &[Span],
         done: u32,
         samples: u32,
-        watch: &mut Watch<'_>,
+        watch: &mut RenderControl<'_>,
     ) -> Result<bool, RenderError> {
         let phases = self.phases();
         let (mut done, mut complete) = (done, true);
@@ -149,15 +149,15 @@ impl Renderer {
         self.phases().samples(samples).into_iter().enumerate().map(of_kind).sum()
     }
 
-    /// After a trial that shows that gradients pay: surveys what pixels show, and takes over what the trial shows of such neighbours.
-    pub(crate) fn judge_gradients(&mut self, tried: &[TriedPair]) -> Result<(), RenderError> {
+    /// After a pilot pass that shows that gradients pay: surveys what pixels show, and takes over what the pilot pass shows of such neighbours.
+    pub(crate) fn judge_gradients(&mut self, pilot_groups: &[PilotPair]) -> Result<(), RenderError> {
         self.survey()?;
         // In parallel, and added up in their order.
         let add = |mut a: PairSums, b: PairSums| {
             a.iter_mut().zip(b).for_each(|(a, b)| *a = [a[0] + b[0], a[1] + b[1]]);
             a
         };
-        let sum = |pairs: &[TriedPair]| {
+        let sum = |pairs: &[PilotPair]| {
             let mut sums = PairSums::default();
             for pair in pairs {
                 let Some(class) = self.places.class(pair.pixel, pair.side) else { continue };
@@ -165,31 +165,31 @@ impl Renderer {
             }
             sums
         };
-        let parts: Vec<_> = tried.par_chunks(PAIRS_TOGETHER).map(sum).collect();
-        self.certainties = certainties(&parts.into_iter().fold(PairSums::default(), add));
-        log::debug!("certainty of differences: {:?}", self.certainties);
+        let parts: Vec<_> = pilot_groups.par_chunks(PAIRS_TOGETHER).map(sum).collect();
+        self.weights = weights(&parts.into_iter().fold(PairSums::default(), add));
+        log::debug!("certainty of differences: {:?}", self.weights);
         Ok(())
     }
 
-    /// The neighbours in groups after the trial, in their order.
-    pub(crate) fn pairs_of(&self, tried: &[&TriedGroup]) -> Vec<TriedPair> {
-        tried.par_iter().flat_map_iter(|group| self.pairs_in(group)).collect()
+    /// The neighbours in groups after the pilot pass, in their order.
+    pub(crate) fn pairs_of(&self, pilot_groups: &[&PilotGroup]) -> Vec<PilotPair> {
+        pilot_groups.par_iter().flat_map_iter(|group| self.pairs_in(group)).collect()
     }
 
     /// Those in one group. Samples that were not finite tell nothing.
-    fn pairs_in(&self, group: &TriedGroup) -> impl Iterator<Item = TriedPair> {
+    fn pairs_in(&self, group: &PilotGroup) -> impl Iterator<Item = PilotPair> {
         let square = |x: f32| f64::from(x).powi(2);
         let of_member = move |member: usize| {
             let slot = &group.gradients[member];
             // The neighbours on the right and below are the next member of the group, and the fourth.
-            let right = (member % 4 < 3).then_some((Side::Right, member + 1, slot.trial_right));
-            let down = (member < 4).then_some((Side::Down, member + 4, slot.trial_down));
+            let right = (member % 4 < 3).then_some((Side::Right, member + 1, slot.pilot_right));
+            let down = (member < 4).then_some((Side::Down, member + 4, slot.pilot_down));
             let pixel = pixel_of_slot(group.slot(member), self.width, self.height);
             right.into_iter().chain(down).filter_map(move |(side, neighbour, difference)| {
-                let values = (square(slot.trial_light) + square(group.gradients[neighbour].trial_light)) / 2.0;
+                let values = (square(slot.pilot_light) + square(group.gradients[neighbour].pilot_light)) / 2.0;
                 let difference = square(difference);
                 let finite = values.is_finite() && difference.is_finite();
-                pixel.filter(|_| finite).map(|pixel| TriedPair { pixel, side, values, difference })
+                pixel.filter(|_| finite).map(|pixel| PilotPair { pixel, side, values, difference })
             })
         };
         (0..MEMBERS).flat_map(of_member)
@@ -216,15 +216,15 @@ impl Renderer {
         let phases = self.phases();
         let pixels = slots.par_iter_mut().zip(film.counts()).enumerate();
         let phases = pixels.map(|(pixel, ([light, ..], &count))| {
-            let noted = phases.noted(count, self.sample_map.of_pixel(pixel));
-            *light /= noted_count(noted);
-            noted
+            let recorded = phases.recorded(count, self.sample_map.of_pixel(pixel));
+            *light /= recorded_count(recorded);
+            recorded
         });
         let phases = phases.collect();
         let band_rows = rows_of_blocks(self.buffers.bands[0].slots, width) as usize;
-        let noted = Noted { pixels: slots, phases, places: &self.places, certainties: self.certainties, band_rows };
-        let system = noted.system();
-        let Noted { mut pixels, phases, .. } = noted;
+        let recorded = Recorded { pixels: slots, phases, places: &self.places, weights: self.weights, band_rows };
+        let system = recorded.system();
+        let Recorded { mut pixels, phases, .. } = recorded;
         let corrections = system.solve(&mut pixels);
         let share = |p: usize, count: u32| phases[p].iter().sum::<u32>() as f32 / count.max(1) as f32;
         film.add(|p, count| finite(share(p, count) * corrections[p]));
@@ -239,11 +239,11 @@ fn finite(c: Vec4) -> [f32; 3] {
 }
 
 /// How many times as certain the differences of each class are as the pixels' own values.
-pub(crate) type Certainties = [f32; CLASSES];
+pub(crate) type ClassWeights = [f32; CLASSES];
 
-/// What two neighbours of a group show after the trial.
+/// What two neighbours of a group show after the pilot pass.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct TriedPair {
+pub(crate) struct PilotPair {
     pixel: usize,
     /// Where its neighbour is.
     side: Side,
@@ -259,34 +259,34 @@ const PAIRS_TOGETHER: usize = 2048;
 type PairSums = [[f64; 2]; CLASSES];
 
 /// The inverse of the variance of differences, that of values being 1.
-fn certainties(sums: &PairSums) -> Certainties {
+fn weights(sums: &PairSums) -> ClassWeights {
     let all = sums.iter().fold([0.0; 2], |[a, b], sum| [a + sum[0], b + sum[1]]);
     // Where there are few pairs, as in all.
     sums.map(|[values, difference]| {
-        let certainty = (values + 0.01 * all[0]) / (difference + 0.01 * all[1]);
-        if certainty.is_nan() { 0.0 } else { (certainty as f32).min(MOST_CERTAINTY) }
+        let weight = (values + 0.01 * all[0]) / (difference + 0.01 * all[1]);
+        if weight.is_nan() { 0.0 } else { (weight as f32).min(MAX_WEIGHT) }
     })
 }
 
 /// What is known of the pixels of an image, row by row.
-struct Noted<'a> {
+struct Recorded<'a> {
     /// The mean of the light of the samples that were noted, and the sums of its differences from that on the right and below. (What
     /// else is there means nothing.)
     pixels: Vec<[Vec4; 3]>,
     /// Samples that were noted, with groups as they are and shifted.
     phases: Vec<[u32; 2]>,
     places: &'a Places,
-    certainties: Certainties,
+    weights: ClassWeights,
     /// Rows of pixels in a band of the film, within which groups are shifted.
     band_rows: usize,
 }
 
 /// Samples that were noted of a pixel, or 1 if there are none.
-fn noted_count(phases: [u32; 2]) -> f32 {
+fn recorded_count(phases: [u32; 2]) -> f32 {
     phases.iter().sum::<u32>().max(1) as f32
 }
 
-impl Noted<'_> {
+impl Recorded<'_> {
     /// The neighbour on a side of the pixel in column x and row y, if both can be of one group.
     fn neighbour(&self, [x, y]: [usize; 2], side: Side) -> Option<usize> {
         let width = self.places.width;
@@ -314,19 +314,19 @@ impl Noted<'_> {
         let pair = |at: [usize; 2], p: usize, side: Side| {
             let samples = self.shared(at, side);
             let q = self.neighbour(at, side).filter(|_| samples > 0)?;
-            let certainty = self.certainties[self.places.class_of_pair(p, q, side)?];
+            let weight = self.weights[self.places.class_of_pair(p, q, side)?];
             let [light, right, down] = self.pixels[p];
             let difference = if side == Side::Right { right } else { down };
-            let lacking = (difference - samples as f32 * (light - self.pixels[q][0])).truncate();
-            let pair = (certainty * samples as f32, (certainty * lacking).extend(0.0));
-            Some(pair).filter(|(_, lacking)| lacking.is_finite())
+            let residual = (difference - samples as f32 * (light - self.pixels[q][0])).truncate();
+            let pair = (weight * samples as f32, (weight * residual).extend(0.0));
+            Some(pair).filter(|(_, residual)| residual.is_finite())
         };
         let width = self.places.width;
         System::of([width, self.pixels.len() / width], |[x, y]| {
             let p = y * width + x;
-            let [(right, lacking_right), (down, lacking_down)] =
+            let [(right, residual_right), (down, residual_down)] =
                 [Side::Right, Side::Down].map(|side| pair([x, y], p, side).unwrap_or_default());
-            Known { certainty: noted_count(self.phases[p]), right, down, lacking_right, lacking_down }
+            Observation { weight: recorded_count(self.phases[p]), right, down, residual_right, residual_down }
         })
     }
 }
@@ -351,13 +351,13 @@ mod tests {
             for count in 0..=samples {
                 let expected = [false, true].map(|p| (0..count).filter(|&s| phases.is_shifted(s) == p).count() as u32);
                 assert_eq!(phases.samples(count), expected);
-                assert_eq!(phases.noted(count, Default::default()), expected);
+                assert_eq!(phases.recorded(count, Default::default()), expected);
             }
             assert!((0..samples).all(|s| (s..phases.end(s)).all(|t| phases.is_shifted(t) == phases.is_shifted(s))));
         }
         let (phases, most) = (Phases::of(1 << 29, false), queue::MOST_GRADIENTS);
         assert_eq!(phases.samples(most), [most / 2; 2]);
-        assert_eq!(phases.noted(u32::MAX, Default::default()), [most / 2; 2]);
+        assert_eq!(phases.recorded(u32::MAX, Default::default()), [most / 2; 2]);
         assert_eq!(Phases::NEVER_SHIFTED.samples(1 << 30), [1 << 30, 0]);
         assert_eq!((Phases::NEVER_SHIFTED.end(1 << 30), Phases::NEVER_SHIFTED.is_shifted(1 << 30)), (u32::MAX, false));
     }
@@ -379,7 +379,7 @@ mod tests {
             }
             for count in 0..=taken.len() {
                 let expected = [0, 1].map(|kind| taken[..count].iter().filter(|k| **k == kind).count() as u32);
-                assert_eq!(phases.noted(count as u32, multipliers), expected, "{phases:?} {multipliers:?} {count}");
+                assert_eq!(phases.recorded(count as u32, multipliers), expected, "{phases:?} {multipliers:?} {count}");
             }
         }
     }
@@ -398,9 +398,9 @@ mod tests {
         let places = Places::new(width, all.clone());
         let phases = vec![Phases::of(samples, false).samples(samples); 64];
         let corrections = |places: &Places, band_rows: usize| {
-            let (phases, certainties) = (phases.clone(), [30.0; CLASSES]);
-            let mut noted = Noted { pixels: slots.clone(), phases, places, certainties, band_rows };
-            noted.system().solve(&mut noted.pixels).to_vec()
+            let (phases, weights) = (phases.clone(), [30.0; CLASSES]);
+            let mut recorded = Recorded { pixels: slots.clone(), phases, places, weights, band_rows };
+            recorded.system().solve(&mut recorded.pixels).to_vec()
         };
         let found = corrections(&places, 64);
         let total: f32 = found.iter().map(|c| c.x).sum();
@@ -419,11 +419,11 @@ mod tests {
     #[test]
     fn certainty_is_variance_of_values_over_that_of_differences() {
         let mut sums = [[0.0; 2]; CLASSES];
-        assert_eq!(certainties(&sums), [0.0; CLASSES]);
+        assert_eq!(weights(&sums), [0.0; CLASSES]);
         sums[0] = [100.0, 0.0];
-        assert_eq!(certainties(&sums), [MOST_CERTAINTY; CLASSES]);
+        assert_eq!(weights(&sums), [MAX_WEIGHT; CLASSES]);
         sums[1] = [100.0, 25.0];
-        let found = certainties(&sums);
+        let found = weights(&sums);
         assert!((found[1] - 102.0 / 25.25).abs() < 1e-5 && found[2] == 8.0, "{found:?}");
     }
 }

@@ -28,32 +28,32 @@ use std::time::Instant;
 
 use bytemuck::Zeroable;
 
-use crate::accel::{MAX_RECORDS, TreeStatistics};
+use crate::accel::{BvhStatistics, MAX_RECORDS};
 use crate::gpu::{Context, GpuError, Pipeline, Timeline};
 use crate::scene::Scene;
 
-use crate::render::light_tracing::splats::BeamLight;
-use crate::render::film::checkpoint::Checkpoint;
 use crate::render::error::RenderError;
-use crate::render::kernel::features::Features;
+use crate::render::film::checkpoint::Checkpoint;
 use crate::render::film::{Film, slot_count, slots_of_row};
+use crate::render::kernel::features::Features;
 use crate::render::kernel::layout::Push;
+use crate::render::light_tracing::splats::Splats;
 use crate::render::plan::dispatch::Pace;
-use crate::render::scene::Prepared;
-use crate::render::sampling::sample_map::SampleMap;
-use crate::render::settings::{Gradients, RenderSettings, Reuse};
-use crate::render::sampling::sobol;
-use crate::render::statistics::{Progress, RenderStatistics};
-use crate::render::space::view::View;
-use crate::render::renderer::light_tracing::BeamTracer;
 use crate::render::renderer::buffers::Buffers;
-use crate::render::renderer::gradient::{Certainties, Groups};
-use crate::render::renderer::launch::Launch;
 use crate::render::renderer::create::Parts;
-use crate::render::renderer::pass::Watch;
-use crate::render::renderer::resume::{Before, Keeping};
+use crate::render::renderer::decision::ReuseDecision;
+use crate::render::renderer::gradient::{ClassWeights, Groups};
+use crate::render::renderer::launch::Launch;
+use crate::render::renderer::light_tracing::LightTracer;
+use crate::render::renderer::pass::RenderControl;
+use crate::render::renderer::resume::{Before, Checkpointer};
 use crate::render::renderer::surfaces::Places;
-use crate::render::renderer::decision::ReuseTrial;
+use crate::render::sampling::sample_map::SampleMap;
+use crate::render::sampling::sobol;
+use crate::render::scene::Prepared;
+use crate::render::settings::{Gradients, RenderSettings, Reuse};
+use crate::render::space::view::View;
+use crate::render::statistics::{Progress, RenderStatistics};
 
 /// Submissions in flight, but for one that is repeated meanwhile.
 const IN_FLIGHT: usize = 2;
@@ -62,14 +62,14 @@ const IN_FLIGHT: usize = 2;
 pub struct Renderer {
     settings: RenderSettings,
     features: Features,
-    tree: Option<TreeStatistics>,
+    tree: Option<BvhStatistics>,
     hidden_lights: usize,
     push: Push,
     width: u32,
     height: u32,
     launch: Launch,
     pace: Pace,
-    reuse: ReuseTrial,
+    reuse: ReuseDecision,
     /// What is asked for, where the kernel can, and for how many samples at least.
     reuses: Reuse,
     fewest_reused: u32,
@@ -84,20 +84,20 @@ pub struct Renderer {
     /// What pixels show, for gradients.
     places: Places,
     /// How certain differences between pixels are, by their class.
-    certainties: Certainties,
+    weights: ClassWeights,
     /// Samples per pixel before the part of the rendering that is being done, with groups in one place.
     phase_begin: u32,
     /// What had been done when the rendering was stopped, if it goes on.
     before: Before,
-    /// What beams have lit, with the samples that are on the device.
-    light: BeamLight,
-    /// By how much variance must fall in the trial.
+    /// What light paths have lit, with the samples that are on the device.
+    light: Splats,
+    /// By how much variance must fall in the pilot pass.
     reuse_is_worth: f64,
     stage: &'static str,
     // Dropped before the buffers they refer to; the timeline first, which waits for the device.
     timeline: Timeline,
     pipeline: Pipeline,
-    beams: Option<Arc<BeamTracer>>,
+    light_paths: Option<Arc<LightTracer>>,
     buffers: Buffers,
     statistics: RenderStatistics,
 }
@@ -121,14 +121,14 @@ impl Renderer {
         let start = Instant::now();
         check_size(&prepared)?;
         let launch = Launch::of(&context.0, &prepared)?;
-        let Parts { timeline, pipeline, beams, buffers, stage, pipeline_seconds } =
+        let Parts { timeline, pipeline, light_paths, buffers, stage, pipeline_seconds } =
             Parts::of(&context.0, &launch, &prepared)?;
         check_host_memory(&prepared.scene.film)?;
         let Prepared { scene, settings, features, tables, seconds: prepared_seconds } = prepared;
-        let Launch { facts, needed, reuse, .. } = &launch;
+        let Launch { traits, needed, reuse, .. } = &launch;
         let (width, height) = (scene.film.width, scene.film.height);
-        let beam_scale = if beams.is_some() { light_tracing::scale(&View::of(scene)) } else { 0.0 };
-        let push = Push { beam_scale, ..push_constants(scene, settings) };
+        let light_path_scale = if light_paths.is_some() { light_tracing::scale(&View::of(scene)) } else { 0.0 };
+        let push = Push { light_path_scale, ..push_constants(scene, settings) };
         let mut renderer = Self {
             settings: settings.clone(),
             features,
@@ -143,25 +143,25 @@ impl Renderer {
             groups: Groups::default(),
             sample_map: SampleMap::default(),
             places: Places::default(),
-            certainties: Certainties::default(),
+            weights: ClassWeights::default(),
             phase_begin: 0,
             before: Before::default(),
-            light: BeamLight::default(),
-            reuse: ReuseTrial::Never,
+            light: Splats::default(),
+            reuse: ReuseDecision::Never,
             reuses: if *reuse { settings.reuse } else { Reuse::Off },
-            fewest_reused: reuse_policy::fewest_samples(needed, settings.reuse, facts),
-            reuse_is_worth: reuse_policy::worth(needed, facts),
+            fewest_reused: reuse_policy::fewest_samples(needed, settings.reuse, traits),
+            reuse_is_worth: reuse_policy::worth(needed, traits),
             launch,
             stage,
             timeline,
             pipeline,
-            beams: beams.map(Arc::new),
+            light_paths: light_paths.map(Arc::new),
             buffers,
             statistics: RenderStatistics::default(),
         };
         let warm_up_start = Instant::now();
         renderer.warm_up()?;
-        renderer.warm_up_beams()?;
+        renderer.warm_up_light_tracing()?;
         renderer.statistics.compile_seconds = pipeline_seconds + warm_up_start.elapsed().as_secs_f64();
         renderer.statistics.setup_seconds = prepared_seconds + start.elapsed().as_secs_f64();
         Ok(renderer)
@@ -178,7 +178,7 @@ impl Renderer {
     }
 
     /// Figures of the tree, if there is one.
-    pub fn tree(&self) -> Option<&TreeStatistics> {
+    pub fn tree(&self) -> Option<&BvhStatistics> {
         self.tree.as_ref()
     }
 
@@ -220,7 +220,7 @@ impl Renderer {
     /// Renders until all samples are done, the noise is reached, the time limit is over, or `on_progress` breaks; then
     /// reads the film.
     ///
-    /// `on_progress` is called after every dispatch of samples of the image. What is looked at before (where lamps are, whether paths
+    /// `on_progress` is called after every dispatch of samples of the image. What is looked at before (where emitters are, whether paths
     /// should be reused: some hundredths of a long rendering) is not interrupted.
     ///
     /// # Errors
@@ -233,25 +233,26 @@ impl Renderer {
     fn render_from<'a>(
         &mut self,
         checkpoint: Option<&Checkpoint>,
-        keeping: Option<Keeping<'a>>,
+        keeping: Option<Checkpointer<'a>>,
         on_progress: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
     ) -> Result<Film, RenderError> {
         let RenderStatistics { setup_seconds, compile_seconds, .. } = self.statistics;
         self.statistics = RenderStatistics { setup_seconds, compile_seconds, ..RenderStatistics::default() };
-        // Beams come last.
-        let before_beams = |limit: Duration| if self.beams.is_some() { limit - limit / 10 } else { limit };
-        let limit = self.settings.time_limit.map(before_beams);
-        let mut watch = Watch::new(limit, on_progress);
+        // Light paths come last.
+        let before_light_tracing =
+            |limit: Duration| if self.light_paths.is_some() { limit - limit / 10 } else { limit };
+        let limit = self.settings.time_limit.map(before_light_tracing);
+        let mut watch = RenderControl::new(limit, on_progress);
         watch.keeping = keeping;
         self.clear_film()?;
         let long = self.settings.samples >= self.fewest_reused;
-        self.reuse = if long { ReuseTrial::of(self.reuses) } else { ReuseTrial::Never };
+        self.reuse = if long { ReuseDecision::of(self.reuses) } else { ReuseDecision::Never };
         self.sample_map = SampleMap::default();
         self.places = Places::default();
         self.before = Before { seconds: checkpoint.map_or(0.0, Checkpoint::seconds), ..Before::default() };
-        self.light = self.no_beams();
+        self.light = self.no_light_paths();
         self.plan_samples()?;
-        let done = checkpoint.map_or(Ok(0), |checkpoint| self.take_up(checkpoint))?;
+        let done = checkpoint.map_or(Ok(0), |checkpoint| self.restore(checkpoint))?;
         watch.redone = checkpoint.map_or(0, Checkpoint::samples);
         let film = match self.settings.adaptive {
             None => self.render_uniform(done, &mut watch)?,
@@ -267,7 +268,7 @@ impl Renderer {
     /// random number of the image.
     fn plan_samples(&mut self) -> Result<(), RenderError> {
         let wanted = self.look_for_edges()?.unwrap_or_default();
-        self.try_reuse(&wanted)?;
+        self.run_pilot(&wanted)?;
         // Adaptive sampling tile by tile goes by the number of samples that are asked for.
         if self.settings.adaptive.is_none() || self.makes_gradients() {
             self.map_at_least(&wanted);
@@ -276,21 +277,21 @@ impl Renderer {
     }
 
     /// The samples that are asked for, but for so many per pixel that are done.
-    fn render_uniform(&mut self, begin: u32, watch: &mut Watch<'_>) -> Result<Film, RenderError> {
+    fn render_uniform(&mut self, begin: u32, watch: &mut RenderControl<'_>) -> Result<Film, RenderError> {
         watch.total = self.samples_of_image(self.settings.samples);
         let mut done = begin;
-        for samples in self.samples_between_beams().skip_while(|&samples| samples < begin) {
+        for samples in self.samples_between_light_tracing().skip_while(|&samples| samples < begin) {
             self.pass(&self.whole_film(), done, samples, watch)?;
             if watch.stop {
                 break;
             }
-            self.keep_up_with_beams(self.even_samples(), watch)?;
+            self.keep_up_with_light_paths(self.even_samples(), watch)?;
             done = samples;
         }
         self.statistics.stopped = self.statistics.samples < watch.total;
         let mut film = self.develop()?;
-        self.statistics.stopped |= !self.add_beams(&mut film, self.even_samples(), watch)?;
-        self.statistics.beams = self.light.beams;
+        self.statistics.stopped |= !self.add_light_paths(&mut film, self.even_samples(), watch)?;
+        self.statistics.light_paths = self.light.light_paths;
         Ok(film)
     }
 }
@@ -318,8 +319,8 @@ fn check_size(prepared: &Prepared<'_>) -> Result<(), RenderError> {
             "an image of {width}×{height} pixels is too large: there may be {most} pixels in all, counted in whole tiles of 8×8"
         )));
     }
-    if tables.tree_records() > MAX_RECORDS {
-        let (records, triangles) = (tables.tree_records(), scene.triangle_count());
+    if tables.bvh_records() > MAX_RECORDS {
+        let (records, triangles) = (tables.bvh_records(), scene.triangle_count());
         return Err(RenderError::Settings(format!(
             "a tree of {records} records for {triangles} triangles is too large: there may be {MAX_RECORDS}"
         )));

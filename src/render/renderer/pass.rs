@@ -5,18 +5,18 @@ use std::mem::{offset_of, take};
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
+use crate::gpu::{Access, Buffer, Ticket};
 use crate::render::error::RenderError;
 use crate::render::film::{TILE, pixels_in, rows_of_blocks};
 use crate::render::kernel::layout::{Counters, Push, mode};
 use crate::render::plan::dispatch::{Plan, Span, Work, tile_spans};
-use crate::render::statistics::{Progress, RenderStatistics};
 use crate::render::renderer::buffers::Band;
-use crate::render::renderer::resume::Keeping;
+use crate::render::renderer::resume::Checkpointer;
 use crate::render::renderer::{IN_FLIGHT, Renderer};
-use crate::gpu::{Access, Buffer, Ticket};
+use crate::render::statistics::{Progress, RenderStatistics};
 
 /// When a rendering has to end, and who wants to know how far it is.
-pub(crate) struct Watch<'a> {
+pub(crate) struct RenderControl<'a> {
     start: Instant,
     last_finished: Instant,
     limit: Option<Duration>,
@@ -27,14 +27,14 @@ pub(crate) struct Watch<'a> {
     /// further each time.
     pub redone: u64,
     /// Who keeps what is done.
-    pub keeping: Option<Keeping<'a>>,
+    pub keeping: Option<Checkpointer<'a>>,
     /// No further dispatch may begin.
     pub stop: bool,
     /// Because who watches said so.
     interrupted: bool,
 }
 
-impl<'a> Watch<'a> {
+impl<'a> RenderControl<'a> {
     /// Begins now.
     pub fn new(limit: Option<Duration>, on_progress: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Self {
         let start = Instant::now();
@@ -115,7 +115,7 @@ impl Renderer {
         spans: &[Span],
         done: u32,
         samples: u32,
-        watch: &mut Watch<'_>,
+        watch: &mut RenderControl<'_>,
     ) -> Result<bool, RenderError> {
         let begin = self.statistics.samples - take(&mut self.before.samples_of_phase);
         let end = begin + self.samples_between(spans, done, samples);
@@ -167,8 +167,8 @@ impl Renderer {
         if counters.truncated > 0 {
             return Err(RenderError::Truncated { count: counters.truncated });
         }
-        if counters.misfits > 0 {
-            let problem = format!("{} subgroups are not as large as was asked for", counters.misfits);
+        if counters.subgroup_mismatches > 0 {
+            let problem = format!("{} subgroups are not as large as was asked for", counters.subgroup_mismatches);
             return Err(RenderError::Driver(problem));
         }
         self.statistics.add(&counters, &stages);
@@ -206,13 +206,13 @@ impl Renderer {
 
     /// Takes so many samples of each pixel of some spans. Not to be stopped: what is stopped should have samples of the image.
     pub(crate) fn take_samples(&mut self, spans: &[Span], samples: u32) -> Result<(), RenderError> {
-        self.steady_pass(spans, 0, samples, &mut Watch::new(None, &mut |_| ControlFlow::Continue(())))?;
+        self.steady_pass(spans, 0, samples, &mut RenderControl::new(None, &mut |_| ControlFlow::Continue(())))?;
         Ok(())
     }
 
     /// Compiles the pipeline for good: some drivers do so only when it first runs.
     pub(crate) fn warm_up(&mut self) -> Result<(), RenderError> {
-        let push = Push { end_slot: 0, pieces: 1, piece_stride: 1, max_new_samples: 0, ..self.push };
+        let push = Push { end_slot: 0, work_items: 1, work_item_stride: 1, max_new_samples: 0, ..self.push };
         let (pipeline, set) = (&self.pipeline, &self.buffers.bands[0].set);
         let ticket = self.timeline.submit(|r| r.dispatch(pipeline, set, bytemuck::bytes_of(&push), [1, 1, 1]))?;
         self.timeline.wait(&ticket)?;
@@ -241,10 +241,10 @@ impl Renderer {
     pub(crate) fn submit(&mut self, work: &Work) -> Result<(Ticket, usize), RenderError> {
         let number = (self.statistics.dispatches % IN_FLIGHT as u64) as usize;
         self.statistics.dispatches += 1;
-        let (bands, slots_per_piece, stage) = (&self.buffers.bands, self.launch.slots_per_piece, self.stage);
+        let (bands, slots_per_work_item, stage) = (&self.buffers.bands, self.launch.slots_per_work_item, self.stage);
         let (pipeline, counters, readback) = (&self.pipeline, &self.buffers.counters, &self.buffers.readbacks[number]);
         let shifted = if self.groups.shifted { mode::SHIFTED } else { 0 };
-        let alike = if self.makes_gradients() { mode::ALIKE } else { 0 };
+        let correlated = if self.makes_gradients() { mode::CORRELATED } else { 0 };
         let reused = if self.reuses_paths() { mode::REUSED } else { 0 };
         let common = Push {
             target_samples: work.target_samples,
@@ -256,7 +256,7 @@ impl Renderer {
                 self.sample_map.most().of(work.new_samples).min(self.pace.most_samples()).max(work.new_samples)
             },
             tile_step: work.tile_step,
-            modes: self.push.modes | shifted | alike | reused,
+            modes: self.push.modes | shifted | correlated | reused,
             other_samples: self.groups.other_samples,
             ..self.push
         };
@@ -266,7 +266,7 @@ impl Renderer {
                     if i > 0 {
                         // Spans share counters and queue regions.
                         r.barrier(Access::Compute, Access::Compute);
-                        if self.launch.handout.is_drawn() {
+                        if self.launch.distribution.is_drawn() {
                             r.barrier(Access::Compute, Access::Transfer);
                             r.clear_word(counters, offset_of!(Counters, drawn) as u64);
                             r.barrier(Access::Transfer, Access::Compute);
@@ -276,15 +276,15 @@ impl Renderer {
                     let tiles = (span.slots() / TILE as u32).div_ceil(work.tile_step);
                     let first_tile = span.first_slot / TILE as u32;
                     let tile_bits =
-                        self.launch.handout.tile_bits(first_tile, tiles, work.tile_step, common.max_new_samples);
-                    let pieces = (tiles * TILE as u32).div_ceil(slots_per_piece << tile_bits);
+                        self.launch.distribution.tile_bits(first_tile, tiles, work.tile_step, common.max_new_samples);
+                    let work_items = (tiles * TILE as u32).div_ceil(slots_per_work_item << tile_bits);
                     let push = Push {
                         first_slot: span.first_slot,
                         end_slot: span.end_slot,
                         band_first: band.first,
                         band_rows: rows_of_blocks(band.slots, self.width),
-                        pieces,
-                        piece_stride: stride(pieces),
+                        work_items,
+                        work_item_stride: stride(work_items),
                         tile_bits,
                         ..common
                     };
@@ -292,7 +292,7 @@ impl Renderer {
                         pipeline,
                         &band.set,
                         bytemuck::bytes_of(&push),
-                        [self.launch.handout.workgroups(pieces), 1, 1],
+                        [self.launch.distribution.workgroups(work_items), 1, 1],
                     );
                 }
             });

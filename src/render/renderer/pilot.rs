@@ -1,4 +1,4 @@
-//! The trial of a rendering, from which it is decided whether paths serve several pixels (shaders/lib/reuse.glsl), and where samples go.
+//! The pilot pass of a rendering, from which it is decided whether paths serve several pixels (shaders/lib/reuse.glsl), and where samples go.
 
 use std::mem::take;
 use std::ops::Range;
@@ -9,40 +9,40 @@ use crate::render::error::RenderError;
 use crate::render::film::{MEMBERS, TILE, TILE_GROUPS, pixel_of_slot};
 use crate::render::kernel::layout::{mode, queue};
 use crate::render::plan::dispatch::{Span, Work};
-use crate::render::sampling::sample_map::Multiplier;
 use crate::render::renderer::Renderer;
-use crate::render::renderer::gradient::TriedPair;
-use crate::render::renderer::pilot_statistics::{GroupNoise, TriedGroup};
-use crate::render::renderer::decision::ReuseTrial;
+use crate::render::renderer::decision::ReuseDecision;
+use crate::render::renderer::gradient::PilotPair;
+use crate::render::renderer::pilot_statistics::{GroupNoise, PilotGroup};
+use crate::render::sampling::sample_map::Multiplier;
 
-/// What the seed is changed by (XOR) in the trial.
+/// What the seed is changed by (XOR) in the pilot pass.
 const SEED: u32 = 0x3707_3443;
-/// Tiles of which one takes part in the trial, made of a group of each.
+/// Tiles of which one takes part in the pilot pass, made of a group of each.
 pub(crate) const SET: u32 = queue::SCATTERED_TILES;
 /// Slots of these.
 pub(crate) const SET_SLOTS: u32 = TILE as u32 * SET;
-/// Slots whose trial is one dispatch: 131,072 samples.
+/// Slots whose pilot pass is one dispatch: 131,072 samples.
 const DISPATCH_SLOTS: u32 = 1024 * SET_SLOTS;
 
-/// What came of a trial.
+/// What came of a pilot pass.
 #[derive(Default)]
-pub(crate) struct Tried {
-    pub reuse: ReuseTrial,
+pub(crate) struct PilotStatistics {
+    pub reuse: ReuseDecision,
     /// Neighbours, if it is to be seen whether gradients pay.
-    pub pairs: Vec<TriedPair>,
+    pub pairs: Vec<PilotPair>,
     /// Of each group, in the order of their slots.
     pub groups: Vec<GroupNoise>,
     /// Some samples were taken again: what they cost is not known.
     pub repeated: bool,
 }
 
-/// How many of the eight groups of each tile take part in the trial of a rendering of so many samples per pixel: it takes a
+/// How many of the eight groups of each tile take part in the pilot pass of a rendering of so many samples per pixel: it takes a
 /// sixty-fourth of the time, if these are many.
 fn turns(samples: u32) -> u32 {
     (samples / 16).clamp(1, TILE_GROUPS)
 }
 
-/// The first slots of the groups of a set of tiles that take part in such turns of the trial, tile by tile, as `slot_of_tile` of
+/// The first slots of the groups of a set of tiles that take part in such turns of the pilot pass, tile by tile, as `slot_of_tile` of
 /// shaders/lib/pixel_order.glsl has them.
 fn groups_of_set(first_slot: u32, turns: Range<u32>) -> impl Iterator<Item = u32> {
     let group = |tile: u32, turn: u32| tile * TILE as u32 + (tile * 3 + turn) % TILE_GROUPS;
@@ -58,26 +58,27 @@ impl Renderer {
     /// Before a rendering, the film being empty: tries reuse in a few groups of every tile, with other random numbers, so that nothing
     /// that is decided depends on the image's.
     /// Pixels of which more samples are `wanted` for what they see, row by row, have no say.
-    pub(crate) fn try_reuse(&mut self, wanted: &[Multiplier]) -> Result<(), RenderError> {
-        let due = self.reuse == ReuseTrial::Pending || (self.reuse == ReuseTrial::Always && self.makes_gradients());
-        if !due || self.settings.samples < queue::TRIAL {
+    pub(crate) fn run_pilot(&mut self, wanted: &[Multiplier]) -> Result<(), RenderError> {
+        let due =
+            self.reuse == ReuseDecision::Pending || (self.reuse == ReuseDecision::Always && self.makes_gradients());
+        if !due || self.settings.samples < queue::PILOT_SAMPLES {
             return Ok(());
         }
         self.clear_film()?;
-        let tried = self.beforehand(|renderer| {
+        let pilot_groups = self.beforehand(|renderer| {
             renderer.push.seed ^= SEED;
             renderer.push.modes |= mode::SCATTERED;
-            renderer.samples_of_trial(wanted)
+            renderer.pilot_samples(wanted)
         })?;
-        if self.reuse == ReuseTrial::Pending {
-            self.reuse = tried.reuse;
+        if self.reuse == ReuseDecision::Pending {
+            self.reuse = pilot_groups.reuse;
         }
         log::debug!("reuse of paths: {:?}, {}", self.reuse, self.reuses_paths());
         if self.makes_gradients() {
-            self.judge_gradients(&tried.pairs)?;
+            self.judge_gradients(&pilot_groups.pairs)?;
         }
         if self.may_allocate() {
-            self.allocate_samples(&tried);
+            self.allocate_samples(&pilot_groups);
         }
         Ok(())
     }
@@ -88,7 +89,7 @@ impl Renderer {
         if self.may_allocate() && self.settings.time_limit.is_none() { turns(self.settings.samples) } else { 1 }
     }
 
-    fn samples_of_trial(&mut self, wanted: &[Multiplier]) -> Result<Tried, RenderError> {
+    fn pilot_samples(&mut self, wanted: &[Multiplier]) -> Result<PilotStatistics, RenderError> {
         let mut spans = Vec::new();
         for span in self.whole_film() {
             let first_slot = span.first_slot;
@@ -100,18 +101,18 @@ impl Renderer {
         }
         let (turns, modes) = (self.turns(), self.push.modes);
         let mut end = self.statistics.samples;
-        let mut tried = Tried::default();
+        let mut pilot_groups = PilotStatistics::default();
         for (span, turn) in spans.iter().flat_map(|span| (0..turns).map(move |turn| (span, turn))) {
             self.push.modes = modes | turn << mode::TURN_SHIFT;
-            end += self.pixels_of_trial(span, turn) * u64::from(queue::TRIAL);
+            end += self.pilot_pixels(span, turn) * u64::from(queue::PILOT_SAMPLES);
             let work = Work {
                 spans: vec![*span],
                 tile_step: SET,
-                target_samples: queue::TRIAL,
+                target_samples: queue::PILOT_SAMPLES,
                 // At once, however many the others are to be: what they cost is noted for a dispatch.
-                new_samples: queue::TRIAL,
+                new_samples: queue::PILOT_SAMPLES,
             };
-            tried.repeated |= self.work_until(work, end)?;
+            pilot_groups.repeated |= self.work_until(work, end)?;
         }
         for span in spans {
             let mut groups = self.groups_of_span(span, turns)?;
@@ -121,22 +122,22 @@ impl Renderer {
                 let is_wanted = |pixel: usize| wanted.get(pixel).is_some_and(|wanted| *wanted != Multiplier::ONE);
                 group.left_out = std::array::from_fn(|member| pixel(member).is_none_or(is_wanted));
             });
-            tried.reuse.judge(&groups);
+            pilot_groups.reuse.judge(&groups);
             if self.makes_gradients() {
                 // One group of each tile tells enough.
                 let first: Vec<_> = groups.chunk_by(|a, b| a.tile() == b.tile()).map(|of_tile| &of_tile[0]).collect();
-                tried.pairs.extend(self.pairs_of(&first));
+                pilot_groups.pairs.extend(self.pairs_of(&first));
             }
-            tried.groups.par_extend(groups.par_iter().map(TriedGroup::noise_of_pixels));
+            pilot_groups.groups.par_extend(groups.par_iter().map(PilotGroup::noise_of_pixels));
         }
-        Ok(tried)
+        Ok(pilot_groups)
     }
 
-    /// The groups of a span after the trial.
-    fn groups_of_span(&mut self, span: Span, turns: u32) -> Result<Vec<TriedGroup>, RenderError> {
+    /// The groups of a span after the pilot pass.
+    fn groups_of_span(&mut self, span: Span, turns: u32) -> Result<Vec<PilotGroup>, RenderError> {
         let mut groups = Vec::new();
         self.read_slots(&[span], |first, slots| {
-            groups.par_extend(groups_among(slots.len(), turns).into_par_iter().map(|group| TriedGroup {
+            groups.par_extend(groups_among(slots.len(), turns).into_par_iter().map(|group| PilotGroup {
                 first_slot: first + group,
                 film: members_of(slots, group),
                 gradients: Default::default(),
@@ -148,14 +149,14 @@ impl Renderer {
             let among = groups_among(slots.len(), turns);
             let (these, after) = take(&mut rest).split_at_mut(among.len());
             let pairs = these.par_iter_mut().zip(among);
-            pairs.for_each(|(tried, group)| tried.gradients = members_of(slots, group));
+            pairs.for_each(|(pilot_groups, group)| pilot_groups.gradients = members_of(slots, group));
             rest = after;
         })?;
         Ok(groups)
     }
 
-    /// Pixels of a span that take part in a turn of the trial.
-    fn pixels_of_trial(&self, span: &Span, turn: u32) -> u64 {
+    /// Pixels of a span that take part in a turn of the pilot pass.
+    fn pilot_pixels(&self, span: &Span, turn: u32) -> u64 {
         let members = |first: u32| (0..MEMBERS as u32).map(move |member| first + member * TILE_GROUPS);
         let sets = (span.first_slot..span.end_slot).step_by(SET_SLOTS as usize);
         let slots = sets.flat_map(|set| groups_of_set(set, turn..turn + 1)).flat_map(members);
@@ -164,7 +165,7 @@ impl Renderer {
     }
 }
 
-/// The groups among so many slots, from the first of a set of tiles on, that take part in the trial: their first slots.
+/// The groups among so many slots, from the first of a set of tiles on, that take part in the pilot pass: their first slots.
 fn groups_among(slots: usize, turns: u32) -> Vec<u32> {
     let sets = (0..slots as u32).step_by(SET_SLOTS as usize);
     sets.flat_map(|set| groups_of_set(set, 0..turns)).filter(|group| (*group as usize) < slots).collect()

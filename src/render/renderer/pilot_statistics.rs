@@ -1,4 +1,4 @@
-//! What the trial tells of a group of pixels (shaders/lib/gradient.glsl).
+//! What the pilot pass tells of a group of pixels (shaders/lib/gradient.glsl).
 
 use std::ops::Add;
 
@@ -11,9 +11,9 @@ const PAIRS: f64 = 1.25;
 /// noise.
 const SPREAD: f64 = 0.2;
 
-/// A group of pixels after the trial.
+/// A group of pixels after the pilot pass.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct TriedGroup {
+pub(crate) struct PilotGroup {
     /// The slot of its first member; the others follow at distances of eight.
     pub first_slot: u32,
     pub film: [FilmSlot; MEMBERS],
@@ -65,7 +65,7 @@ impl Add for Noise {
     }
 }
 
-impl TriedGroup {
+impl PilotGroup {
     /// That it is in.
     pub fn tile(&self) -> u32 {
         self.first_slot / TILE as u32
@@ -81,9 +81,9 @@ impl TriedGroup {
         let square = |x: f32| f64::from(x).powi(2);
         let gradient = &self.gradients[member];
         Noise {
-            own: square(self.film[member].trial),
-            light: square(gradient.trial_light),
-            differences: (square(gradient.trial_right) + square(gradient.trial_down)) / (2.0 * PAIRS),
+            own: square(self.film[member].pilot),
+            light: square(gradient.pilot_light),
+            differences: (square(gradient.pilot_right) + square(gradient.pilot_down)) / (2.0 * PAIRS),
         }
     }
 

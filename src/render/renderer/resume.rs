@@ -6,15 +6,15 @@
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use crate::render::light_tracing::splats::BeamLight;
-use crate::render::film::checkpoint::{Checkpoint, Figures};
 use crate::render::error::RenderError;
 use crate::render::film::Film;
+use crate::render::film::checkpoint::{Checkpoint, Figures};
 use crate::render::kernel::LIGHT_TRACE;
 use crate::render::kernel::layout::FilmSlot;
-use crate::render::statistics::Progress;
+use crate::render::light_tracing::splats::Splats;
 use crate::render::renderer::Renderer;
-use crate::render::renderer::pass::Watch;
+use crate::render::renderer::pass::RenderControl;
+use crate::render::statistics::Progress;
 
 /// What had been done when the rendering that goes on was stopped.
 #[derive(Debug, Clone, Copy, Default)]
@@ -26,7 +26,7 @@ pub(super) struct Before {
 }
 
 /// Who keeps what is done of a rendering from time to time.
-pub(super) struct Keeping<'a> {
+pub(super) struct Checkpointer<'a> {
     every: Duration,
     last: Instant,
     /// Samples, over all pixels, that have been kept.
@@ -34,7 +34,7 @@ pub(super) struct Keeping<'a> {
     keep: &'a mut dyn FnMut(Checkpoint),
 }
 
-impl Keeping<'_> {
+impl Checkpointer<'_> {
     /// Whether it is time, if there are so many samples.
     pub fn is_due(&self, samples: u64) -> bool {
         samples > self.kept && self.last.elapsed() >= self.every
@@ -83,7 +83,7 @@ impl Renderer {
     ) -> Result<Film, RenderError> {
         self.check_may_resume()?;
         let kept = from.map_or(0, Checkpoint::samples);
-        let keeping = Keeping { every, last: Instant::now(), kept, keep: &mut keep };
+        let keeping = Checkpointer { every, last: Instant::now(), kept, keep: &mut keep };
         self.render_from(from, Some(keeping), &mut on_progress)
     }
 
@@ -95,7 +95,7 @@ impl Renderer {
     }
 
     /// Hands out what is done. No submission is in flight.
-    pub(super) fn keep(&mut self, watch: &mut Watch<'_>) -> Result<(), RenderError> {
+    pub(super) fn keep(&mut self, watch: &mut RenderControl<'_>) -> Result<(), RenderError> {
         let done = self.done_so_far(self.before.seconds + watch.elapsed().as_secs_f64())?;
         if let Some(keeping) = &mut watch.keeping {
             keeping.kept = done.samples();
@@ -112,10 +112,10 @@ impl Renderer {
         if self.makes_gradients() {
             self.read_gradients(&spans, |_, slots| gradients.extend_from_slice(slots))?;
         }
-        let BeamLight { beams, sums } = self.light.clone();
+        let Splats { light_paths, sums } = self.light.clone();
         let done = u64::from(self.phase_begin);
-        let figures = Figures { done, beams, render_seconds, ..Figures::of(&self.statistics, self.stages()) };
-        Ok(Checkpoint { figures, film, gradients, beams: sums })
+        let figures = Figures { done, light_paths, render_seconds, ..Figures::of(&self.statistics, self.stages()) };
+        Ok(Checkpoint { figures, film, gradients, light_paths: sums })
     }
 
     fn stages(&self) -> [&'static str; 2] {
@@ -123,16 +123,16 @@ impl Renderer {
     }
 
     /// The film being empty, takes over a checkpoint. Returns the samples per pixel from which on to sample.
-    pub(super) fn take_up(&mut self, checkpoint: &Checkpoint) -> Result<u32, RenderError> {
-        let Checkpoint { figures, film, gradients, beams } = checkpoint;
+    pub(super) fn restore(&mut self, checkpoint: &Checkpoint) -> Result<u32, RenderError> {
+        let Checkpoint { figures, film, gradients, light_paths } = checkpoint;
         let other = |what: &str| RenderError::Settings(format!("the checkpoint is of another rendering: {what}"));
         let spans = self.whole_film();
-        let noted = if self.makes_gradients() { film.len() } else { 0 };
+        let recorded = if self.makes_gradients() { film.len() } else { 0 };
         let slots: u64 = spans.iter().map(|span| u64::from(span.slots())).sum();
         if film.len() as u64 != slots {
             return Err(other("its image has another size"));
         }
-        if gradients.len() != noted || beams.len() != self.light.sums.len() {
+        if gradients.len() != recorded || light_paths.len() != self.light.sums.len() {
             return Err(other("its image is made in another way"));
         }
         // How many samples each pixel gets.
@@ -149,13 +149,13 @@ impl Renderer {
         let begun = begun.filter(|(_, samples)| *samples <= figures.samples);
         let (done, samples) = begun.ok_or_else(|| other("it has other numbers of samples"))?;
         self.fill_film(&spans, |slot| film[slot as usize])?;
-        if noted > 0 {
+        if recorded > 0 {
             self.fill_gradients(&spans, |slot| gradients[slot as usize])?;
         }
         let stages = self.stages();
         figures.restore(&mut self.statistics, stages);
-        if !beams.is_empty() {
-            self.light = BeamLight { beams: figures.beams, sums: beams.clone() };
+        if !light_paths.is_empty() {
+            self.light = Splats { light_paths: figures.light_paths, sums: light_paths.clone() };
         }
         self.before.samples_of_phase = figures.samples - samples;
         Ok(done)

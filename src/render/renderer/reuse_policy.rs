@@ -1,32 +1,32 @@
-//! Where paths are tried to serve several pixels at all, and what a trial must show.
+//! Where paths are tried to serve several pixels at all, and what a pilot pass must show.
 
 use crate::scene::Scene;
 
-use crate::render::kernel::driver_traits::{DriverFacts, Sharers};
+use crate::render::kernel::driver_traits::{DriverTraits, Sharers};
 use crate::render::kernel::features::{Features, glass_fills_view};
 use crate::render::settings::{RenderSettings, Reuse};
 
 /// Whether paths may serve several pixels, in a scene that needs these features, on such a device. It depends on neither
 /// scheduler nor on what else is compiled, so that the image does not.
 ///
-/// With a tree and lamps together with glass or mirrors it hardly pays: the noise of caustics is left, and a trial that is lost
-/// makes the rest slower (by 1.3). (Where beams take most of that noise paths cannot be shared, see `beams::targets`.) Brute force is
+/// With a tree and emitters together with glass or mirrors it hardly pays: the noise of caustics is left, and a pilot pass that is lost
+/// makes the rest slower (by 1.3). (Where light paths take most of that noise paths cannot be shared, see `light paths::targets`.) Brute force is
 /// for comparison, not for speed.
 ///
 /// On GPUs the host's part of it takes time: for each pixel what 100 to 600 samples take without a tree, and 30 to 100 with one.
-/// Threads that choose among lights and walk a tree hold too much: with lamps a sample takes 7 to 20 times the time (H100). Where glass
+/// Threads that choose among lights and traverse a BVH hold too much: with emitters a sample takes 7 to 20 times the time (H100). Where glass
 /// fills the picture it takes 4 times the time, for less than half of the variance at best.
-pub(super) fn may_reuse(scene: &Scene, needed: &Features, settings: &RenderSettings, facts: &DriverFacts) -> bool {
+pub(super) fn may_reuse(scene: &Scene, needed: &Features, settings: &RenderSettings, traits: &DriverTraits) -> bool {
     needed.can_reuse()
         && !needed.brute_force
-        && facts.groups_fit
-        && match (settings.reuse, facts.reuse) {
+        && traits.groups_fit
+        && match (settings.reuse, traits.reuse) {
             (Reuse::Off, _) | (Reuse::Auto, Sharers::None) => false,
             (Reuse::Always, _) => true,
             (Reuse::Auto, Sharers::Lanes) => !(needed.tree && needed.has_caustics()),
             // Who waits for a time or a noise gets samples at once.
             (Reuse::Auto, Sharers::Threads) => {
-                settings.samples >= fewest_samples(needed, settings.reuse, facts)
+                settings.samples >= fewest_samples(needed, settings.reuse, traits)
                     && (settings.adaptive.is_none() && settings.time_limit.is_none())
                     && !(needed.tree && (needed.emitter || (needed.dielectric && glass_fills_view(scene))))
             }
@@ -34,22 +34,22 @@ pub(super) fn may_reuse(scene: &Scene, needed: &Features, settings: &RenderSetti
 }
 
 /// Samples per pixel that a rendering has at least for it to be tried.
-pub(super) fn fewest_samples(needed: &Features, reuse: Reuse, facts: &DriverFacts) -> u32 {
-    match (reuse, facts.reuse) {
+pub(super) fn fewest_samples(needed: &Features, reuse: Reuse, traits: &DriverTraits) -> u32 {
+    match (reuse, traits.reuse) {
         (Reuse::Auto, Sharers::Threads) if needed.tree => 64,
         (Reuse::Auto, Sharers::Threads) => 512,
         _ => 0,
     }
 }
 
-/// By how much variance must fall in the trial for reuse to pay. With a tree a sample takes 1.4 to 2.3 times the time
+/// By how much variance must fall in the pilot pass for reuse to pay. With a tree a sample takes 1.4 to 2.3 times the time
 /// (measured on lavapipe, scenes with meshes of 35 thousand to a million triangles); the least of these, since the noise that
-/// reuse does not lower, of edges and of lamps, falls faster with further samples. Without a tree it takes 1.9 to 2.1 times the
+/// reuse does not lower, of edges and of emitters, falls faster with further samples. Without a tree it takes 1.9 to 2.1 times the
 /// time, but the kernel that could reuse paths and does not takes 1.2 times that of one that could not.
 ///
 /// On GPUs a sample takes 2.4 to 4 times the time; a room of balls, one of glass, gains 3, one of diffuse balls and a mirror 4.1 to 8.
-pub(super) fn worth(needed: &Features, facts: &DriverFacts) -> f64 {
-    match facts.reuse {
+pub(super) fn worth(needed: &Features, traits: &DriverTraits) -> f64 {
+    match traits.reuse {
         Sharers::Threads => 4.0,
         _ if needed.tree => 1.4,
         _ => 1.8,

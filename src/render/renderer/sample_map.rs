@@ -1,15 +1,15 @@
 //! Decides how many of the samples each pixel gets (shaders/lib/sample_map.glsl).
 
 use crate::render::error::RenderError;
-use crate::render::kernel::features::Features;
 use crate::render::film::{TILE, pixel_of_slot, pixels_in, rows_of_blocks, slot_count, slots_of_row};
+use crate::render::kernel::features::Features;
 use crate::render::kernel::layout::{FilmSlot, queue};
+use crate::render::renderer::Renderer;
+use crate::render::renderer::pilot::{PilotStatistics, SET};
 use crate::render::sampling::sample_map::{Grid, Multiplier, SampleMap, Tile};
+use crate::render::sampling::sobol::{MAX_SAMPLES, levels};
 use crate::render::settings;
 use crate::render::settings::RenderSettings;
-use crate::render::sampling::sobol::{MAX_SAMPLES, levels};
-use crate::render::renderer::Renderer;
-use crate::render::renderer::pilot::{SET, Tried};
 
 /// Samples that the first level of the sampler's table is for. Multipliers above 4 stay within: a second level makes all samples slower,
 /// and where there are many the error at edges, which falls faster than elsewhere, needs no more.
@@ -49,7 +49,7 @@ impl Renderer {
 
     /// Whether samples may be allocated by noise and cost. Where sampling is adaptive they are not: it goes by what pixels show.
     pub(super) fn may_allocate(&self) -> bool {
-        self.may_map_samples() && self.settings.adaptive.is_none() && self.settings.samples >= queue::TRIAL
+        self.may_map_samples() && self.settings.adaptive.is_none() && self.settings.samples >= queue::PILOT_SAMPLES
     }
 
     /// No samples in the film, whose pixels are to have as many as the sample map says.
@@ -73,13 +73,13 @@ impl Renderer {
     }
 
     /// Allocates samples to tiles.
-    pub(super) fn allocate_samples(&mut self, tried: &Tried) {
+    pub(super) fn allocate_samples(&mut self, pilot_groups: &PilotStatistics) {
         let (reused, gradients) = (self.reuses_paths(), self.makes_gradients());
         let tiles = slot_count(self.width, self.height) as u32 / TILE as u32;
         let pixels =
             |tile: u32| pixels_in(tile * TILE as u32, (tile + 1) * TILE as u32, self.width, self.height) as f64;
         let mut tiles: Vec<_> = (0..tiles).map(|tile| Tile { pixels: pixels(tile), ..Tile::default() }).collect();
-        for of_tile in tried.groups.chunk_by(|a, b| a.tile == b.tile) {
+        for of_tile in pilot_groups.groups.chunk_by(|a, b| a.tile == b.tile) {
             let variances: Vec<_> = of_tile.iter().filter_map(|group| group.variance(reused, gradients)).collect();
             let known = !variances.is_empty();
             let mean = variances.iter().sum::<f64>() / variances.len() as f64;
@@ -87,12 +87,12 @@ impl Renderer {
         }
         // What is known of the cost is that of a set of tiles, part of which may be noted where there is no pixel. Where samples
         // were taken again it is not known.
-        for of_set in tried.groups.chunk_by(|a, b| a.tile / SET == b.tile / SET) {
+        for of_set in pilot_groups.groups.chunk_by(|a, b| a.tile / SET == b.tile / SET) {
             let first = of_set[0].tile / SET * SET;
             let set = &mut tiles[first as usize..][..SET as usize];
             let all: f64 = set.iter().map(|tile| tile.pixels).sum();
             let of_all = of_set.iter().map(|group| group.cost).sum::<f64>() / all.max(1.0);
-            let cost = if tried.repeated { 1.0 } else { of_all };
+            let cost = if pilot_groups.repeated { 1.0 } else { of_all };
             set.iter_mut().for_each(|tile| tile.cost = tile.pixels * cost);
         }
         self.sample_map = SampleMap::of(&tiles, self.grid(), self.settings.samples);

@@ -1,20 +1,20 @@
-//! Which scheduler a rendering gets: whether rays wait for each other before they walk the tree (shaders/path_queue.comp), or lanes
-//! shade and walk in turns (shaders/path_turns.comp).
+//! Which scheduler a rendering gets: whether rays wait for each other before they traverse the BVH (shaders/path_queue.comp), or lanes
+//! shade and traverse in turns (shaders/path_interleaved.comp).
 
-use crate::render::kernel::driver_traits::DriverFacts;
-use crate::render::kernel::features::Features;
 use crate::render::kernel::Schedule;
+use crate::render::kernel::driver_traits::DriverTraits;
+use crate::render::kernel::features::Features;
 use crate::render::settings::Scheduler;
 
 /// Expected records that a ray reads in the tree (its SAH cost) from which on it pays to let rays wait for each other.
-const FAR_WALK: f64 = 8.0;
+const LONG_TRAVERSAL: f64 = 8.0;
 /// The same if the tree is seen in so much of the picture.
-const FAR_WALK_IN_SIGHT: f64 = 4.0;
+const LONG_TRAVERSAL_IN_SIGHT: f64 = 4.0;
 /// So much of the picture.
 const IN_SIGHT: f64 = 0.1;
 /// Where the lanes of a group exchange their paths, which without waiting are in registers already, most rays must come near the tree:
 /// from so many records on that a ray reads, whether it meets the tree or not.
-const FAR_WALK_OF_GROUPS: f64 = 3.0;
+const LONG_TRAVERSAL_OF_GROUPS: f64 = 3.0;
 /// As many times the records of rays from the camera do others read.
 const OF_CAMERA_RAYS: f64 = 2.0;
 /// Samples times the square of the records beyond these from which on a rendering gains what its first start takes longer with the
@@ -24,7 +24,7 @@ const WORTH_OF_FIRST_START: f64 = 1.5e7;
 /// What the choice depends on.
 pub(crate) struct Job<'a> {
     pub features: &'a Features,
-    pub facts: &'a DriverFacts,
+    pub traits: &'a DriverTraits,
     /// The tree's SAH cost; none without a tree.
     pub sah_cost: Option<f64>,
     /// The part of the picture that shows boxes around the tree.
@@ -40,22 +40,22 @@ pub(crate) struct Job<'a> {
 impl Job<'_> {
     /// How rays are scheduled.
     pub fn schedule(&self, scheduler: Scheduler) -> Schedule {
-        // Among lights, of which one is chosen, and where paths are reused, a kernel holds too much for more: with lamps it needs 163
+        // Among lights, of which one is chosen, and where paths are reused, a kernel holds too much for more: with emitters it needs 163
         // registers instead of 92, and takes 1.1 to 2.4 times as long; with one point .70 (a bunny in a room) to .81 (a dragon of
         // glass) (H100, 1024×1024).
         let one_light = self.features.lights <= 1 && !self.features.emitter;
-        let turns_pay = self.features.tree && one_light;
+        let interleaving_pays = self.features.tree && one_light;
         let choice = match scheduler {
             _ if self.features.brute_force => Schedule::Inline,
-            Scheduler::Auto if self.facts.queue && self.waiting_pays() => Schedule::Queue,
-            Scheduler::Auto if self.facts.threads && turns_pay => Schedule::Turns,
+            Scheduler::Auto if self.traits.queue && self.waiting_pays() => Schedule::Queue,
+            Scheduler::Auto if self.traits.threads && interleaving_pays => Schedule::Interleaved,
             Scheduler::Auto | Scheduler::Inline => Schedule::Inline,
-            Scheduler::Turns if self.features.tree => Schedule::Turns,
-            Scheduler::Turns => Schedule::Inline,
+            Scheduler::Interleaved if self.features.tree => Schedule::Interleaved,
+            Scheduler::Interleaved => Schedule::Inline,
             Scheduler::Queue if self.features.tree || self.reuse => Schedule::Queue,
             Scheduler::Queue => Schedule::Inline,
         };
-        if choice == Schedule::Turns && self.reuse { Schedule::Inline } else { choice }
+        if choice == Schedule::Interleaved && self.reuse { Schedule::Inline } else { choice }
     }
 
     fn waiting_pays(&self) -> bool {
@@ -72,9 +72,9 @@ impl Job<'_> {
             return false;
         }
         let records = match self.reuse {
-            true => OF_CAMERA_RAYS * sah_cost * self.seen - FAR_WALK_OF_GROUPS,
-            false if self.seen >= IN_SIGHT => sah_cost - FAR_WALK_IN_SIGHT,
-            false => sah_cost - FAR_WALK,
+            true => OF_CAMERA_RAYS * sah_cost * self.seen - LONG_TRAVERSAL_OF_GROUPS,
+            false if self.seen >= IN_SIGHT => sah_cost - LONG_TRAVERSAL_IN_SIGHT,
+            false => sah_cost - LONG_TRAVERSAL,
         };
         records > 0.0 && records * records * self.samples >= WORTH_OF_FIRST_START
     }
@@ -82,14 +82,14 @@ impl Job<'_> {
 
 #[cfg(test)]
 mod tests {
-    use crate::render::kernel::driver_traits::Sharers;
-    use crate::render::settings::RenderSettings;
     use super::*;
     use crate::bench::generate::terrain;
-    use crate::check::scenes::{Build, divided_room, glass, lamps, room, v};
+    use crate::check::scenes::{Build, divided_room, emitters, glass, room, v};
+    use crate::render::kernel::driver_traits::Sharers;
+    use crate::render::settings::RenderSettings;
     use crate::scene::Scene;
 
-    const GPU: DriverFacts = DriverFacts {
+    const GPU: DriverTraits = DriverTraits {
         loop_budget: 1 << 20,
         workgroup_size: 128,
         queue: false,
@@ -102,10 +102,10 @@ mod tests {
     };
 
     /// A CPU.
-    const LANES: DriverFacts = DriverFacts { queue: true, reuse: Sharers::Lanes, threads: false, ..GPU };
+    const LANES: DriverTraits = DriverTraits { queue: true, reuse: Sharers::Lanes, threads: false, ..GPU };
 
-    fn chosen(scene: &Scene, facts: &DriverFacts, reuse: bool, scheduler: Scheduler) -> Schedule {
-        chosen_for_walks_of(20.0, 1.0, scene, facts, reuse, scheduler)
+    fn chosen(scene: &Scene, traits: &DriverTraits, reuse: bool, scheduler: Scheduler) -> Schedule {
+        chosen_for_walks_of(20.0, 1.0, scene, traits, reuse, scheduler)
     }
 
     /// Of so many records, in a tree that so much of the picture shows.
@@ -113,7 +113,7 @@ mod tests {
         records: f64,
         seen: f64,
         scene: &Scene,
-        facts: &DriverFacts,
+        traits: &DriverTraits,
         reuse: bool,
         scheduler: Scheduler,
     ) -> Schedule {
@@ -121,17 +121,17 @@ mod tests {
         let sah_cost = features.tree.then_some(records);
         let seen_from_outside = false;
         let samples = 1e9;
-        let job = Job { features: &features, facts, sah_cost, seen, seen_from_outside, samples, reuse };
+        let job = Job { features: &features, traits, sah_cost, seen, seen_from_outside, samples, reuse };
         job.schedule(scheduler)
     }
 
     #[test]
-    fn threads_take_turns_in_a_tree_under_one_point() {
+    fn threads_interleave_in_a_bvh_under_one_point() {
         let auto = |scene: &Scene, reuse| chosen(scene, &GPU, reuse, Scheduler::Auto);
-        assert_eq!(auto(&divided_room(), false), Schedule::Turns);
+        assert_eq!(auto(&divided_room(), false), Schedule::Interleaved);
         // Paths are shared by the lanes of a subgroup.
         assert_eq!(auto(&divided_room(), true), Schedule::Inline);
-        assert_eq!(auto(&lamps(), false), Schedule::Inline);
+        assert_eq!(auto(&emitters(), false), Schedule::Inline);
         assert_eq!(auto(&room(), false), Schedule::Inline);
     }
 
@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn rays_wait_where_walks_are_long() {
+    fn rays_wait_where_traversals_are_long() {
         let waits = |records, seen, reuse| {
             chosen_for_walks_of(records, seen, &divided_room(), &LANES, reuse, Scheduler::Auto) == Schedule::Queue
         };
@@ -159,12 +159,12 @@ mod tests {
     fn rays_wait_if_that_gains_what_the_larger_kernel_takes_longer_to_start() {
         let scene = divided_room();
         let features = &Features::of(&scene, &RenderSettings::of(&scene));
-        // With so many records beyond those of walks that are too short.
+        // With so many records beyond those of traversals that are too short.
         let waits = |records: f64, samples| {
             let job = Job {
                 features,
-                facts: &LANES,
-                sah_cost: Some((FAR_WALK_OF_GROUPS + records) / OF_CAMERA_RAYS),
+                traits: &LANES,
+                sah_cost: Some((LONG_TRAVERSAL_OF_GROUPS + records) / OF_CAMERA_RAYS),
                 seen: 1.0,
                 seen_from_outside: false,
                 samples,
@@ -184,7 +184,7 @@ mod tests {
             let features = &Features::of(scene, &RenderSettings::of(scene));
             let job = Job {
                 features,
-                facts: &LANES,
+                traits: &LANES,
                 sah_cost: Some(20.0),
                 seen: 1.0,
                 seen_from_outside: true,
@@ -201,9 +201,9 @@ mod tests {
     #[test]
     fn what_is_asked_for_is_taken_where_it_can_be() {
         let asked = |scene: &Scene, reuse| {
-            [Scheduler::Inline, Scheduler::Turns, Scheduler::Queue].map(|s| chosen(scene, &GPU, reuse, s))
+            [Scheduler::Inline, Scheduler::Interleaved, Scheduler::Queue].map(|s| chosen(scene, &GPU, reuse, s))
         };
-        assert_eq!(asked(&divided_room(), false), [Schedule::Inline, Schedule::Turns, Schedule::Queue]);
+        assert_eq!(asked(&divided_room(), false), [Schedule::Inline, Schedule::Interleaved, Schedule::Queue]);
         assert_eq!(asked(&divided_room(), true), [Schedule::Inline, Schedule::Inline, Schedule::Queue]);
         assert_eq!(asked(&room(), false), [Schedule::Inline; 3]);
     }

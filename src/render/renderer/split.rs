@@ -2,7 +2,7 @@
 //!
 //! Four of them for 256×256 pixels of 64 samples take .51 to .67 of the time where there is a mesh (.76 if it is of glass), .56 to .95
 //! in rooms of balls and boxes (H200; eight .92 to 1.1 of that). For 512×512 pixels, as many as the device holds invocations, they take
-//! .78 to .90 where rays walk a tree (a height field 1.0, glass 1.04), 1.0 to 1.22 elsewhere; for 1024×1024 two take 1.15 to 1.5 (H100):
+//! .78 to .90 where rays traverse a BVH (a height field 1.0, glass 1.04), 1.0 to 1.22 elsewhere; for 1024×1024 two take 1.15 to 1.5 (H100):
 //! more than the device holds at a time only wait.
 
 /// Of a pixel, at most.
@@ -23,12 +23,12 @@ pub(super) struct Split {
 
 /// What bounds the choice.
 pub(super) struct Bounds {
-    /// Whether some pixels take much longer than others, because their rays walk a tree.
+    /// Whether some pixels take much longer than others, because their rays traverse a BVH.
     pub uneven: bool,
     /// Invocations for a pixel that a workgroup has room for.
     pub invocations: u32,
     /// Samples that a buffer has room for.
-    pub noted: u64,
+    pub recorded: u64,
 }
 
 impl Split {
@@ -41,13 +41,13 @@ impl Split {
         let least = if bounds.uneven && slots <= busy { FEW } else { 0 };
         let fit = (busy / slots.max(1)).max(least).min(u64::from(samples)).min(MOST) as u32;
         let invocations = 1 << wanted.unwrap_or(fit).min(bounds.invocations).max(1).ilog2();
-        let most_samples = (NOTED.min(bounds.noted) / slots.max(1)).min(u64::from(samples)) as u32;
+        let most_samples = (NOTED.min(bounds.recorded) / slots.max(1)).min(u64::from(samples)) as u32;
         // An image that is so large is not split.
         if invocations == 1 || most_samples == 0 { Self::NONE } else { Self { invocations, most_samples } }
     }
 
     /// Samples to make room for, in dispatches of up to so many slots: whole blocks of the image, and so of whole workgroups.
-    pub fn noted(self, slots: u64) -> u64 {
+    pub fn recorded(self, slots: u64) -> u64 {
         if self == Self::NONE { 0 } else { slots * u64::from(self.most_samples) }
     }
 }
@@ -56,7 +56,7 @@ impl Split {
 mod tests {
     use super::{Bounds, NOTED, Split};
 
-    const ALL: Bounds = Bounds { uneven: false, invocations: 32, noted: u64::MAX };
+    const ALL: Bounds = Bounds { uneven: false, invocations: 32, recorded: u64::MAX };
 
     #[test]
     fn small_images_are_split() {
@@ -75,13 +75,13 @@ mod tests {
 
     #[test]
     fn there_is_room_for_what_is_noted() {
-        assert_eq!(Split::NONE.noted(1 << 16), 0);
-        let of = |samples, noted| Split::of(Some(8), 0, 10_240, samples, &Bounds { noted, ..ALL });
+        assert_eq!(Split::NONE.recorded(1 << 16), 0);
+        let of = |samples, recorded| Split::of(Some(8), 0, 10_240, samples, &Bounds { recorded, ..ALL });
         // Few samples need little, and a small buffer has room for few.
-        assert_eq!((of(3, u64::MAX).most_samples, of(3, u64::MAX).noted(10_240)), (3, 30_720));
+        assert_eq!((of(3, u64::MAX).most_samples, of(3, u64::MAX).recorded(10_240)), (3, 30_720));
         assert_eq!(of(1000, u64::MAX).most_samples, 409);
-        for noted in [0, 1 << 13, 1 << 16, 1 << 20, NOTED] {
-            assert!(of(1000, noted).noted(10_240) <= noted, "{noted}");
+        for recorded in [0, 1 << 13, 1 << 16, 1 << 20, NOTED] {
+            assert!(of(1000, recorded).recorded(10_240) <= recorded, "{recorded}");
         }
         assert_eq!(of(1000, 1 << 13), Split::NONE);
     }

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::render::error::RenderError;
 use crate::render::kernel::layout::{FilmSlot, mode};
 use crate::render::renderer::Renderer;
-use crate::render::renderer::decision::ReuseTrial;
+use crate::render::renderer::decision::ReuseDecision;
 
 /// Classes of pairs of pixels, see [`Places::class`].
 pub(crate) const CLASSES: usize = 8;
@@ -25,7 +25,7 @@ pub(crate) enum Side {
 pub(crate) struct Places {
     pub width: usize,
     all: Vec<Vec3>,
-    /// How much the ways from a pixel's place to those of its neighbours differ, along a row and along a column: see [`bend`]. NaN where
+    /// How much the ways from a pixel's place to those of its neighbours differ, along a row and along a column: see [`curvature`]. NaN where
     /// one of the three is not there.
     bends: Vec<[f32; 2]>,
 }
@@ -41,7 +41,7 @@ impl Places {
             for x in 0..width {
                 let across = (x > 0 && x + 1 < width).then(|| [row[x - 1], row[x], row[x + 1]]);
                 let down = above.zip(below).map(|(above, below)| [above[x], row[x], below[x]]);
-                bends[x] = [across, down].map(|places| places.map_or(f32::NAN, bend));
+                bends[x] = [across, down].map(|places| places.map_or(f32::NAN, curvature));
             }
         });
         Self { width, all, bends }
@@ -68,21 +68,21 @@ impl Places {
         }
         // On a plane, what pixels in a row show lies on a line.
         let [here, there] =
-            [pixel, neighbour].map(|p| Some(self.bends[p][side as usize]).filter(|bend| !bend.is_nan()));
-        let bend = match [here, there] {
+            [pixel, neighbour].map(|p| Some(self.bends[p][side as usize]).filter(|curvature| !curvature.is_nan()));
+        let curvature = match [here, there] {
             [Some(one), Some(other)] => one + other,
             [Some(one), None] | [None, Some(one)] => 2.0 * one,
             [None, None] => f32::MAX,
         };
         // A class is a factor of 8: three steps of the exponent of a number from 1 on.
-        let exponent = ((bend.max(1e-6) * 1e6).max(1.0).to_bits() >> 23) - 127;
+        let exponent = ((curvature.max(1e-6) * 1e6).max(1.0).to_bits() >> 23) - 127;
         Some((exponent as usize / 3).min(CLASSES - 1))
     }
 }
 
 /// The square of the distance between the directions from one place to the next, and from there to the one after; NaN if one of the
 /// three is not there.
-fn bend(places: [Vec3; 3]) -> f32 {
+fn curvature(places: [Vec3; 3]) -> f32 {
     if places.contains(&Vec3::ZERO) {
         return f32::NAN;
     }
@@ -99,7 +99,7 @@ impl Renderer {
         let whole = self.whole_film();
         self.beforehand(|renderer| {
             renderer.push.modes |= mode::SURVEY;
-            renderer.reuse = ReuseTrial::Never;
+            renderer.reuse = ReuseDecision::Never;
             renderer.take_samples(&whole, 1)
         })?;
         let mut all: Vec<Vec3> = zeroed_vec(self.width as usize * self.height as usize);

@@ -5,6 +5,7 @@ use std::mem::{replace, take};
 use bytemuck::Pod;
 use rayon::prelude::*;
 
+use crate::gpu::{Access, Buffer};
 use crate::render::error::RenderError;
 use crate::render::film::{Film, to_pixels};
 use crate::render::kernel::layout::{FilmSlot, GradientSlot};
@@ -12,7 +13,6 @@ use crate::render::plan::dispatch::Span;
 use crate::render::renderer::buffers::{Band, Passage};
 use crate::render::renderer::pass::{mapped, unmapped};
 use crate::render::renderer::{IN_FLIGHT, Renderer};
-use crate::gpu::{Access, Buffer};
 
 /// Parts of a passage: one is copied while the other is filled or read.
 const HALVES: usize = 2;

@@ -273,7 +273,7 @@ fn without_rare(tiles: &[Tile], neighbours: &[Tile]) -> Vec<Tile> {
 
 /// The tiles with the variance of their neighbourhoods, in which they themselves count so much: few pixels tell their own. It is
 /// the square of the mean deviation, which a single bright sample does not decide. (Against the mean variance of nine tiles, and no
-/// map where that finds nothing to gain, a box with a lamp has .6 of the squared error, 64 lamps .8, seven other scenes .95
+/// map where that finds nothing to gain, a box with an emitter has .6 of the squared error, 64 emitters .8, seven other scenes .95
 /// to 1.)
 fn smooth(tiles: &[Tile], width: u32, height: u32, own: f64) -> Vec<Tile> {
     let deviations: Vec<_> = tiles.iter().map(|tile| tile.variance.map(f64::sqrt)).collect();
@@ -295,7 +295,7 @@ fn smooth(tiles: &[Tile], width: u32, height: u32, own: f64) -> Vec<Tile> {
 /// The multipliers of tiles, so that their samples cost as much as they may, or a little less.
 fn divide(tiles: &[Tile], allowance: Allowance) -> Vec<Multiplier> {
     // Where nothing is known, as beyond the edge of the image, all is as it was; so it is where no light was found all around, since
-    // the trial may have missed a lamp of a few pixels.
+    // the pilot pass may have missed an emitter of a few pixels.
     let known = |tile: &Tile| tile.variance.filter(|variance| tile.pixels > 0.0 && *variance > 0.0);
     let wanted = |tile: &Tile| Some(0.5 * (known(tile)? / (tile.cost / tile.pixels).max(1e-9)).log2());
     let wanted: Vec<_> = tiles.iter().map(wanted).collect();
@@ -332,8 +332,8 @@ fn divide(tiles: &[Tile], allowance: Allowance) -> Vec<Multiplier> {
 mod tests {
     use std::ops::Range;
 
-    use crate::render::film::place_of_tile;
     use super::*;
+    use crate::render::film::place_of_tile;
 
     const GRID: Grid = Grid { width: 64, height: 64, band_rows: 64 };
 

@@ -40,8 +40,8 @@ impl Stopping {
     /// Samples per pixel that suffice, if these are fewer than twice as many as there are.
     pub fn decide(&self, samples: u32, variance: Option<f64>) -> Option<u32> {
         let step = (samples / STEPS).max(1);
-        let lacking = (self.expected(samples, variance) - f64::from(samples)).ceil() as u32;
-        let wanted = samples.saturating_add(lacking.next_multiple_of(step)).min(self.most);
+        let residual = (self.expected(samples, variance) - f64::from(samples)).ceil() as u32;
+        let wanted = samples.saturating_add(residual.next_multiple_of(step)).min(self.most);
         (samples == self.most || wanted / 2 < samples).then_some(wanted)
     }
 }

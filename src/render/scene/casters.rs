@@ -1,11 +1,11 @@
-//! Spheres around bodies of glass and mirrors, to which light is traced (shaders/lib/light/beam.glsl).
+//! Spheres around bodies of glass and mirrors, to which light is traced (shaders/lib/light_tracing.glsl).
 
 use glam::DVec3;
 
 use crate::scene::Scene;
 
-use crate::render::space::bounds::corners_around;
 use crate::render::space::RenderSpace;
+use crate::render::space::bounds::corners_around;
 
 /// So many of the largest targets may have others in them.
 const MOST_LOOKED_INTO: usize = 64;

@@ -8,18 +8,18 @@ use crate::accel::{Primitive, Texel};
 use crate::scene;
 use crate::scene::{Bsdf, Material, Mesh, Rgb, Scene, Sphere, Surface};
 
-use crate::render::scene::polygons;
-use crate::render::scene::polygons::Facet;
-use crate::render::scene::geometry;
-use crate::render::scene::geometry::{Geometry, SphereShape, triangle_texels};
 use crate::render::kernel::layout::bsdf as kind;
 use crate::render::light::list::LightList;
 use crate::render::light::table::{Light, LightShape};
-use crate::render::settings::RenderSettings;
 use crate::render::scene::containment::Emitters;
-use crate::render::space::RenderSpace;
+use crate::render::scene::geometry;
+use crate::render::scene::geometry::{Geometry, SphereShape, triangle_texels};
+use crate::render::scene::polygons;
+use crate::render::scene::polygons::InlinePolygon;
 use crate::render::scene::spheres;
 use crate::render::scene::spheres::ConstantSphere;
+use crate::render::settings::RenderSettings;
+use crate::render::space::RenderSpace;
 
 /// Where a primitive comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,8 +31,8 @@ pub(crate) enum Origin {
 }
 
 /// A scene in parts.
-pub(crate) struct Gathered {
-    /// Constant spheres, facets, and then the primitives of the tree, in the order of their numbers.
+pub(crate) struct SceneGeometry {
+    /// Constant spheres, polygons, and then the primitives of the tree, in the order of their numbers.
     pub geometry: Geometry,
     pub lights: LightList,
     /// The first of the lights.
@@ -42,45 +42,45 @@ pub(crate) struct Gathered {
     pub constant_spheres: Vec<ConstantSphere>,
     /// Scene indices of these.
     pub constant_origins: Vec<usize>,
-    pub facets: Vec<Facet>,
+    pub polygons: Vec<InlinePolygon>,
     /// Scene indices of the other spheres.
     other_spheres: Vec<usize>,
-    /// Whether the triangles of each mesh are facets.
-    are_facets: Vec<bool>,
+    /// Whether the triangles of each mesh are polygons.
+    are_polygons: Vec<bool>,
     /// Shapes of the tree, each once.
     pub primitives: Vec<Primitive>,
     /// Where these come from.
     pub origins: Vec<Origin>,
 }
 
-impl Gathered {
-    /// Constant spheres, facets and materials.
+impl SceneGeometry {
+    /// Constant spheres, polygons and materials.
     pub fn constants(scene: &Scene, space: &RenderSpace, settings: &RenderSettings) -> Self {
         let visible: Vec<_> = spheres::visible_lights(scene).collect();
         let points: Vec<_> = visible.iter().filter(|l| l.shines()).map(|l| point_light(l, space)).collect();
         let (constant_origins, other_spheres) = spheres::partition(scene, space);
-        let (facets, are_facets) = polygons::select(scene, space, settings.triangle_test);
-        let mut gathered = Self {
+        let (polygons, are_polygons) = polygons::select(scene, space, settings.triangle_test);
+        let mut geometry = Self {
             geometry: Geometry::new(scene.materials.iter().map(material_texels).collect()),
             hidden_lights: scene.lights.len() - visible.len(),
             points: points.len(),
             lights: LightList::new(points),
             constant_spheres: Vec::new(),
             constant_origins,
-            facets: Vec::new(),
+            polygons: Vec::new(),
             other_spheres,
-            are_facets,
+            are_polygons,
             primitives: Vec::new(),
             origins: Vec::new(),
         };
-        gathered.add_constant_spheres(scene, space);
-        gathered.add_facets(facets, &scene.materials);
-        gathered
+        geometry.add_constant_spheres(scene, space);
+        geometry.add_polygons(polygons, &scene.materials);
+        geometry
     }
 
-    /// How many constant spheres and facets there are: the number of the tree's first primitive.
+    /// How many constant spheres and polygons there are: the number of the BVH's first primitive.
     pub fn constants_count(&self) -> usize {
-        self.constant_spheres.len() + self.facets.len()
+        self.constant_spheres.len() + self.polygons.len()
     }
 
     fn add_constant_spheres(&mut self, scene: &Scene, space: &RenderSpace) {
@@ -95,8 +95,8 @@ impl Gathered {
         }
     }
 
-    fn add_facets(&mut self, facets: Vec<Facet>, materials: &[Material]) {
-        for f in &facets {
+    fn add_polygons(&mut self, polygons: Vec<InlinePolygon>, materials: &[Material]) {
+        for f in &polygons {
             let [a, b, c, d] = f.corners;
             let light = match emitted(materials, f.material) {
                 Some(radiance) if f.is_triangle() => {
@@ -109,7 +109,7 @@ impl Gathered {
             let corners = f.corners.map(|corner| corner.as_vec3());
             self.geometry.add_polygon(corners, f.normal.as_vec3(), offset, f.material, light);
         }
-        self.facets = facets;
+        self.polygons = polygons;
     }
 
     /// All else: spheres, then triangles.
@@ -128,9 +128,9 @@ impl Gathered {
         }
         let mut first_triangle = 0;
         for (i, mesh) in scene.meshes.iter().enumerate() {
-            if !self.are_facets[i] {
+            if !self.are_polygons[i] {
                 let added = self.add_triangles(mesh, space);
-                self.add_lamps(mesh, &added, &scene.materials, space);
+                self.add_emitters(mesh, &added, &scene.materials, space);
                 self.origins.par_extend(added.into_par_iter().map(|i| Origin::Triangle(first_triangle + i)));
             }
             first_triangle += mesh.triangles.len();
@@ -159,7 +159,7 @@ impl Gathered {
     }
 
     /// Makes lights of those of these triangles, the last primitives, that emit.
-    fn add_lamps(&mut self, mesh: &Mesh, added: &[usize], materials: &[Material], space: &RenderSpace) {
+    fn add_emitters(&mut self, mesh: &Mesh, added: &[usize], materials: &[Material], space: &RenderSpace) {
         if mesh.triangle_materials.iter().all(|&material| emitted(materials, material).is_none()) {
             return;
         }
@@ -172,7 +172,7 @@ impl Gathered {
         }
     }
 
-    /// Leaves exact copies of a primitive out: the first lamp among them, or else the first of them, is what rays hit.
+    /// Leaves exact copies of a primitive out: the first emitter among them, or else the first of them, is what rays hit.
     fn leave_out_copies(&mut self) {
         let first = self.constants_count();
         let copies = accel::copies(&self.primitives, |i| self.geometry.is_light(first + i));

@@ -1,35 +1,35 @@
-//! Where light is traced from and towards: lamps, and bodies of glass and mirrors (shaders/lib/light/beam.glsl).
+//! Where light is traced from and towards: emitters, and bodies of glass and mirrors (shaders/lib/light_tracing.glsl).
 
 use glam::DVec3;
 
 use crate::scene::Scene;
 
 use crate::render::light::alias::{Column, alias_table};
-use crate::render::space::bounds::corners_around;
 use crate::render::light::table::{Light, LightShape};
-use crate::render::space::RenderSpace;
 use crate::render::scene::casters::{Target, targets, without_inner};
+use crate::render::space::RenderSpace;
+use crate::render::space::bounds::corners_around;
 
 /// Most targets; of more, those that are near each other are made one. With one around all in place of 64, time × squared error is
 /// 1.3 to 1.7 times as large (120 balls in a room, half of them of glass or mirrors, and heaps of balls; lavapipe).
 const MOST_TARGETS: usize = 64;
 /// More than this take longer,
 const FEW_TARGETS: usize = 8;
-/// and must leave out so much of what one around all of them would get from the lamps.
+/// and must leave out so much of what one around all of them would get from the emitters.
 const WORTH_TELLING_APART: f64 = 0.8;
-/// Most pairs of a lamp and a target; with more lamps than this there are no beams.
+/// Most pairs of an emitter and a target; with more emitters than this there are no light paths.
 const MOST_PAIRS: usize = 1 << 16;
 
-/// What the shaders see of targets and lamps.
+/// What the shaders see of targets and emitters.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct BeamTable {
-    /// Number of targets; 0: there is nothing for beams to do.
+pub(crate) struct CasterTable {
+    /// Number of targets; 0: there is nothing for light paths to do.
     pub targets: u32,
     /// Targets of a texel, then entries of a texel for each emitter and each target, as many as the next power of two.
     pub texels: Vec<[f32; 4]>,
 }
 
-impl BeamTable {
+impl CasterTable {
     /// Of a scene, with the lights that are emitters.
     pub fn of(scene: &Scene, space: &RenderSpace, emitters: &[Light]) -> Self {
         if emitters.is_empty() || emitters.len() > MOST_PAIRS {
@@ -40,7 +40,7 @@ impl BeamTable {
         let around_all = Target::around_all(&bodies);
         let mut targets = at_most(most, bodies);
         let weights_of = |targets: &[Target]| -> Vec<f64> {
-            emitters.iter().flat_map(|lamp| targets.iter().map(|t| weight(lamp, t))).collect()
+            emitters.iter().flat_map(|emitter| targets.iter().map(|t| weight(emitter, t))).collect()
         };
         let mut weights = weights_of(&targets);
         let mut sum: f64 = weights.iter().sum();
@@ -104,13 +104,13 @@ impl Cluster {
     }
 }
 
-/// About what a lamp sends towards a target.
-fn weight(lamp: &Light, target: &Target) -> f64 {
-    let (lo, hi) = lamp.bounds();
+/// About what an emitter sends towards a target.
+fn weight(emitter: &Light, target: &Target) -> f64 {
+    let (lo, hi) = emitter.bounds();
     let middle = (lo + hi) / 2.0;
     let distance = target.center.distance(middle);
     let around = 1.0 - (1.0 - (target.radius / distance).powi(2)).max(0.0).sqrt();
-    let cosine = match lamp.shape {
+    let cosine = match emitter.shape {
         LightShape::Triangle([a, b, c]) | LightShape::Parallelogram([a, b, c]) => {
             let normal = (b - a).cross(c - a).normalize_or_zero();
             let beyond = |corner: DVec3| normal.dot(target.center - corner) + target.radius;
@@ -121,7 +121,7 @@ fn weight(lamp: &Light, target: &Target) -> f64 {
         LightShape::Sphere { .. } => 1.0,
         LightShape::Point(_) => 0.0,
     };
-    lamp.strength() * around * cosine
+    emitter.strength() * around * cosine
 }
 
 #[cfg(test)]
@@ -129,18 +129,18 @@ mod tests {
     use super::*;
     use crate::check::scenes::{Build, empty, mirror, v};
 
-    fn lamp(height: f64) -> Light {
+    fn emitter(height: f64) -> Light {
         let corners = [DVec3::new(-1.0, height, -1.0), DVec3::new(1.0, height, -1.0), DVec3::new(-1.0, height, 1.0)];
         Light { shape: LightShape::Parallelogram(corners), radiance: [1.0; 3] }
     }
 
     #[test]
-    fn lamps_send_light_to_what_is_before_them() {
+    fn emitters_light_what_is_before_them() {
         let target = Target { center: DVec3::ZERO, radius: 0.5 };
         // Its normal points down.
-        assert!(weight(&lamp(2.0), &target) > 4.0 * weight(&lamp(5.0), &target));
-        assert_eq!(weight(&lamp(-2.0), &target), 0.0);
-        assert!(weight(&lamp(-0.4), &target) > 0.0, "the target reaches below the lamp");
+        assert!(weight(&emitter(2.0), &target) > 4.0 * weight(&emitter(5.0), &target));
+        assert_eq!(weight(&emitter(-2.0), &target), 0.0);
+        assert!(weight(&emitter(-0.4), &target) > 0.0, "the target reaches below the emitter");
     }
 
     fn ball(x: f64, radius: f64) -> Target {
@@ -183,17 +183,17 @@ mod tests {
             places.iter().for_each(|&place| scene.sphere(place, 1.0, mirror(1.0)));
             scene
         };
-        let table = |places: &[DVec3], lamps: usize| {
+        let table = |places: &[DVec3], emitters: usize| {
             let scene = scene_of(places);
-            BeamTable::of(&scene, &RenderSpace::of(&scene), &vec![lamp(20.0); lamps])
+            CasterTable::of(&scene, &RenderSpace::of(&scene), &vec![emitter(20.0); emitters])
         };
         let apart: Vec<_> = (0..20).map(|i| v(8.0 * f64::from(i % 5), 0.0, 8.0 * f64::from(i / 5))).collect();
         assert_eq!(table(&apart, 1).targets, 20);
-        assert_eq!(table(&apart, MOST_PAIRS / 4).targets, 4, "among very many lamps");
+        assert_eq!(table(&apart, MOST_PAIRS / 4).targets, 4, "among very many emitters");
         let heap: Vec<_> = (0..512).map(|i| v(f64::from(i % 8), f64::from(i / 8 % 8), f64::from(i / 64))).collect();
         assert_eq!(table(&heap, 1).targets, 1);
         assert_eq!(table(&heap[..8], 1).targets, 8, "few cost nothing");
-        assert_eq!(table(&[], 1), BeamTable::default());
-        assert_eq!(table(&apart, MOST_PAIRS + 1), BeamTable::default());
+        assert_eq!(table(&[], 1), CasterTable::default());
+        assert_eq!(table(&apart, MOST_PAIRS + 1), CasterTable::default());
     }
 }

@@ -15,10 +15,10 @@ use crate::scene::Scene;
 
 use crate::render::error::RenderError;
 use crate::render::kernel::features::Features;
-use crate::render::settings::RenderSettings;
 use crate::render::sampling::sobol;
-use crate::render::space::RenderSpace;
 use crate::render::scene::tables::Tables;
+use crate::render::settings::RenderSettings;
+use crate::render::space::RenderSpace;
 
 /// A scene with its tree and its tables, for a renderer ([`Renderer::with`](crate::render::Renderer::with)). No device has a part in it, so
 /// that this can be made while one is opened.

@@ -1,16 +1,16 @@
-//! Small meshes as flat polygons that are written out in the shaders; see shaders/lib/intersect/facet.glsl.
+//! Small meshes as flat polygons that are written out in the shaders; see shaders/lib/intersect/polygon.glsl.
 
 use glam::DVec3;
 
 use crate::scene::{Light, Mesh, Scene};
 
-use crate::render::kernel::layout::constant::MAX_FACETS;
+use crate::render::kernel::layout::constant::MAX_POLYGONS;
 use crate::render::settings::TriangleTest;
 use crate::render::space::RenderSpace;
 
 /// A triangle (last corner repeated) or a convex quadrilateral, in render space.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Facet {
+pub(crate) struct InlinePolygon {
     pub corners: [DVec3; 4],
     /// Unit normal, towards the front.
     pub normal: DVec3,
@@ -19,7 +19,7 @@ pub(crate) struct Facet {
     pub emits: bool,
 }
 
-impl Facet {
+impl InlinePolygon {
     /// Whether the last corner is that of a triangle, repeated.
     pub fn is_triangle(&self) -> bool {
         self.corners[2] == self.corners[3]
@@ -30,7 +30,7 @@ impl Facet {
         self.normal.abs().max_position()
     }
 
-    /// The facet's constants for the simpler test in place of its corners: `QuickFacet` of facet.glsl.
+    /// The polygon's constants for the simpler test in place of its corners: `QuickPolygon` of polygon.glsl.
     pub fn edges(&self) -> [DVec3; 4] {
         let c = &self.corners;
         let length = |i: usize| c[i].distance(c[(i + 1) % 4]);
@@ -51,9 +51,9 @@ impl Facet {
     }
 }
 
-/// Bit i: facet i may lie between two points that paths can reach. A facet with all of the scene on one side of its
+/// Bit i: polygon i may lie between two points that paths can reach. A polygon with all of the scene on one side of its
 /// plane cannot: it bounds the convex hull.
-pub(crate) fn occluders(facets: &[Facet], scene: &Scene, space: &RenderSpace) -> u32 {
+pub(crate) fn occluders(polygons: &[InlinePolygon], scene: &Scene, space: &RenderSpace) -> u32 {
     let mut points = vec![DVec3::ZERO];
     points.extend(scene.meshes.iter().flat_map(|m| m.positions.iter().map(|&p| space.point(p))));
     points.extend(scene.lights.iter().map(|l| {
@@ -61,7 +61,7 @@ pub(crate) fn occluders(facets: &[Facet], scene: &Scene, space: &RenderSpace) ->
         space.point(*position)
     }));
     let balls: Vec<_> = scene.spheres.iter().map(|s| (space.point(s.center), space.length(s.radius))).collect();
-    let bounds_hull = |f: &Facet| {
+    let bounds_hull = |f: &InlinePolygon| {
         let d = f.normal.dot(f.corners[0]);
         // Single precision moves points by that much.
         let slack = 1e-6 * (space.reach + d.abs());
@@ -71,38 +71,40 @@ pub(crate) fn occluders(facets: &[Facet], scene: &Scene, space: &RenderSpace) ->
         };
         side(1.0) || side(-1.0)
     };
-    facets.iter().enumerate().map(|(i, f)| u32::from(!bounds_hull(f)) << i).sum()
+    polygons.iter().enumerate().map(|(i, f)| u32::from(!bounds_hull(f)) << i).sum()
 }
 
-/// The facets of the meshes that become constants, and for each mesh whether it did.
+/// The polygons of the meshes that become constants, and for each mesh whether it did.
 ///
-/// The smallest meshes come first, as long as all facets fit. Interpolated normals need vertices, hence the tree; and
-/// a caller who asks for Möller–Trumbore is to get it. Of the facets that do, emitters come first: of surfaces that lie on each other
-/// rays meet the first one, and a lamp in the plane of a ceiling is to be seen.
-pub(crate) fn select(scene: &Scene, space: &RenderSpace, test: TriangleTest) -> (Vec<Facet>, Vec<bool>) {
+/// The smallest meshes come first, as long as all polygons fit. Interpolated normals need vertices, hence the tree; and
+/// a caller who asks for Möller–Trumbore is to get it. Of the polygons that do, emitters come first: of surfaces that lie on each other
+/// rays meet the first one, and an emitter in the plane of a ceiling is to be seen.
+pub(crate) fn select(scene: &Scene, space: &RenderSpace, test: TriangleTest) -> (Vec<InlinePolygon>, Vec<bool>) {
     let mut order: Vec<usize> = (0..scene.meshes.len()).collect();
     order.sort_by_key(|&i| scene.meshes[i].triangles.len());
-    let mut facets = Vec::new();
+    let mut polygons = Vec::new();
     let mut constant = vec![false; scene.meshes.len()];
     for i in order {
         let mesh = &scene.meshes[i];
-        if test != TriangleTest::Watertight || mesh.triangles.len() > 2 * MAX_FACETS || !mesh.vertex_normals.is_empty()
+        if test != TriangleTest::Watertight
+            || mesh.triangles.len() > 2 * MAX_POLYGONS
+            || !mesh.vertex_normals.is_empty()
         {
             continue;
         }
         let own = join(mesh, scene, space);
-        if facets.len() + own.len() <= MAX_FACETS {
-            facets.extend(own);
+        if polygons.len() + own.len() <= MAX_POLYGONS {
+            polygons.extend(own);
             constant[i] = true;
         }
     }
-    facets.sort_by_key(|facet| !facet.emits);
-    (facets, constant)
+    polygons.sort_by_key(|polygon| !polygon.emits);
+    (polygons, constant)
 }
 
 /// Triangles, pairs of which become quadrilaterals where they can.
-fn join(mesh: &Mesh, scene: &Scene, space: &RenderSpace) -> Vec<Facet> {
-    let mut facets: Vec<Facet> = Vec::new();
+fn join(mesh: &Mesh, scene: &Scene, space: &RenderSpace) -> Vec<InlinePolygon> {
+    let mut polygons: Vec<InlinePolygon> = Vec::new();
     for (triangle, &material) in mesh.triangles.iter().zip(&mesh.triangle_materials) {
         let corners = triangle.map(|i| mesh.positions[i as usize]);
         if space.triangle32(corners).is_none() {
@@ -111,17 +113,17 @@ fn join(mesh: &Mesh, scene: &Scene, space: &RenderSpace) -> Vec<Facet> {
         let [a, b, c] = corners.map(|p| space.point(p));
         let Some(normal) = (b - a).cross(c - a).try_normalize() else { continue };
         let emits = scene.surface(material).emits();
-        let next = Facet { corners: [a, b, c, c], normal, material, emits };
-        match facets.iter_mut().find_map(|f| quadrilateral(f, &next).map(|q| (f, q))) {
-            Some((facet, joined)) => *facet = joined,
-            None => facets.push(next),
+        let next = InlinePolygon { corners: [a, b, c, c], normal, material, emits };
+        match polygons.iter_mut().find_map(|f| quadrilateral(f, &next).map(|q| (f, q))) {
+            Some((polygon, joined)) => *polygon = joined,
+            None => polygons.push(next),
         }
     }
-    facets
+    polygons
 }
 
 /// The convex, flat quadrilateral of two triangles with a common edge, if there is one.
-fn quadrilateral(first: &Facet, second: &Facet) -> Option<Facet> {
+fn quadrilateral(first: &InlinePolygon, second: &InlinePolygon) -> Option<InlinePolygon> {
     if first.material != second.material || !first.is_triangle() || !second.is_triangle() {
         return None;
     }
@@ -144,7 +146,7 @@ fn quadrilateral(first: &Facet, second: &Facet) -> Option<Facet> {
                 return None;
             }
             if flat && (0..4).all(|k| turn(k) > 1e-9 * size * size) {
-                return Some(Facet { corners, ..*first });
+                return Some(InlinePolygon { corners, ..*first });
             }
         }
     }
@@ -155,20 +157,20 @@ fn quadrilateral(first: &Facet, second: &Facet) -> Option<Facet> {
 mod tests {
     use super::*;
 
-    fn triangle(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> Facet {
+    fn triangle(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> InlinePolygon {
         let [a, b, c] = [a, b, c].map(DVec3::from_array);
         let normal = (b - a).cross(c - a).normalize();
-        Facet { corners: [a, b, c, c], normal, material: 0, emits: false }
+        InlinePolygon { corners: [a, b, c, c], normal, material: 0, emits: false }
     }
 
     #[test]
     fn edges_tell_the_distance() {
-        let facets = [
+        let polygons = [
             triangle([0.0, 0.0, 0.0], [1.0, 0.0, 0.25], [0.5, 1.0, 3.0]),
             triangle([1.0, 2.0, 3.0], [1.0, 2.5, 3.0], [1.25, 2.0, 4.0]),
             triangle([-1.0, 0.5, 0.0], [0.0, 0.5, 2.0], [1.0, 0.25, 0.0]),
         ];
-        for f in facets {
+        for f in polygons {
             let (u, v) = [(1, 2), (0, 2), (0, 1)][f.axis()];
             let [a, b, c, _] = f.corners;
             let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
@@ -183,13 +185,16 @@ mod tests {
     }
 
     #[test]
-    fn lamps_come_before_what_they_lie_on() {
+    fn emitters_come_before_what_they_lie_on() {
         let cornell = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/scenes/cornell.toml");
         let mut scene = Scene::load(std::path::Path::new(cornell)).unwrap().scene;
         for _ in 0..2 {
-            let (facets, _) = select(&scene, &RenderSpace::of(&scene), TriangleTest::Watertight);
-            let lamps = facets.iter().take_while(|f| f.emits).count();
-            assert!(lamps > 0 && lamps < facets.len() && facets[lamps..].iter().all(|f| !f.emits), "{lamps} lamps");
+            let (polygons, _) = select(&scene, &RenderSpace::of(&scene), TriangleTest::Watertight);
+            let emitters = polygons.iter().take_while(|f| f.emits).count();
+            assert!(
+                emitters > 0 && emitters < polygons.len() && polygons[emitters..].iter().all(|f| !f.emits),
+                "{emitters} emitters"
+            );
             for mesh in &mut scene.meshes {
                 mesh.triangles.reverse();
                 mesh.triangle_materials.reverse();
@@ -210,10 +215,10 @@ mod tests {
         assert!(quadrilateral(&triangle([0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [1.0, 1.0, 0.0]), &concave).is_none());
         let turned = triangle([1.0, 1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
         assert!(quadrilateral(&base, &turned).is_none());
-        let lamp = |f| Facet { emits: true, ..f };
-        assert!(quadrilateral(&lamp(base), &lamp(square)).is_some());
+        let emitter = |f| InlinePolygon { emits: true, ..f };
+        assert!(quadrilateral(&emitter(base), &emitter(square)).is_some());
         let kite = triangle([0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.5, 0.0]);
         assert!(quadrilateral(&base, &kite).is_some());
-        assert!(quadrilateral(&lamp(base), &lamp(kite)).is_none());
+        assert!(quadrilateral(&emitter(base), &emitter(kite)).is_none());
     }
 }

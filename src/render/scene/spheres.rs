@@ -60,14 +60,14 @@ pub(crate) fn partition(scene: &Scene, space: &RenderSpace) -> (Vec<usize>, Vec<
     (constant, rest)
 }
 
-/// Indices of the spheres without copies, in scene order: of each place and radius the first lamp, or else the first.
+/// Indices of the spheres without copies, in scene order: of each place and radius the first emitter, or else the first.
 fn one_of_each(scene: &Scene) -> Vec<usize> {
     let shape = |s: &Sphere| [s.center.x, s.center.y, s.center.z, s.radius].map(|x| (x + 0.0).to_bits());
-    let is_lamp = |i: usize| is_lamp(&scene.spheres[i], scene);
+    let is_area_light = |i: usize| is_area_light(&scene.spheres[i], scene);
     let mut kept: HashMap<[u64; 4], usize> = HashMap::with_capacity(scene.spheres.len());
     for (i, sphere) in scene.spheres.iter().enumerate() {
         let one = kept.entry(shape(sphere)).or_insert(i);
-        if is_lamp(i) && !is_lamp(*one) {
+        if is_area_light(i) && !is_area_light(*one) {
             *one = i;
         }
     }
@@ -76,7 +76,7 @@ fn one_of_each(scene: &Scene) -> Vec<usize> {
     kept
 }
 
-fn is_lamp(sphere: &Sphere, scene: &Scene) -> bool {
+fn is_area_light(sphere: &Sphere, scene: &Scene) -> bool {
     scene.surface(sphere.material).emitted().is_some()
 }
 
@@ -93,7 +93,7 @@ pub(crate) fn classify(index: usize, scene: &Scene, emitters: &Emitters, space: 
         d if d < -margin => Place::Inside,
         _ => Place::Across,
     };
-    // Shadow rays end, and beams begin, on emitters that no path gets to.
+    // Shadow rays end, and light paths begin, on emitters that no path gets to.
     let together = is_opaque(sphere, scene) && camera != Place::Across && emitters.are_all(camera, index, scene);
     let side = match camera {
         Place::Outside if together => Side::Solid,

@@ -7,31 +7,31 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::accel;
-use crate::accel::{Aabb, Leaf, Packed, Primitive, TreeStatistics};
+use crate::accel::{Aabb, BvhStatistics, Leaf, Packed, Primitive};
 use crate::gpu::Specialization;
 use crate::scene::Scene;
 
-use crate::render::scene::light_paths::BeamTable;
-use crate::render::kernel::driver_traits::DriverFacts;
-use crate::render::scene::polygons;
-use crate::render::scene::polygons::Facet;
+use crate::render::kernel::driver_traits::DriverTraits;
 use crate::render::kernel::features::Features;
-use crate::render::scene::collect::{Gathered, Origin, rgb};
-use crate::render::scene::geometry::GeometryTexels;
-use crate::render::light::screen_bounds::lamp_places;
 use crate::render::kernel::layout::{SceneValues, constant};
-use crate::render::light::table::{Light, LightShape, LightTable};
-use crate::render::settings::mutation::Mutation;
+use crate::render::light::screen_bounds::emitter_bounds;
 use crate::render::light::solid_angle;
-use crate::render::settings::{Beams, LightSamples, RenderSettings, SampleMap, Sampler};
-use crate::render::space::RenderSpace;
+use crate::render::light::table::{Light, LightShape, LightTable};
+use crate::render::scene::collect::{Origin, SceneGeometry, rgb};
+use crate::render::scene::geometry::GeometryTexels;
+use crate::render::scene::light_paths::CasterTable;
+use crate::render::scene::polygons;
+use crate::render::scene::polygons::InlinePolygon;
 use crate::render::scene::spheres::ConstantSphere;
+use crate::render::settings::mutation::Mutation;
+use crate::render::settings::{LightSamples, LightTracing, RenderSettings, SampleMap, Sampler};
+use crate::render::space::RenderSpace;
 use crate::render::space::view::{Rectangle, View};
 
 /// Handles by which rays name the surface that they leave (`self_id`) are from here on slots of the tree, of which a record has two
-/// (shaders/lib/intersect/bvh/traversal.glsl); below they are the numbers of constant spheres and facets.
-pub(crate) const TREE_ID: usize = 0x0100_0000;
-/// Samples of lights at a first diffuse hit: shaders/lib/path.glsl spreads up to four over a lamp.
+/// (shaders/lib/intersect/bvh/traversal.glsl); below they are the numbers of constant spheres and polygons.
+pub(crate) const BVH_ID: usize = 0x0100_0000;
+/// Samples of lights at a first diffuse hit: shaders/lib/path.glsl spreads up to four over an emitter.
 const LIGHT_SAMPLES: u32 = 4;
 
 /// Everything that is uploaded or becomes a constant.
@@ -39,77 +39,78 @@ pub(crate) struct Tables {
     pub geometry: GeometryTexels,
     pub lights: LightTable,
     /// Follows the lights' texels.
-    pub beams: BeamTable,
+    pub light_paths: CasterTable,
     /// Texels of lights before it.
-    beam_texels: u32,
+    splat_texels: u32,
     light_count: u32,
     emitter_count: u32,
     /// The pixels that may show emitters, directly or in mirrors.
-    pub lamp_places: Vec<Rectangle>,
+    pub emitter_bounds: Vec<Rectangle>,
     /// The only light, if that is a point.
     single_point: Option<Light>,
     pub packed: Packed,
-    pub tree: Option<TreeStatistics>,
-    /// Where the tree's primitives come from.
+    pub tree: Option<BvhStatistics>,
+    /// Where the BVH's primitives come from.
     origins: Vec<Origin>,
     /// Scene indices of the constant spheres.
     constant_origins: Vec<usize>,
     /// Whether all that does not emit is in the tree, and the camera and the lights are outside of the box around that.
     pub seen_from_outside: bool,
     constant_spheres: Vec<ConstantSphere>,
-    facets: Vec<Facet>,
-    facet_occluders: u32,
+    polygons: Vec<InlinePolygon>,
+    polygon_occluders: u32,
     hidden_lights: usize,
 }
 
 impl Tables {
     pub fn of(scene: &Scene, space: &RenderSpace, settings: &RenderSettings) -> Self {
-        let mut gathered = Gathered::constants(scene, space, settings);
+        let mut geometry = SceneGeometry::constants(scene, space, settings);
         let start = Instant::now();
-        gathered.add_what_is_in_the_tree(scene, space);
-        let primitives = &gathered.primitives;
+        geometry.add_what_is_in_the_tree(scene, space);
+        let primitives = &geometry.primitives;
         let leaves = accel::leaves(primitives);
         let tree = build_tree(primitives, &leaves, settings);
-        let first_primitive = gathered.constants_count() as u32;
+        let first_primitive = geometry.constants_count() as u32;
         // Without one, a tree is compiled in only by the general pipeline.
         let packed =
             tree.as_ref().map_or_else(Packed::nothing, |tree| accel::pack(tree, &leaves, primitives, first_primitive));
         let build_seconds = start.elapsed().as_secs_f64();
 
-        let points = gathered.points;
-        let lights = gathered.lights.into_vec();
+        let points = geometry.points;
+        let lights = geometry.lights.into_vec();
         let mut light_table = LightTable::of(&lights, |light| solid_angle::looks_large(light, scene, space));
-        let beams = match settings.beams {
-            Beams::Off => BeamTable::default(),
-            Beams::Auto => BeamTable::of(scene, space, &lights[points..]),
+        let light_paths = match settings.light_paths {
+            LightTracing::Off => CasterTable::default(),
+            LightTracing::Auto => CasterTable::of(scene, space, &lights[points..]),
         };
-        let beam_texels = light_table.texels.len() as u32;
-        light_table.texels.extend(&beams.texels);
+        let splat_texels = light_table.texels.len() as u32;
+        light_table.texels.extend(&light_paths.texels);
         let view = View::of(scene);
         let emits = |&sphere: &usize| scene.surface(scene.spheres[sphere].material).emits();
-        let in_tree = gathered.facets.iter().all(|facet| facet.emits) && gathered.constant_origins.iter().all(emits);
+        let in_tree =
+            geometry.polygons.iter().all(|polygon| polygon.emits) && geometry.constant_origins.iter().all(emits);
         let seen_from_outside = in_tree && are_seen_from_outside(&packed.root_boxes, &lights);
         Self {
-            geometry: gathered.geometry.into_texels(),
+            geometry: geometry.geometry.into_texels(),
             single_point: (points == 1 && lights.len() == 1).then(|| lights[0]),
             light_count: lights.len() as u32,
             emitter_count: (lights.len() - points) as u32,
-            lamp_places: match settings.sample_map {
+            emitter_bounds: match settings.sample_map {
                 SampleMap::Off => Vec::new(),
-                SampleMap::Auto => lamp_places(scene, space, &view, &lights[points..]),
+                SampleMap::Auto => emitter_bounds(scene, space, &view, &lights[points..]),
             },
             lights: light_table,
-            beams,
-            beam_texels,
+            light_paths,
+            splat_texels,
             seen_from_outside,
-            tree: tree.map(|_| TreeStatistics { build_seconds, ..packed.statistics }),
+            tree: tree.map(|_| BvhStatistics { build_seconds, ..packed.statistics }),
             packed,
-            origins: gathered.origins,
-            constant_origins: gathered.constant_origins,
-            constant_spheres: gathered.constant_spheres,
-            facet_occluders: polygons::occluders(&gathered.facets, scene, space),
-            facets: gathered.facets,
-            hidden_lights: gathered.hidden_lights,
+            origins: geometry.origins,
+            constant_origins: geometry.constant_origins,
+            constant_spheres: geometry.constant_spheres,
+            polygon_occluders: polygons::occluders(&geometry.polygons, scene, space),
+            polygons: geometry.polygons,
+            hidden_lights: geometry.hidden_lights,
         }
     }
 
@@ -119,24 +120,24 @@ impl Tables {
     }
 
     /// Boxes around all that is in the tree; none without one.
-    pub fn tree_boxes(&self) -> &[Aabb] {
+    pub fn root_boxes(&self) -> &[Aabb] {
         &self.packed.root_boxes
     }
 
     /// Records of the packed tree.
-    pub fn tree_records(&self) -> usize {
+    pub fn bvh_records(&self) -> usize {
         self.packed.records()
     }
 
-    /// Groups of children that a walk may have to keep: one for each level but the last, from which it goes nowhere.
+    /// Groups of children that a traversal may have to keep: one for each level but the last, from which it goes nowhere.
     fn stack_levels(&self) -> u32 {
         self.tree.as_ref().map_or(1, |t| t.depth.saturating_sub(1).max(1))
     }
 
-    /// Where a primitive comes from; `None` for facets, which may join triangles.
+    /// Where a primitive comes from; `None` for polygons, which may join triangles.
     pub fn origin_of(&self, primitive: i32) -> Option<Origin> {
         let primitive = usize::try_from(primitive).ok()?;
-        match primitive.checked_sub(self.constant_spheres.len() + self.facets.len()) {
+        match primitive.checked_sub(self.constant_spheres.len() + self.polygons.len()) {
             None => self.constant_origins.get(primitive).map(|&i| Origin::Sphere(i)),
             Some(of_tree) => self.origins.get(of_tree).copied(),
         }
@@ -144,7 +145,7 @@ impl Tables {
 
     /// The primitive that rays name by a handle, or −1.
     pub fn primitive_of(&self, self_id: i32) -> i32 {
-        match usize::try_from(self_id).ok().and_then(|id| id.checked_sub(TREE_ID)) {
+        match usize::try_from(self_id).ok().and_then(|id| id.checked_sub(BVH_ID)) {
             None => self_id,
             Some(slot) => self.packed.primitive(slot).map_or(-1, |primitive| primitive as i32),
         }
@@ -175,10 +176,10 @@ impl Tables {
             let [x, y, z] = s.center;
             *value = [[x, y, z, s.radius], [s.power, 0.0, 0.0, 0.0]];
         }
-        for (value, b) in values.tree_boxes.iter_mut().zip(&self.packed.root_boxes) {
+        for (value, b) in values.root_boxes.iter_mut().zip(&self.packed.root_boxes) {
             *value = [b.lo, b.hi].map(|corner| corner.extend(0.0).to_array());
         }
-        for (value, f) in values.facets.iter_mut().zip(&self.facets) {
+        for (value, f) in values.polygons.iter_mut().zip(&self.polygons) {
             let plane = f.normal.dot(f.corners[0]);
             *value = [f.edges().map(|edge| edge.z as f32), [plane as f32, 0.0, 0.0, 0.0]];
         }
@@ -192,7 +193,12 @@ impl Tables {
     }
 
     /// Values of all specialization constants but the workgroup's size and the loop budget.
-    pub fn specialization(&self, features: &Features, settings: &RenderSettings, facts: DriverFacts) -> Specialization {
+    pub fn specialization(
+        &self,
+        features: &Features,
+        settings: &RenderSettings,
+        traits: DriverTraits,
+    ) -> Specialization {
         let mut s = Specialization::default();
         s.uint(constant::FILTER, u32::from(features.gaussian))
             .uint(
@@ -212,9 +218,9 @@ impl Tables {
             .bool(constant::HAS_EMITTER, features.emitter)
             .bool(constant::HAS_BACKGROUND, features.background)
             .uint(constant::SPHERE_COUNT, features.constant_spheres)
-            .bool(constant::HAS_TREE, features.tree)
-            .bool(constant::TREE_SPHERES, features.tree_spheres)
-            .bool(constant::TREE_TRIANGLES, features.tree_triangles)
+            .bool(constant::HAS_BVH, features.tree)
+            .bool(constant::BVH_SPHERES, features.bvh_spheres)
+            .bool(constant::BVH_TRIANGLES, features.bvh_triangles)
             .bool(constant::BRUTE_FORCE, features.brute_force)
             .bool(constant::MOLLER_TRUMBORE, features.moller_trumbore)
             .bool(constant::SMOOTH_NORMALS, features.smooth_normals)
@@ -225,13 +231,13 @@ impl Tables {
             .uint(constant::LIGHT_ENTRIES, self.lights.grid.entries)
             .uint(constant::LIGHT_CELLS, self.lights.grid.cells)
             .uint(constant::LIGHT_DEPTH, self.lights.grid.depth)
-            .uint(constant::BEAM_TEXELS, self.beam_texels)
+            .uint(constant::CASTER_TEXELS, self.splat_texels)
             .uint(constant::LIGHT_LOOPS, self.lights.grid.loops())
             .uint(constant::SOBOL_LEVELS, features.sobol_levels)
-            .bool(constant::THREADS, facts.threads)
-            .bool(constant::SHUFFLES, facts.shuffles)
-            .uint(constant::TREE_BOX_COUNT, self.packed.root_boxes.len() as u32)
-            .uint(constant::TREE_LEVELS, if features.deep_tree { accel::MAX_DEPTH } else { self.stack_levels() })
+            .bool(constant::THREADS, traits.threads)
+            .bool(constant::SHUFFLES, traits.shuffles)
+            .uint(constant::ROOT_BOX_COUNT, self.packed.root_boxes.len() as u32)
+            .uint(constant::STACK_LEVELS, if features.deep_bvh { accel::MAX_DEPTH } else { self.stack_levels() })
             .uint(constant::MUTATION, settings.mutation.map_or(0, |m| m as u32))
             .bool(constant::PATH_STATS, settings.count_steps);
         for (i, sphere) in self.constant_spheres.iter().enumerate() {
@@ -246,11 +252,12 @@ impl Tables {
             let inside = self.constant_spheres.iter().enumerate().map(|(i, s)| u32::from(is_inside(s)) << i).sum();
             s.uint(constant::POINT_INSIDE, inside);
         }
-        s.uint(constant::FACET_COUNT, self.facets.len() as u32).uint(constant::FACET_OCCLUDERS, self.facet_occluders);
-        let across = |axis| self.facets.iter().enumerate().map(|(i, f)| u32::from(f.axis() == axis) << i).sum();
-        s.uint(constant::FACETS_ACROSS_X, across(0)).uint(constant::FACETS_ACROSS_Y, across(1));
-        for (i, f) in self.facets.iter().enumerate() {
-            let base = constant::FACETS + 16 * i as u32;
+        s.uint(constant::POLYGON_COUNT, self.polygons.len() as u32)
+            .uint(constant::POLYGON_OCCLUDERS, self.polygon_occluders);
+        let across = |axis| self.polygons.iter().enumerate().map(|(i, f)| u32::from(f.axis() == axis) << i).sum();
+        s.uint(constant::POLYGONS_ACROSS_X, across(0)).uint(constant::POLYGONS_ACROSS_Y, across(1));
+        for (i, f) in self.polygons.iter().enumerate() {
+            let base = constant::POLYGONS + 16 * i as u32;
             let edges = f.edges().into_iter().flat_map(|edge| [edge.x, edge.y]);
             for (j, v) in edges.chain(f.normal.to_array()).enumerate() {
                 s.float(base + j as u32, v as f32);
@@ -280,16 +287,16 @@ fn are_seen_from_outside(boxes: &[Aabb], lights: &[Light]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use crate::render::kernel::driver_traits::Sharers;
     use super::*;
     use crate::bench::generate;
     use crate::check::scenes::divided_room;
+    use crate::render::kernel::driver_traits::Sharers;
     use crate::scene;
     use crate::scene::{PixelFilter, Surface};
 
     fn specialization(scene: &Scene) -> Specialization {
         let settings = RenderSettings::of(scene);
-        let facts = DriverFacts {
+        let traits = DriverTraits {
             loop_budget: 0,
             workgroup_size: 64,
             queue: true,
@@ -303,7 +310,7 @@ mod tests {
         Tables::of(scene, &RenderSpace::of(scene), &settings).specialization(
             &Features::of(scene, &settings),
             &settings,
-            facts,
+            traits,
         )
     }
 

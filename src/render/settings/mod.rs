@@ -47,17 +47,17 @@ pub enum Accel {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Scheduler {
     /// On CPU drivers [`Scheduler::Queue`] for scenes with a tree, unless it is small or there are few samples to take, for
-    /// which the larger kernel does not pay; on GPUs [`Scheduler::Turns`] for scenes with a tree and no light but a point, unless
+    /// which the larger kernel does not pay; on GPUs [`Scheduler::Interleaved`] for scenes with a tree and no light but a point, unless
     /// paths are reused; else [`Scheduler::Inline`]. Where paths are reused and groups of eight do not fit into a subgroup, always
     /// the first.
     #[default]
     Auto,
-    /// Each lane walks the tree at once.
+    /// Each lane traverses the BVH at once.
     Inline,
-    /// Lanes whose rays are done shade what they have met while others walk the tree. Not where paths are reused.
-    Turns,
-    /// Paths whose rays need the tree wait in a pocket of their lane, which goes on with others; all lanes of a subgroup
-    /// then walk together.
+    /// Lanes whose rays are done shade what they have met while others traverse the BVH. Not where paths are reused.
+    Interleaved,
+    /// Paths whose rays need the tree wait in a ray pool of their lane, which goes on with others; all lanes of a subgroup
+    /// then traverse together.
     Queue,
 }
 
@@ -66,8 +66,8 @@ pub enum Scheduler {
 /// pixels have part of it in common.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Reuse {
-    /// As [`Reuse::Always`], unless a trial shows that it does not pay; but neither in scenes with a hierarchy and emitters
-    /// together with glass or mirrors, nor where glass fills the view, nor where beams are traced, nor without a hierarchy on
+    /// As [`Reuse::Always`], unless a pilot pass shows that it does not pay; but neither in scenes with a hierarchy and emitters
+    /// together with glass or mirrors, nor where glass fills the view, nor where light paths are traced, nor without a hierarchy on
     /// lavapipe before Mesa 23.1. On GPUs only from 512 samples per pixel on (64 with a hierarchy), and with neither a noise
     /// to stop at, nor a time limit, nor a hierarchy and emitters.
     #[default]
@@ -83,7 +83,7 @@ pub enum Reuse {
 /// it is smooth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Gradients {
-    /// Where paths are reused, from 2 samples per pixel on, unless a trial shows that most noise is of light that is not
+    /// Where paths are reused, from 2 samples per pixel on, unless a pilot pass shows that most noise is of light that is not
     /// shared.
     #[default]
     Auto,
@@ -94,12 +94,12 @@ pub enum Gradients {
 /// Whether pixels get different numbers of samples (shaders/lib/sample_map.glsl). Where it is tried whether paths should be reused,
 /// noisy parts of the image get twice or four times as many as are asked for, others a half, in the time that these would take (of two or
 /// three samples, as many at least, and up to 1.4 times the samples). Besides, edges of bright emitters that are seen directly or in mirrors
-/// get 2 to 32 times as many; and, where light is traced from lamps ([`Beams`]) and there is glass, pixels that show glass 4 times, those
+/// get 2 to 32 times as many; and, where light is traced from emitters ([`Light paths`]) and there is glass, pixels that show glass 4 times, those
 /// that show a mirror twice. The image stays exact in the mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SampleMap {
     /// Where it pays: neither with more than 2²⁷ samples, nor, with 1 sample per pixel, for edges of emitters if more than half of the image
-    /// may show lamps or mirrors.
+    /// may show emitters or mirrors.
     #[default]
     Auto,
     /// Nowhere.
@@ -117,11 +117,11 @@ pub enum LightSamples {
     One,
 }
 
-/// Whether light is traced from lamps through glass and by mirrors to diffuse surfaces (shaders/lib/light/beam.glsl), where
+/// Whether light is traced from emitters through glass and by mirrors to diffuse surfaces (shaders/lib/light_tracing.glsl), where
 /// paths from the camera find it by chance only. Images stay exact in the mean; bright dots of caustics go.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Beams {
-    /// In scenes with lamps, and glass or mirrors, and diffuse surfaces that light each other; but neither with smooth normals,
+pub enum LightTracing {
+    /// In scenes with emitters, and glass or mirrors, and diffuse surfaces that light each other; but neither with smooth normals,
     /// [`Reuse::Always`], nor [`Accel::None`].
     #[default]
     Auto,
@@ -188,8 +188,8 @@ pub struct RenderSettings {
     pub sample_map: SampleMap,
     /// Samples of lights.
     pub light_samples: LightSamples,
-    /// Whether light is traced from lamps.
-    pub beams: Beams,
+    /// Whether light is traced from emitters.
+    pub light_paths: LightTracing,
     /// Stop after this time, or once every pixel has a sample if that takes longer.
     pub time_limit: Option<Duration>,
     /// Compile every feature, needed or not: for tests and benchmarks, the image is the same.
@@ -201,9 +201,9 @@ pub struct RenderSettings {
     /// Invocations of a workgroup; `None`: the device's default. Changes no bit of the image.
     pub workgroup_size: Option<u32>,
     /// Loop iterations of an invocation; `None`: what the driver is known to allow. Changes no bit of the image, unless it is too
-    /// small for the trial of [`SampleMap`].
+    /// small for the pilot pass of [`SampleMap`].
     pub loop_budget: Option<u32>,
-    /// Whether lanes walk the tree as the threads of a GPU do, each on its own; `None`: as suits the device. Changes no bit of the image.
+    /// Whether lanes traverse the BVH as the threads of a GPU do, each on its own; `None`: as suits the device. Changes no bit of the image.
     pub threads: Option<bool>,
     /// Invocations for the samples of a pixel, 1 or a power of two, where paths neither wait nor are reused; `None`: as many as keep the
     /// device busy. Changes no bit of the image.
@@ -213,7 +213,7 @@ pub struct RenderSettings {
     pub passage: Option<u32>,
     /// Count steps through the tree as well; a little slower.
     pub count_steps: bool,
-    /// A folder with `path_trace.spv`, `path_turns.spv`, `path_queue.spv`, `light_trace.spv` or `traverse.spv`, one of them at least, to
+    /// A folder with `path_trace.spv`, `path_interleaved.spv`, `path_queue.spv`, `light_trace.spv` or `traverse.spv`, one of them at least, to
     /// use instead of the built-in shaders: edit a shader, run `glslc` on it, and render again without building the program.
     pub spirv_folder: Option<PathBuf>,
     /// Tests only: breaks one thing on purpose, to show that the tests see it.

@@ -42,13 +42,13 @@ pub enum Mutation {
     PlainFresnel = 18,
     /// Hit points on triangles of the tree as o + t·d instead of from barycentrics.
     HitAlongRay = 19,
-    /// Hit points on facets not brought back onto the plane.
+    /// Hit points on polygons not brought back onto the plane.
     NoProjection = 20,
     /// Reciprocals of directions with their infinities.
     InfiniteInverse = 21,
     /// Light that is reused for other pixels passes through everything.
     BlindReuse = 22,
-    /// The simpler test of facets is believed where rounding may decide.
+    /// The simpler test of polygons is believed where rounding may decide.
     NoDoubt = 23,
     /// Boxes are not widened at all.
     NoMargins = 24,
@@ -56,8 +56,8 @@ pub enum Mutation {
     OwnSampleMap = 25,
     /// Differences from the pixels below have the wrong sign.
     InvertedGradients = 26,
-    /// Beams count all light of their chains, although paths find a part of it.
-    DoubleBeams = 27,
+    /// Light paths count all light of their chains, although paths find a part of it.
+    DoubleLightTracing = 27,
 }
 
 impl Mutation {
@@ -89,7 +89,7 @@ impl Mutation {
         Self::NoMargins,
         Self::OwnSampleMap,
         Self::InvertedGradients,
-        Self::DoubleBeams,
+        Self::DoubleLightTracing,
     ];
 
     /// What is broken, in words.
@@ -114,14 +114,14 @@ impl Mutation {
             Self::BuiltInLog => "logarithm as inaccurate as Vulkan allows",
             Self::PlainFresnel => "Fresnel's equations in plain single precision, without their limits",
             Self::HitAlongRay => "hit points on triangles as o + t·d instead of from barycentrics",
-            Self::NoProjection => "hit points on facets not brought back onto the plane",
+            Self::NoProjection => "hit points on polygons not brought back onto the plane",
             Self::InfiniteInverse => "reciprocals of directions not kept finite",
             Self::BlindReuse => "light reused without regard to visibility",
-            Self::NoDoubt => "facets not tested exactly where rounding may decide",
+            Self::NoDoubt => "polygons not tested exactly where rounding may decide",
             Self::NoMargins => "boxes not widened at all",
             Self::OwnSampleMap => "numbers of samples decided by the image's own first ones",
             Self::InvertedGradients => "differences from the pixels below with the wrong sign",
-            Self::DoubleBeams => "all light of caustics counted for beams, a part of it for paths too",
+            Self::DoubleLightTracing => "all light of caustics counted for light paths, a part of it for paths too",
         }
     }
 }

@@ -1,6 +1,8 @@
 //! The names of values, as options and tables spell them.
 
-use crate::render::settings::{Accel, Beams, Gradients, LightSamples, Reuse, SampleMap, Sampler, Scheduler, TriangleTest};
+use crate::render::settings::{
+    Accel, Gradients, LightSamples, LightTracing, Reuse, SampleMap, Sampler, Scheduler, TriangleTest,
+};
 
 /// A setting of a few values that have names.
 pub trait Choice: Copy + PartialEq + Default + Send + Sync + 'static {
@@ -41,13 +43,13 @@ impl Choice for Accel {
 impl Choice for Scheduler {
     const ALL: &'static [(&'static str, Self, &'static str)] = &[
         ("auto", Self::Auto, "What is faster on the device"),
-        ("inline", Self::Inline, "Each lane walks the tree at once"),
+        ("inline", Self::Inline, "Each lane traverses the BVH at once"),
         (
-            "turns",
-            Self::Turns,
-            "Lanes whose rays are done shade while others walk the tree (not where paths are reused)",
+            "interleaved",
+            Self::Interleaved,
+            "Lanes whose rays are done shade while others traverse the BVH (not where paths are reused)",
         ),
-        ("queue", Self::Queue, "Paths that need the tree wait, until a whole subgroup walks it together"),
+        ("queue", Self::Queue, "Paths that need the tree wait, until a whole subgroup traversals it together"),
     ];
 }
 
@@ -77,7 +79,7 @@ impl Choice for SampleMap {
             "auto",
             Self::Auto,
             "Where it pays: half, twice or four times --samples, in the time of as many everywhere (with --samples 1 to 3 \
-             nowhere fewer, and up to 1.4 times as many in all); up to 16 times at edges of bright lamps",
+             nowhere fewer, and up to 1.4 times as many in all); up to 16 times at edges of bright emitters",
         ),
         ("off", Self::Off, "Never"),
     ];
@@ -90,9 +92,9 @@ impl Choice for LightSamples {
     ];
 }
 
-impl Choice for Beams {
+impl Choice for LightTracing {
     const ALL: &'static [(&'static str, Self, &'static str)] =
-        &[("auto", Self::Auto, "In scenes with lamps, and glass or mirrors"), ("off", Self::Off, "Never")];
+        &[("auto", Self::Auto, "In scenes with emitters, and glass or mirrors"), ("off", Self::Off, "Never")];
 }
 
 #[cfg(test)]
@@ -115,10 +117,10 @@ mod tests {
         assert_eq!(names::<Sampler>(), ["sobol", "independent", "pcg"]);
         assert_eq!(names::<TriangleTest>(), ["watertight", "moller-trumbore"]);
         assert_eq!(names::<Accel>(), ["bvh", "none"]);
-        assert_eq!(names::<Scheduler>(), ["auto", "inline", "turns", "queue"]);
+        assert_eq!(names::<Scheduler>(), ["auto", "inline", "interleaved", "queue"]);
         assert_eq!(names::<Reuse>(), ["auto", "always", "off"]);
         assert_eq!(names::<LightSamples>(), ["auto", "one"]);
-        for names in [names::<Gradients>(), names::<SampleMap>(), names::<Beams>()] {
+        for names in [names::<Gradients>(), names::<SampleMap>(), names::<LightTracing>()] {
             assert_eq!(names, ["auto", "off"]);
         }
     }

@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn lamps_beyond_a_side_are_not_shown() {
+    fn emitters_beyond_a_side_are_not_shown() {
         let view = View { right: DVec3::X, up: 0.5 * DVec3::Y, forward: DVec3::NEG_Z, size: [200.0, 100.0] };
         // At a distance of 10 the image reaches 10 to the sides and 5 up and down.
         for (x, y, shown) in [
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn the_pixels_of_a_lamp_are_around_it() {
+    fn the_pixels_of_an_emitter_are_around_it() {
         let view = View { right: DVec3::X, up: 0.5 * DVec3::Y, forward: DVec3::NEG_Z, size: [200.0, 100.0] };
         // At a distance of 10 a unit is 10 pixels; row 0 is the highest.
         assert_eq!(view.pixels_of(&square(v(5.0, 2.0, -10.0), 1.0)), Some([137..163, 17..43]));

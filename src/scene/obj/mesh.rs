@@ -6,11 +6,11 @@ use std::path::Path;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::scene::obj::library::resolve_materials;
-use crate::scene::obj::parse::{Corner, NONE, Obj, parse_obj};
 use crate::scene::description::{Mesh, Normals};
 use crate::scene::error::SceneError;
 use crate::scene::materials::MaterialList;
+use crate::scene::obj::library::resolve_materials;
+use crate::scene::obj::parse::{Corner, NONE, Obj, parse_obj};
 use crate::scene::transform::Placement;
 use crate::scene::triangle::has_area;
 use crate::scene::unit::unit;

@@ -3,9 +3,9 @@
 //! MTL describes shading models of 1995 and is used loosely. What cannot be read, or is not supported, is told of where the material
 //! is used; no statement makes a file unreadable.
 
-use crate::scene::obj::statement::{Statement, decoded, quoted, statements};
 use crate::scene::description::{Bsdf, Rgb, Surface};
 use crate::scene::error::Location;
+use crate::scene::obj::statement::{Statement, decoded, quoted, statements};
 use crate::scene::validate::{EXPECTED_IOR, IOR_RANGE, number};
 
 /// Reflectance where a file gives none.

@@ -5,9 +5,9 @@ use std::collections::{HashMap, HashSet};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::scene::error::SceneError;
 use crate::scene::obj::polygon::cut_concave;
 use crate::scene::obj::statement::{Lines, Statement, decoded, quoted, split_lines};
-use crate::scene::error::SceneError;
 
 /// Least bytes for a task of its own, and tasks for each thread, at most: lines of one kind take longer than those of another.
 const CHUNK: usize = 1 << 18;

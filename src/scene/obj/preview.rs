@@ -5,10 +5,10 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use crate::scene::obj::mesh::{MaterialSource, MeshRequest, NormalsChoice};
 use crate::scene::description::*;
 use crate::scene::error::SceneError;
 use crate::scene::materials::MaterialList;
+use crate::scene::obj::mesh::{MaterialSource, MeshRequest, NormalsChoice};
 use crate::scene::transform::Placement;
 
 /// Full angle of view of the camera, degrees; the image is square.

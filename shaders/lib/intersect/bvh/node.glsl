@@ -14,7 +14,7 @@
 #include "slab.glsl"
 #include "triangle.glsl"
 
-struct TreeRay {
+struct BvhRay {
     vec3 origin;
     vec3 direction;
     vec3 inverse;
@@ -28,36 +28,36 @@ struct TreeRay {
 // they meet as many on the way (within .3%; armadillos, a bunny, a dragon, a height field), and the next one is found sooner.
 const uint NO_ORDER = 31u;
 
-// With `any_hit`, for a walk that ends at the first hit.
-TreeRay tree_ray(vec3 o, vec3 d, bool any_hit) {
+// With `any_hit`, for a traversal that ends at the first hit.
+BvhRay bvh_ray(vec3 o, vec3 d, bool any_hit) {
     vec3 inverse = safe_inverse(d);
     // Three bits for each octant.
     uint octant = (inverse.x < 0.0 ? 3u : 0u) + (inverse.y < 0.0 ? 6u : 0u) + (inverse.z < 0.0 ? 12u : 0u);
     vec3 offset = -o * inverse;
     vec3 margin = box_margin(o) * abs(inverse);
-    return TreeRay(o, d, inverse, offset - margin, offset + margin, any_hit ? NO_ORDER : octant, shear_of(d));
+    return BvhRay(o, d, inverse, offset - margin, offset + margin, any_hit ? NO_ORDER : octant, shear_of(d));
 }
 
 // As fetched.
-struct TreeRecord {
+struct BvhRecord {
     uvec4 a;
     uvec4 b;
     uvec4 c;
 };
 
-TreeRecord tree_record(int record) {
-    return TreeRecord(texelFetch(tree_texels, 3 * record), texelFetch(tree_texels, 3 * record + 1),
-                      texelFetch(tree_texels, 3 * record + 2));
+BvhRecord bvh_record(int record) {
+    return BvhRecord(texelFetch(bvh_texels, 3 * record), texelFetch(bvh_texels, 3 * record + 1),
+                      texelFetch(bvh_texels, 3 * record + 2));
 }
 
 // No coordinate is negative and as large as this is as a float: 2^125.
 const uint FIRST_INNER = 0xfe000000u;
-bool is_leaf(TreeRecord q) { return q.a.w < FIRST_INNER; }
+bool is_leaf(BvhRecord q) { return q.a.w < FIRST_INNER; }
 
 uvec4 bytes_of(uint word) { return uvec4(word, word >> 8, word >> 16, word >> 24) & 0xffu; }
 
 // The group of those children of an inner node whose boxes the ray meets before t_max.
-uint children_met(TreeRay r, TreeRecord q, float t_max) {
+uint children_hit(BvhRay r, BvhRecord q, float t_max) {
     // Planes lie at origin + scale·byte, and are met at (plane − r.origin)·inverse, give or take the margin: at b + a·byte.
     vec3 scale = uintBitsToFloat(uvec3(q.b.w << 23, q.b.w << 15, q.b.w << 7) & 0x7f800000u);
     vec3 a = scale * r.inverse;
@@ -87,7 +87,7 @@ bool is_left(uint group) { return (group & 15u) != 0u; }
 
 // Takes the next member out of a group that has some: its record. Bits are not made into conditions, of which drivers for CPUs make
 // longer code.
-int take_member(inout uint group) {
+int take_child(inout uint group) {
     uint second = (group >> 4) & 2u;                            // 2: of the second pair
     second ^= ((group >> second) & 3u) == 0u ? 2u : 0u;
     uint pair = group >> second;                                // bits 0 and 1: who is left of it; bit 4: the second one first
@@ -98,7 +98,7 @@ int take_member(inout uint group) {
 }
 
 // The same of a group that has no order.
-int take_any_member(inout uint group) {
+int take_any_child(inout uint group) {
     uint others = group & (group - 1u);
     uint first = group ^ others;    // 1, 2, 4 or 8
     group = others;

@@ -18,10 +18,10 @@
 const float BOX_ERROR = MUTATION == MUTATE_BOX_MARGIN || MUTATION == MUTATE_ALL_MARGINS ? 0.0 : 40.0 / 16777216.0;
 
 // By how much boxes are to be larger for a ray from o, on all sides.
-float box_margin(vec3 o) { return BOX_ERROR * upper(upper(abs(o.x), abs(o.y)), abs(o.z)); }
+float box_margin(vec3 o) { return BOX_ERROR * fast_max(fast_max(abs(o.x), abs(o.y)), abs(o.z)); }
 
 // 1/d without infinities: 0·∞ must not arise in the slab test, where NaN would be lost or win by chance; nor may boxes
-// be met at infinity, which is not beyond a t_max of infinity: a ray without direction would walk all of an octant.
+// be met at infinity, which is not beyond a t_max of infinity: a ray without direction would traverse all of an octant.
 vec3 safe_inverse(vec3 d) {
     if (MUTATION == MUTATE_INVERSE) return 1.0 / d;
     const float tiny = 1e-30;
@@ -33,10 +33,10 @@ vec3 safe_inverse(vec3 d) {
 bool meets_box(vec3 o, vec3 inverse, vec3 lo, vec3 hi, float margin, float t_max) {
     vec3 a = (lo - margin - o) * inverse;
     vec3 b = (hi + margin - o) * inverse;
-    vec3 n = vec3(lower(a.x, b.x), lower(a.y, b.y), lower(a.z, b.z));
-    vec3 f = vec3(upper(a.x, b.x), upper(a.y, b.y), upper(a.z, b.z));
-    float t = upper(upper(n.x, n.y), upper(n.z, 0.0));
-    return t <= lower(lower(f.x, f.y), lower(f.z, t_max));
+    vec3 n = vec3(fast_min(a.x, b.x), fast_min(a.y, b.y), fast_min(a.z, b.z));
+    vec3 f = vec3(fast_max(a.x, b.x), fast_max(a.y, b.y), fast_max(a.z, b.z));
+    float t = fast_max(fast_max(n.x, n.y), fast_max(n.z, 0.0));
+    return t <= fast_min(fast_min(f.x, f.y), fast_min(f.z, t_max));
 }
 
 #endif

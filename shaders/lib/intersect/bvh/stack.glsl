@@ -1,4 +1,4 @@
-// The stack of a walk: groups (node.glsl), at most one for each level of the tree.
+// The stack of a traversal: groups (node.glsl), at most one for each level of the tree.
 //
 // In a tree of few levels it is a shift register. A CPU driver stores into an array lane by lane, each behind a branch;
 // to move a dozen registers by one costs less. Where lanes are threads it is an array.
@@ -9,7 +9,7 @@
 #include "../../layout.glsl"
 
 const int SHORT_LEVELS = 16;
-const bool SHORT_STACK = !THREADS && TREE_LEVELS <= uint(SHORT_LEVELS);
+const bool SHORT_STACK = !THREADS && STACK_LEVELS <= uint(SHORT_LEVELS);
 const int MOST_LEVELS = 64;         // two more than any tree has (accel::MAX_DEPTH)
 
 struct Stack {
@@ -20,7 +20,7 @@ struct Stack {
 uint deep_stack[MOST_LEVELS];
 
 Stack stack_empty() {
-    // A group without members ends the walk, which may ask what is below it.
+    // A group without members ends the traversal, which may ask what is below it.
     deep_stack[0] = deep_stack[1] = 0u;
     return Stack(uint[](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u), 2);
 }
@@ -45,12 +45,12 @@ uint stack_top(Stack s) { return SHORT_STACK ? s.levels[0] : deep_stack[s.top - 
 // driver that keeps each in a variable would copy each twice, which took meshes 1.015 to 1.04 times the instructions (lavapipe 25.0.7).
 void stack_shift(inout Stack s, uint group, bool push, bool pop) {
     if (SHORT_STACK) {
-#define PUSH(n) if (n < TREE_LEVELS) s.levels[n] = push ? s.levels[n - 1u] : s.levels[n];
+#define PUSH(n) if (n < STACK_LEVELS) s.levels[n] = push ? s.levels[n - 1u] : s.levels[n];
         PUSH(15u) PUSH(14u) PUSH(13u) PUSH(12u) PUSH(11u) PUSH(10u) PUSH(9u) PUSH(8u)
         PUSH(7u) PUSH(6u) PUSH(5u) PUSH(4u) PUSH(3u) PUSH(2u) PUSH(1u)
 #undef PUSH
         s.levels[0] = push ? group : s.levels[0];
-#define POP(n) if (n < TREE_LEVELS) s.levels[n] = pop ? s.levels[n + 1u] : s.levels[n];
+#define POP(n) if (n < STACK_LEVELS) s.levels[n] = pop ? s.levels[n + 1u] : s.levels[n];
         POP(0u) POP(1u) POP(2u) POP(3u) POP(4u) POP(5u) POP(6u) POP(7u)
         POP(8u) POP(9u) POP(10u) POP(11u) POP(12u) POP(13u) POP(14u) POP(15u)
 #undef POP

@@ -1,4 +1,4 @@
-// Walking the bounding volume hierarchy: up to four children a node, a sphere or one or two triangles a leaf, and one record for
+// Traversing the bounding volume hierarchy: up to four children a node, a sphere or one or two triangles a leaf, and one record for
 // both (see node.glsl). Every step fetches the same three texels; lanes at a leaf test what it holds, the others four boxes.
 
 #ifndef TRAVERSAL_GLSL
@@ -7,15 +7,15 @@
 #include "../nearer.glsl"
 #include "node.glsl"
 #include "stack.glsl"
-#include "tree_boxes.glsl"
+#include "root_boxes.glsl"
 #include "../sphere.glsl"
 
-const int TREE_ID = 0x01000000;     // ids from here on are TREE_ID + 2·record, or 1 more; those below are constant spheres and facets
+const int BVH_ID = 0x01000000;     // ids from here on are BVH_ID + 2·record, or 1 more; those below are constant spheres and polygons
 
 // Whether the ray passes anywhere near a triangle: near a sphere around it. Edge functions of a triangle 1e-6 times the size of its
 // distance may be nothing but rounding errors: of 1e9 such tests, some report a hit where the ray passes at a distance. In a tree
 // the boxes forbid that; this shares nothing with them.
-bool passes_near(TreeRay r, vec3 v0, vec3 v1, vec3 v2) {
+bool passes_near(BvhRay r, vec3 v0, vec3 v1, vec3 v2) {
     v0 -= r.origin;
     v1 -= r.origin;
     v2 -= r.origin;
@@ -23,17 +23,17 @@ bool passes_near(TreeRay r, vec3 v0, vec3 v1, vec3 v2) {
     return length(cross(v0, r.direction)) <= (radius + 1e-4 * length(v0)) * length(r.direction);
 }
 
-// Tests what a leaf holds: the nearer hit, however far away, and its id. `leaving` is the full id (and side) of the primitive the ray
+// Tests what a leaf holds: the nearer hit, however far away, and its id. `self_id` is the full id (and side) of the primitive the ray
 // starts on.
-bool leaf_test(TreeRay r, int record, TreeRecord q, int leaving, out float t, out int id) {
-    int first = TREE_ID + 2 * record;
+bool leaf_test(BvhRay r, int record, BvhRecord q, int self_id, out float t, out int id) {
+    int first = BVH_ID + 2 * record;
     id = first;
     vec3 v0 = uintBitsToFloat(q.a.xyz);
     vec3 v1 = uintBitsToFloat(q.b.xyz);
     vec3 v2 = uintBitsToFloat(q.c.xyz);
     bool hit = false;
     t = INFINITY;
-    if (TREE_TRIANGLES) {
+    if (BVH_TRIANGLES) {
         vec3 v3 = uintBitsToFloat(uvec3(q.a.w, q.b.w, q.c.w));
         vec2 ts;
         bvec2 hits;
@@ -45,20 +45,20 @@ bool leaf_test(TreeRay r, int record, TreeRecord q, int leaving, out float t, ou
         }
         if (BRUTE_FORCE) hits = bvec2(hits.x && passes_near(r, v0, v1, v2), hits.y && passes_near(r, v3, v2, v1));
         if (MUTATION == MUTATE_TMIN) hits = bvec2(hits.x && ts.x > 1e-3, hits.y && ts.y > 1e-3);
-        else if (MUTATION != MUTATE_SKIP) hits = bvec2(hits.x && leaving != first, hits.y && leaving != first + 1);
+        else if (MUTATION != MUTATE_SKIP) hits = bvec2(hits.x && self_id != first, hits.y && self_id != first + 1);
         // Of equal distances the first.
         bool second = hits.y && !(hits.x && ts.x <= ts.y);
         hit = hits.x || hits.y;
         t = second ? ts.y : ts.x;
         id = second ? first + 1 : first;
     }
-    if (TREE_SPHERES) {
+    if (BVH_SPHERES) {
         Sphere s = Sphere(v0, v1.x, 0.0);
         Approach a;
         if (MUTATION == MUTATE_SPHERE) a = approach_plain(s, r.origin, r.direction);
         else a = approach_exact(s, r.origin, r.direction);
-        float h = distance_to_either_side(a, false, leaving_code(leaving, first));
-        bool is_sphere = !TREE_TRIANGLES || int(q.b.w) == -2;
+        float h = distance_to_either_side(a, false, self_code(self_id, first));
+        bool is_sphere = !BVH_TRIANGLES || int(q.b.w) == -2;
         t = is_sphere ? h : t;
         hit = is_sphere ? h < INFINITY : hit;
         id = is_sphere ? first : id;
@@ -66,8 +66,8 @@ bool leaf_test(TreeRay r, int record, TreeRecord q, int leaving, out float t, ou
     return hit;
 }
 
-struct Walk {
-    bool walks;         // it is not over
+struct Traversal {
+    bool running;         // it is not over
     int current;        // record to visit
     uint group;         // what to visit after it, before what is on the stack
     Stack stack;        // what is left of the levels above
@@ -75,47 +75,47 @@ struct Walk {
     int id;             // -1, or that of what is hit
 };
 
-// The children of the root with which a ray's walk begins, a bit for each; 0 if there is nothing to walk.
-uint tree_entry(vec3 o, vec3 d, float t_max) {
-    // A ray that is not finite might walk the whole tree.
+// The children of the root with which a ray's traversal begins, a bit for each; 0 if there is nothing to traverse.
+uint root_hit_mask(vec3 o, vec3 d, float t_max) {
+    // A ray that is not finite might traverse the whole tree.
     if (MUTATION != MUTATE_GUARD && !is_finite(dot(o, o) + dot(d, d))) return 0u;
-    return BRUTE_FORCE && TREE_BOX_COUNT > 0u ? 1u : boxes_met(o, d, t_max);
+    return BRUTE_FORCE && ROOT_BOX_COUNT > 0u ? 1u : boxes_hit(o, d, t_max);
 }
 
-Walk walk_idle() { return Walk(false, 0, 0u, stack_empty(), 0.0, -1); }
+Traversal traversal_idle() { return Traversal(false, 0, 0u, stack_empty(), 0.0, -1); }
 
-// `entry`: what tree_entry has told.
-Walk walk_begin(TreeRay r, float t_max, uint entry) {
-    Walk w = Walk(entry != 0u, 0, 0u, stack_empty(), t_max, -1);
+// `entry`: what root_hit_mask has told.
+Traversal traversal_begin(BvhRay r, float t_max, uint entry) {
+    Traversal w = Traversal(entry != 0u, 0, 0u, stack_empty(), t_max, -1);
     if (!BRUTE_FORCE) {
         w.group = (1u << 7) | ((root_order >> r.octant) & 0x70u) | entry;
-        w.current = take_member(w.group);
+        w.current = take_child(w.group);
     }
     return w;
 }
 
-// Tests the record at `w.current`, if the walk is not over and it is a leaf, and goes on to the next.
-void brute_force_record(inout Walk w, TreeRay r, int leaving, bool any_hit) {
-    if (!w.walks) return;
+// Tests the record at `w.current`, if the traversal is not over and it is a leaf, and goes on to the next.
+void brute_force_record(inout Traversal w, BvhRay r, int self_id, bool any_hit) {
+    if (!w.running) return;
     int record = w.current;
-    TreeRecord q = tree_record(record);
+    BvhRecord q = bvh_record(record);
     float t;
     int id;
-    bool hit = is_leaf(q) && leaf_test(r, record, q, leaving, t, id) && is_nearer(t, id, w.t, w.id);
+    bool hit = is_leaf(q) && leaf_test(r, record, q, self_id, t, id) && is_nearer(t, id, w.t, w.id);
     w.t = hit ? t : w.t;
     w.id = hit ? id : w.id;
     w.current += 1;
-    if ((hit && any_hit) || w.current >= int(record_count)) w.walks = false;
+    if ((hit && any_hit) || w.current >= int(record_count)) w.running = false;
 }
 
 // Sixteen records, written out: where a driver bounds the iterations of an invocation, a loop over them would soon
 // reach the bound.
-void brute_force_step(inout Walk w, TreeRay r, int leaving, bool any_hit) {
+void brute_force_step(inout Traversal w, BvhRay r, int self_id, bool any_hit) {
 #define FOUR_RECORDS                              \
-    brute_force_record(w, r, leaving, any_hit);   \
-    brute_force_record(w, r, leaving, any_hit);   \
-    brute_force_record(w, r, leaving, any_hit);   \
-    brute_force_record(w, r, leaving, any_hit);
+    brute_force_record(w, r, self_id, any_hit);   \
+    brute_force_record(w, r, self_id, any_hit);   \
+    brute_force_record(w, r, self_id, any_hit);   \
+    brute_force_record(w, r, self_id, any_hit);
     FOUR_RECORDS
     FOUR_RECORDS
     FOUR_RECORDS
@@ -124,27 +124,27 @@ void brute_force_step(inout Walk w, TreeRay r, int leaving, bool any_hit) {
 }
 
 // One step where lanes are threads, of which each takes its own way: .75 to .91 of the time that the step below takes there (H100;
-// meshes of 16 to 260 thousand triangles). Not faster there: to walk on to the next leaf before any is tested (1.06 to 1.3 times the
+// meshes of 16 to 260 thousand triangles). Not faster there: to go on to the next leaf before any is tested (1.06 to 1.3 times the
 // time), to make floats of bytes by their bits (1.1 to 1.14), to read records from a storage buffer (.99 to 1.0).
-void walk_apart(inout Walk w, TreeRay r, int leaving, bool any_hit) {
-    if (!w.walks) return;
+void traversal_step_alone(inout Traversal w, BvhRay r, int self_id, bool any_hit) {
+    if (!w.running) return;
     int record = w.current;
-    TreeRecord q = tree_record(record);
+    BvhRecord q = bvh_record(record);
     uint met = 0u;
     if (is_leaf(q)) {
         float t;
         int id;
-        bool hit = leaf_test(r, record, q, leaving, t, id) && is_nearer(t, id, w.t, w.id);
+        bool hit = leaf_test(r, record, q, self_id, t, id) && is_nearer(t, id, w.t, w.id);
         if (hit) {
             w.t = t;
             w.id = id;
             if (any_hit) {
-                w.walks = false;
+                w.running = false;
                 return;
             }
         }
     } else {
-        met = children_met(r, q, w.t);
+        met = children_hit(r, q, w.t);
     }
     if (is_left(met)) {
         if (is_left(w.group)) stack_push(w.stack, w.group);
@@ -152,38 +152,38 @@ void walk_apart(inout Walk w, TreeRay r, int leaving, bool any_hit) {
     } else if (!is_left(w.group)) {
         w.group = stack_pop(w.stack);
     }
-    w.walks = is_left(w.group);
-    if (w.walks) w.current = take_member(w.group);
+    w.running = is_left(w.group);
+    if (w.running) w.current = take_child(w.group);
 }
 
-// One step, none if the walk is over. With `any_hit`, the first hit ends the walk. `unordered`: all lanes have such rays, and choose the
+// One step, none if the traversal is over. With `any_hit`, the first hit ends the traversal. `unordered`: all lanes have such rays, and choose the
 // next record sooner.
 //
-// A CPU that executes the lanes together has little to do while it waits for a record. So where a walk goes on if the ray meets
+// A CPU that executes the lanes together has little to do while it waits for a record. So where a traversal goes on if the ray meets
 // no child is found beside the boxes, and boxes do not wait for the primitives that other lanes test. The next record does not wait for
-// these either, so that a walk that is over goes on through the tree, to no effect; and it is found before the stack is written, which
+// these either, so that a traversal that is over goes on through the tree, to no effect; and it is found before the stack is written, which
 // takes about as long. (Were it under a condition, every level of the stack would be blended once more. One whose stack is an array
 // stays where it is, and so within the array.)
-void walk_step(inout Walk w, TreeRay r, int leaving, bool any_hit, bool unordered) {
+void traversal_step(inout Traversal w, BvhRay r, int self_id, bool any_hit, bool unordered) {
     if (BRUTE_FORCE) {
-        brute_force_step(w, r, leaving, any_hit);
+        brute_force_step(w, r, self_id, any_hit);
         return;
     }
     if (THREADS) {
-        walk_apart(w, r, leaving, any_hit);
+        traversal_step_alone(w, r, self_id, any_hit);
         return;
     }
     int record = w.current;
-    TreeRecord q = tree_record(record);
+    BvhRecord q = bvh_record(record);
     bool leaf = is_leaf(q);
     bool stop = false;
-    uint met = children_met(r, q, w.t);
-    bool moves = SHORT_STACK || w.walks;
+    uint met = children_hit(r, q, w.t);
+    bool moves = SHORT_STACK || w.running;
     met = moves && !leaf ? met : 0u;
-    if (leaf && w.walks) {
+    if (leaf && w.running) {
         float t;
         int id;
-        bool hit = leaf_test(r, record, q, leaving, t, id) && (unordered ? t < w.t : is_nearer(t, id, w.t, w.id));
+        bool hit = leaf_test(r, record, q, self_id, t, id) && (unordered ? t < w.t : is_nearer(t, id, w.t, w.id));
         if (!unordered) w.t = hit ? t : w.t;
         w.id = hit ? id : w.id;
         stop = hit && any_hit;
@@ -193,17 +193,17 @@ void walk_step(inout Walk w, TreeRay r, int leaving, bool any_hit, bool unordere
     uint otherwise = others ? w.group : stack_top(w.stack);
     bool more = is_left(otherwise);
     uint group = descend ? met : otherwise;
-    int next = unordered ? take_any_member(group) : take_member(group);
+    int next = unordered ? take_any_child(group) : take_child(group);
     w.current = descend || more ? next : 0;
     stack_shift(w.stack, w.group, descend && others, moves && !descend && !others);
     w.group = group;
-    w.walks = w.walks && (descend || more) && !stop;
+    w.running = w.running && (descend || more) && !stop;
 }
 
 // The same; with PATH_STATS steps are counted.
-void walk_on(inout Walk w, TreeRay r, int leaving, bool any_hit, inout uint steps) {
-    if (PATH_STATS) steps += w.walks ? 1u : 0u;
-    walk_step(w, r, leaving, any_hit, false);
+void traversal_advance(inout Traversal w, BvhRay r, int self_id, bool any_hit, inout uint steps) {
+    if (PATH_STATS) steps += w.running ? 1u : 0u;
+    traversal_step(w, r, self_id, any_hit, false);
 }
 
 #endif

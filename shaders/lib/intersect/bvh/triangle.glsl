@@ -8,7 +8,7 @@
 // Whether the ray hits a triangle, of whose corners these are the distances along its axis, and where.
 bool hits_triangle(Shear r, Edges e, vec3 z, out float t) {
     // All on one side, or all on the other. Both hold only where all are 0, and so is the determinant.
-    bool inside = (lower(lower(e.u, e.v), e.w) >= 0.0) != (upper(upper(e.u, e.v), e.w) <= 0.0);
+    bool inside = (fast_min(fast_min(e.u, e.v), e.w) >= 0.0) != (fast_max(fast_max(e.u, e.v), e.w) <= 0.0);
     precise float inverse = 1.0 / determinant(e);
     precise float sum = (e.u * z.x + e.v * z.y) + e.w * z.z;
     t = sum * r.s.z * inverse;

@@ -7,10 +7,10 @@ use rspirv::spirv::{Decoration, Word};
 
 use crate::spirv::words_of;
 
-use crate::render::kernel::aliased::{ALIASED, declare_aliased};
 use crate::render::kernel;
-use crate::render::kernel::{Kernel, LIGHT_TRACE, PATH_KERNELS, TRAVERSE};
+use crate::render::kernel::aliased::{ALIASED, declare_aliased};
 use crate::render::kernel::layout::binding;
+use crate::render::kernel::{Kernel, LIGHT_TRACE, PATH_KERNELS, TRAVERSE};
 use crate::render::settings::RenderSettings;
 
 /// Words of a module's header.

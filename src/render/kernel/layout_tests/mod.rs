@@ -7,14 +7,17 @@ use std::collections::BTreeMap;
 use std::mem::offset_of;
 
 use crate::render::film;
+use crate::render::kernel::layout::{
+    Counters, FilmSlot, GradientSlot, Push, SceneValues, SplatRecord, binding, bsdf, constant, flag, mode, multiplier,
+    queue,
+};
+use crate::render::kernel::layout_tests::reflect::{Interface, interface};
 use crate::render::kernel::{LIGHT_TRACE, PATH_KERNELS};
-use crate::render::kernel::layout::{BeamNote, Counters, FilmSlot, GradientSlot, Push, SceneValues, binding, bsdf, constant, flag, mode, multiplier, queue};
-use crate::render::settings::mutation::Mutation;
+use crate::render::light::table;
 use crate::render::sampling::sobol;
 use crate::render::scene::spheres::MAX_CONSTANT_SPHERES;
-use crate::render::light::table;
 use crate::render::scene::tables;
-use crate::render::kernel::layout_tests::reflect::{Interface, interface};
+use crate::render::settings::mutation::Mutation;
 
 /// Every specialization constant that the shaders may have, by name.
 fn expected_constants() -> BTreeMap<String, u32> {
@@ -30,18 +33,18 @@ fn expected_constants() -> BTreeMap<String, u32> {
         ("HAS_EMITTER", constant::HAS_EMITTER),
         ("HAS_BACKGROUND", constant::HAS_BACKGROUND),
         ("SPHERE_COUNT", constant::SPHERE_COUNT),
-        ("HAS_TREE", constant::HAS_TREE),
-        ("TREE_SPHERES", constant::TREE_SPHERES),
-        ("TREE_TRIANGLES", constant::TREE_TRIANGLES),
+        ("HAS_TREE", constant::HAS_BVH),
+        ("TREE_SPHERES", constant::BVH_SPHERES),
+        ("TREE_TRIANGLES", constant::BVH_TRIANGLES),
         ("BRUTE_FORCE", constant::BRUTE_FORCE),
         ("MOLLER_TRUMBORE", constant::MOLLER_TRUMBORE),
         ("SMOOTH_NORMALS", constant::SMOOTH_NORMALS),
         ("LIGHT_COUNT", constant::LIGHT_COUNT),
         ("SOBOL_LEVELS", constant::SOBOL_LEVELS),
         ("LOOP_BUDGET", constant::LOOP_BUDGET),
-        ("TREE_BOX_COUNT", constant::TREE_BOX_COUNT),
+        ("TREE_BOX_COUNT", constant::ROOT_BOX_COUNT),
         ("LIGHT_KINDS", constant::LIGHT_KINDS),
-        ("TREE_LEVELS", constant::TREE_LEVELS),
+        ("TREE_LEVELS", constant::STACK_LEVELS),
         ("MUTATION", constant::MUTATION),
         ("EMITTER_COUNT", constant::EMITTER_COUNT),
         ("PATH_STATS", constant::PATH_STATS),
@@ -49,24 +52,24 @@ fn expected_constants() -> BTreeMap<String, u32> {
         ("SAMPLE_MAP", constant::SAMPLE_MAP),
         ("REUSE", constant::REUSE),
         ("SUBGROUP_LANES", constant::SUBGROUP_LANES),
-        ("DRAWS_WORK", constant::DRAWS_WORK),
+        ("DRAWS_WORK", constant::PERSISTENT_THREADS),
         ("ENOUGH_LANES", constant::ENOUGH_LANES),
         ("LIGHT_NODES", constant::LIGHT_NODES),
         ("LIGHT_LOOPS", constant::LIGHT_LOOPS),
         ("LIGHT_ENTRIES", constant::LIGHT_ENTRIES),
         ("LIGHT_CELLS", constant::LIGHT_CELLS),
         ("LIGHT_DEPTH", constant::LIGHT_DEPTH),
-        ("FACET_COUNT", constant::FACET_COUNT),
+        ("FACET_COUNT", constant::POLYGON_COUNT),
         ("POINT_INSIDE", constant::POINT_INSIDE),
         ("THREADS", constant::THREADS),
         ("SHUFFLES", constant::SHUFFLES),
         ("SPLIT", constant::SPLIT),
         ("LIGHT_SAMPLES", constant::LIGHT_SAMPLES),
-        ("FACET_OCCLUDERS", constant::FACET_OCCLUDERS),
-        ("FACETS_ACROSS_X", constant::FACETS_ACROSS_X),
-        ("FACETS_ACROSS_Y", constant::FACETS_ACROSS_Y),
-        ("BEAM_TARGETS", constant::BEAM_TARGETS),
-        ("BEAM_TEXELS", constant::BEAM_TEXELS),
+        ("FACET_OCCLUDERS", constant::POLYGON_OCCLUDERS),
+        ("FACETS_ACROSS_X", constant::POLYGONS_ACROSS_X),
+        ("FACETS_ACROSS_Y", constant::POLYGONS_ACROSS_Y),
+        ("BEAM_TARGETS", constant::CASTER_COUNT),
+        ("BEAM_TEXELS", constant::CASTER_TEXELS),
     ];
     let mut all: BTreeMap<_, _> = features.into_iter().map(|(name, id)| (name.to_owned(), id)).collect();
     let mut add = |prefix: &str, base: u32, names: &[&str]| {
@@ -75,14 +78,14 @@ fn expected_constants() -> BTreeMap<String, u32> {
     for i in 0..MAX_CONSTANT_SPHERES {
         add(&format!("SPHERE_{i}"), constant::SPHERES + 2 * i as u32, &["SIDE", "FORM"]);
     }
-    for i in 0..constant::MAX_FACETS {
+    for i in 0..constant::MAX_POLYGONS {
         let names = ["AX", "AY", "BX", "BY", "CX", "CY", "DX", "DY", "NX", "NY", "NZ"];
-        add(&format!("FACET_{i}"), constant::FACETS + 16 * i as u32, &names);
+        add(&format!("FACET_{i}"), constant::POLYGONS + 16 * i as u32, &names);
     }
     all
 }
 
-/// The path tracing kernels, and that of beams.
+/// The path tracing kernels, and that of light paths.
 fn kernels() -> Vec<(&'static str, Interface)> {
     PATH_KERNELS.into_iter().chain([LIGHT_TRACE]).map(|kernel| (kernel.name, interface(kernel.spirv))).collect()
 }
@@ -122,7 +125,7 @@ fn bindings() {
         (binding::QUEUE_POOL, "QueuePool", true),
         (binding::PATH_TEXELS, "path_texels", false),
         (binding::GRADIENTS, "gradient_texels", false),
-        (binding::BEAMS, "beam_texels", false),
+        (binding::LIGHT_PATHS, "beam_texels", false),
         (binding::SCENE, "SceneValues", false),
         (binding::FILM_ROWS, "Film", true),
         (binding::FILM_ROWS, "FilmWords", true),
@@ -131,7 +134,7 @@ fn bindings() {
     .map(|(number, name, storage)| (0, number, name.to_owned(), storage));
     for (kernel, interface) in kernels() {
         let mut known = all.to_vec();
-        known.retain(|(_, number, ..)| kernel == LIGHT_TRACE.name || *number != binding::BEAMS);
+        known.retain(|(_, number, ..)| kernel == LIGHT_TRACE.name || *number != binding::LIGHT_PATHS);
         assert_eq!(interface.bindings, known, "{kernel}");
     }
 }
@@ -140,7 +143,7 @@ fn bindings() {
 fn push_constants() {
     let expected = [
         ("camera_right", offset_of!(Push, camera_right)),
-        ("pieces", offset_of!(Push, pieces)),
+        ("pieces", offset_of!(Push, work_items)),
         ("camera_up", offset_of!(Push, camera_up)),
         ("camera_forward", offset_of!(Push, camera_forward)),
         ("background", offset_of!(Push, background)),
@@ -153,11 +156,11 @@ fn push_constants() {
         ("max_new_samples", offset_of!(Push, max_new_samples)),
         ("band_first", offset_of!(Push, band_first)),
         ("tile_step", offset_of!(Push, tile_step)),
-        ("piece_stride", offset_of!(Push, piece_stride)),
+        ("piece_stride", offset_of!(Push, work_item_stride)),
         ("modes", offset_of!(Push, modes)),
         ("band_rows", offset_of!(Push, band_rows)),
         ("other_samples", offset_of!(Push, other_samples)),
-        ("beam_scale", offset_of!(Push, beam_scale)),
+        ("beam_scale", offset_of!(Push, light_path_scale)),
         ("tile_bits", offset_of!(Push, tile_bits)),
     ]
     .map(|(name, offset)| (name.to_owned(), offset));
@@ -174,8 +177,8 @@ fn push_constants() {
 fn scene_values() {
     let expected = [
         ("sphere_values", offset_of!(SceneValues, spheres)),
-        ("tree_box_values", offset_of!(SceneValues, tree_boxes)),
-        ("facet_values", offset_of!(SceneValues, facets)),
+        ("tree_box_values", offset_of!(SceneValues, root_boxes)),
+        ("facet_values", offset_of!(SceneValues, polygons)),
         ("point_position", offset_of!(SceneValues, point_position)),
         ("point_intensity", offset_of!(SceneValues, point_intensity)),
         ("light_grid", offset_of!(SceneValues, light_grid)),
@@ -205,11 +208,11 @@ fn records() {
     assert!(sampler.contains(&format!("const uint LEVEL_BITS = {}u;", sobol::LEVEL_BITS)));
     assert!(sampler.contains(&format!("const uint COLUMN_GAP = {}u;", sobol::COLUMN_GAP)));
     assert!(sampler.contains(&format!("const uint MEMBER_SHIFT = {}u;", sobol::MAX_SAMPLES.ilog2())));
-    let notes = include_str!("../../../../shaders/lib/reuse_notes.glsl");
+    let notes = include_str!("../../../../shaders/lib/reuse_queue.glsl");
     assert!(notes.contains(&format!("const uint SLOT_BITS = {}u;", queue::PATHS.ilog2())));
     let layout = include_str!("../../../../shaders/lib/layout.glsl");
     let gradient = include_str!("../../../../shaders/lib/gradient.glsl");
-    assert!(gradient.contains(&format!("const uint TRIAL = {}u;", queue::TRIAL)));
+    assert!(gradient.contains(&format!("const uint TRIAL = {}u;", queue::PILOT_SAMPLES)));
     assert!(gradient.contains(&format!("const uint MOST_GRADIENTS = {}u;", queue::MOST_GRADIENTS)));
     assert_eq!((offset_of!(GradientSlot, right), offset_of!(GradientSlot, down)), (16, 32));
     assert!(layout.contains(&format!("const uint GRADIENT_ROWS = {}u;", size_of::<GradientSlot>() / 16)));
@@ -220,7 +223,7 @@ fn records() {
     assert!(map.contains("const int SHIFTED_MULTIPLIER = MULTIPLIER_BITS;") && multiplier::SHIFTED == multiplier::BITS);
     for (name, bit) in [
         ("MODE_SHIFTED", mode::SHIFTED),
-        ("MODE_ALIKE", mode::ALIKE),
+        ("MODE_ALIKE", mode::CORRELATED),
         ("MODE_SURVEY", mode::SURVEY),
         ("MODE_SCATTERED", mode::SCATTERED),
         ("MODE_REUSED", mode::REUSED),
@@ -231,11 +234,11 @@ fn records() {
     }
     assert!(layout.contains(&format!("const uint PATH_ROWS = {}u;", queue::PATH_ROWS)));
     let light_trace = include_str!("../../../../shaders/light_trace.comp");
-    assert!(light_trace.contains(&format!("const uint NO_PIXEL = {:#x}u;", BeamNote::NO_PIXEL)));
-    assert!(light_trace.contains(&format!("const uint UNFINISHED = {:#x}u;", BeamNote::UNFINISHED)));
-    let beam = include_str!("../../../../shaders/lib/light/beam.glsl");
-    assert!(beam.contains(&format!("const uint BEAM_HITS = {}u;", BeamNote::MOST + 1)));
-    assert_eq!((offset_of!(BeamNote, pixel), size_of::<BeamNote>()), (12, 16));
+    assert!(light_trace.contains(&format!("const uint NO_PIXEL = {:#x}u;", SplatRecord::NO_PIXEL)));
+    assert!(light_trace.contains(&format!("const uint UNFINISHED = {:#x}u;", SplatRecord::UNFINISHED)));
+    let light_path = include_str!("../../../../shaders/lib/light_tracing.glsl");
+    assert!(light_path.contains(&format!("const uint BEAM_HITS = {}u;", SplatRecord::MOST + 1)));
+    assert_eq!((offset_of!(SplatRecord, pixel), size_of::<SplatRecord>()), (12, 16));
     for (name, offset) in [
         ("COUNT_SAMPLES", offset_of!(Counters, samples)),
         ("COUNT_BAD", offset_of!(Counters, bad)),
@@ -244,7 +247,7 @@ fn records() {
         ("COUNT_STEPS", offset_of!(Counters, steps)),
         ("COUNT_TRUNCATED", offset_of!(Counters, truncated)),
         ("COUNT_REUSED", offset_of!(Counters, reused)),
-        ("COUNT_MISFITS", offset_of!(Counters, misfits)),
+        ("COUNT_MISFITS", offset_of!(Counters, subgroup_mismatches)),
         ("COUNT_DRAWN", offset_of!(Counters, drawn)),
     ] {
         let line = format!("const uint {name} = {}u;", offset / size_of::<u64>());
@@ -279,7 +282,7 @@ fn kinds_and_mutations() {
         assert!(light.contains(&format!("const uint LIGHT_{name} = {kind}u;")), "{name}");
     }
     let tree = include_str!("../../../../shaders/lib/intersect/bvh/traversal.glsl");
-    assert!(tree.contains(&format!("const int TREE_ID = {:#010x};", tables::TREE_ID)));
+    assert!(tree.contains(&format!("const int TREE_ID = {:#010x};", tables::BVH_ID)));
     // Thin boxes are the host's.
     let layout = include_str!("../../../../shaders/lib/layout.glsl");
     let of_shaders =

@@ -3,8 +3,8 @@
 //
 // The lanes of a group fetch that once paths have ended, and share it as reuse_lanes.glsl does.
 
-#ifndef REUSE_NOTES_GLSL
-#define REUSE_NOTES_GLSL
+#ifndef REUSE_QUEUE_GLSL
+#define REUSE_QUEUE_GLSL
 
 #include "gradient.glsl"
 #include "reuse_lanes.glsl"
@@ -41,21 +41,21 @@ void path_clear(uint path) {
 uint pixel_of_path(uint path) { return path & (work_pixels - 1u); }
 uint sample_of_path(uint path) { return path >> (TILE_BITS + tile_bits); }
 
-// Notes a path that arrives at its second hit, with the light from its first one.
-void note_second_hit(uint path, Path p, Vertex v, float t, vec3 direct) {
+// Records a path that arrives at its second hit, with the light from its first one.
+void record_second_hit(uint path, Path p, Vertex v, float t, vec3 direct) {
     vec3 y = end_of_segment(v, t);
     [[dont_unroll]] for (uint row = ROW_FIRST; row <= ROW_DIRECT; ++row) {
-        vec4 value = vec4(p.origin, intBitsToFloat(p.leaving));
+        vec4 value = vec4(p.origin, intBitsToFloat(p.self_id));
         if (row == ROW_FIRST_NORMAL) value = vec4(p.normal, float(p.hits));
         if (row == ROW_SECOND) value = vec4(y, p.throughput.y);
-        if (row == ROW_SECOND_NORMAL) value = vec4(v.gives ? v.up : vec3(0.0), p.throughput.z);
+        if (row == ROW_SECOND_NORMAL) value = vec4(v.shareable ? v.up : vec3(0.0), p.throughput.z);
         if (row == ROW_DIRECT) value = vec4(direct, p.throughput.x);
         path_store(path, row, value);
     }
 }
 
 // What has been noted of a path that has ended.
-EndedPath noted_path(uint path) {
+EndedPath recorded_path(uint path) {
     EndedPath ended = ended_none();
     vec4 light = path_load(path, ROW_LIGHT);
     ended.light = light.xyz;
@@ -68,7 +68,7 @@ EndedPath noted_path(uint path) {
         vec4 direct = path_load(path, ROW_DIRECT);
         vec3 up = vec3(0.0);
         if (SMOOTH_NORMALS) up = path_load(path, ROW_FIRST_UP).xyz;
-        ended.meeting = Meeting(x.xyz, nx.w, floatBitsToInt(x.w), nx.xyz, up, vec3(direct.w, y.w, ny.w), y.xyz, ny.xyz,
+        ended.vertices = PathVertices(x.xyz, nx.w, floatBitsToInt(x.w), nx.xyz, up, vec3(direct.w, y.w, ny.w), y.xyz, ny.xyz,
                                 direct.xyz, light.w == PATH_GIVES);
     }
     return ended;
@@ -76,7 +76,7 @@ EndedPath noted_path(uint path) {
 
 // Shares the noted paths of a workgroup's tiles, `samples` for each pixel, and adds them to the film in their order, up to the
 // first that did not end. Returns how many there were; `reused` of those pixels that serve others.
-uint share_noted(uint tile, uint region, uint samples, inout uint shadow_rays, inout uint loops, inout uint bad,
+uint share_recorded(uint tile, uint region, uint samples, inout uint shadow_rays, inout uint loops, inout uint bad,
                  inout uint reused) {
     uvec2 corner = tile_corner(tile / TILE);
     uint added = 0u;
@@ -96,18 +96,18 @@ uint share_noted(uint tile, uint region, uint samples, inout uint shadow_rays, i
         uint count = film_pixel.count;
         uint target = target_of(film_pixel.multipliers);
         bool complete = true;
-        bool wanted = real && count < target;
-        [[dont_unroll]] for (uint s = 0u; s < samples && any_lane(wanted && complete); ++s) {
+        bool enabled = real && count < target;
+        [[dont_unroll]] for (uint s = 0u; s < samples && any_lane(enabled && complete); ++s) {
             uint path = region + s * work_pixels + p;
             EndedPath ended = ended_none();
             if (LOOP_BUDGET > 0u) {
                 // Either all of a group have a sample or none.
-                float open = sum_of_group(wanted && path_load(path, ROW_LIGHT).w == PATH_OPEN ? 1.0 : 0.0);
+                float open = sum_of_group(enabled && path_load(path, ROW_LIGHT).w == PATH_OPEN ? 1.0 : 0.0);
                 complete = complete && open == 0.0;
             }
-            if (wanted && complete) ended = noted_path(path);
+            if (enabled && complete) ended = recorded_path(path);
             complete = share_sample(ended, film_pixel, gradients, key, shadow_rays, loops, bad) && complete;
-            wanted = real && film_pixel.count < target;
+            enabled = real && film_pixel.count < target;
         }
         if (real) {
             film_store(slot, film_pixel);

@@ -7,13 +7,13 @@
 #extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #extension GL_KHR_shader_subgroup_shuffle : require
-// Path tracing for scenes with a tree, on devices whose lanes are threads. Rays walk the tree for very different numbers of
+// Path tracing for scenes with a tree, on devices whose lanes are threads. Rays traverse the BVH for very different numbers of
 // steps, and most never enter it. If all lanes of a subgroup wait for the slowest, twice for each hit, most of them are idle. Here
-// shading and walking take turns: lanes whose rays are done wait until some more are, shade what they have met, and
-// have their next rays, while the walks of the others are where they were.
+// shading and traversing take turns: lanes whose rays are done wait until some more are, shade what they have met, and
+// have their next rays, while the traversals of the others are where they were.
 //
 // An invocation takes samples of a pixel one after another. A path goes on before it is known whether the light that
-// its last hit was to get arrives: the shadow ray is walked just before the ray that continues the path. Light is added up in the
+// its last hit was to get arrives: the shadow ray is traversed just before the ray that continues the path. Light is added up in the
 // same order as in path_trace.comp, to the same bits.
 
 #include "lib/path.glsl"
@@ -29,9 +29,9 @@ layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
 #include "lib/scene.glsl"
 #include "lib/votes.glsl"
 
-// What a lane's walk is for.
+// What a lane's traversal is for.
 const uint NOTHING = 0u;
-const uint SHADOW = 1u;     // and then, if the path's ray meets the tree's boxes too, for that
+const uint SHADOW = 1u;     // and then, if the path's ray meets the BVH's boxes too, for that
 const uint PATH = 2u;
 
 // The film's pixel of each lane between the ends of its samples: in registers it would be in the way all the time.
@@ -40,7 +40,7 @@ shared uvec4 kept[3u * gl_WorkGroupSize.x];
 void film_keep(FilmPixel p) {
     uint row = gl_LocalInvocationID.x;
     kept[row] = uvec4(floatBitsToUint(p.sum), p.count);
-    kept[row + gl_WorkGroupSize.x] = floatBitsToUint(vec4(p.compensation, p.trial));
+    kept[row + gl_WorkGroupSize.x] = floatBitsToUint(vec4(p.compensation, p.pilot));
     kept[row + 2u * gl_WorkGroupSize.x] = uvec4(floatBitsToUint(p.residue), p.multipliers);
 }
 
@@ -80,33 +80,33 @@ void main() [[maximally_reconverges]] {
     float t = INFINITY;             // how far the path's ray reaches
     int id = -1;                    // and what it meets there
     closest_constant(ray_of(path), t, id);
-    uint path_entry = there ? tree_entry(path.origin, path.direction, t) : 0u;
+    uint path_root_mask = there ? root_hit_mask(path.origin, path.direction, t) : 0u;
     bool over = false;              // the sample before it, but for the shadow ray of its last hit
     vec3 awaited = vec3(0.0);       // light of that ray
-    uint walk_of = path_entry != 0u ? PATH : NOTHING;
-    vec3 origin = path.origin;      // of the ray that walks
+    uint traversal_of = path_root_mask != 0u ? PATH : NOTHING;
+    vec3 origin = path.origin;      // of the ray that traversals
     vec3 direction = path.direction;
-    int leaving = path.leaving;
-    Walk walk = walk_begin(tree_ray(origin, direction, false), t, path_entry);
+    int self_id = path.self_id;
+    Traversal traversal = traversal_begin(bvh_ray(origin, direction, false), t, path_root_mask);
     do {
         bool busy;
-        TreeRay ray = tree_ray(origin, direction, walk_of == SHADOW);
+        BvhRay ray = bvh_ray(origin, direction, traversal_of == SHADOW);
         do {
-            walk_on(walk, ray, leaving, walk_of == SHADOW, walked_steps);
-            if (!walk.walks && walk_of == SHADOW) {
-                if (walk.id < 0) radiance += awaited;
-                walk_of = path_entry != 0u ? PATH : NOTHING;
-                if (path_entry != 0u) {
+            traversal_advance(traversal, ray, self_id, traversal_of == SHADOW, traversal_steps);
+            if (!traversal.running && traversal_of == SHADOW) {
+                if (traversal.id < 0) radiance += awaited;
+                traversal_of = path_root_mask != 0u ? PATH : NOTHING;
+                if (path_root_mask != 0u) {
                     origin = path.origin;
                     direction = path.direction;
-                    leaving = path.leaving;
-                    ray = tree_ray(origin, direction, false);
-                    walk = walk_begin(ray, t, path_entry);
+                    self_id = path.self_id;
+                    ray = bvh_ray(origin, direction, false);
+                    traversal = traversal_begin(ray, t, path_root_mask);
                 }
             }
-            busy = walk.walks;
+            busy = traversal.running;
             loops += 1u;
-            within_budget = LOOP_BUDGET == 0u || loops + doubtful_loops < LOOP_BUDGET;
+            within_budget = LOOP_BUDGET == 0u || loops + fallback_loops < LOOP_BUDGET;
         } while (within_budget && any_lane(busy) && lanes(!busy && (there || over)) < ENOUGH_LANES);
 
         // Out of budget: what is in hand does not count. What the film holds is complete; the next dispatch begins with this sample
@@ -114,7 +114,7 @@ void main() [[maximally_reconverges]] {
         if (!busy && within_budget) {
             if (over) {
                 if (SPLIT > 1u) {
-                    split_note(share.x, radiance);
+                    split_record(share.x, radiance);
                     share.x += 1u;
                 } else {
                     FilmPixel kept_pixel = film_kept();
@@ -125,9 +125,9 @@ void main() [[maximally_reconverges]] {
                 over = false;
             }
             if (there) {
-                if (walk_of == PATH && walk.id >= 0) {
-                    t = walk.t;
-                    id = walk.id;
+                if (traversal_of == PATH && traversal.id >= 0) {
+                    t = traversal.t;
+                    id = traversal.id;
                 }
                 Vertex vertex;
                 ShadowRay shadow;
@@ -135,11 +135,11 @@ void main() [[maximally_reconverges]] {
                 counts.rays += 1u;
                 uint entry = 0u;        // of the shadow ray
                 if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
-                    counts.shadow_rays += shadow.wanted ? 1u : 0u;
-                    bool hidden;
-                    entry = shadow_entry(ray_of(shadow), shadow.distance, shadow.wanted, hidden);
-                    entry = shadow.wanted ? entry : 0u;
-                    if (shadow.wanted && !hidden && entry == 0u) radiance += shadow.radiance;
+                    counts.shadow_rays += shadow.enabled ? 1u : 0u;
+                    bool occluded;
+                    entry = shadow_root_mask(ray_of(shadow), shadow.distance, shadow.enabled, occluded);
+                    entry = shadow.enabled ? entry : 0u;
+                    if (shadow.enabled && !occluded && entry == 0u) radiance += shadow.radiance;
                 }
                 over = !alive;
                 there = !over || left > 0u;
@@ -148,22 +148,22 @@ void main() [[maximally_reconverges]] {
                 t = INFINITY;
                 id = -1;
                 closest_constant(ray_of(path), t, id);
-                path_entry = there ? tree_entry(path.origin, path.direction, t) : 0u;
+                path_root_mask = there ? root_hit_mask(path.origin, path.direction, t) : 0u;
                 bool of_shadow = entry != 0u;
-                walk_of = of_shadow ? SHADOW : (path_entry != 0u ? PATH : NOTHING);
+                traversal_of = of_shadow ? SHADOW : (path_root_mask != 0u ? PATH : NOTHING);
                 awaited = shadow.radiance;
-                if (walk_of != NOTHING) {
+                if (traversal_of != NOTHING) {
                     origin = of_shadow ? shadow.origin : path.origin;
                     direction = of_shadow ? shadow.direction : path.direction;
-                    leaving = of_shadow ? shadow.leaving : path.leaving;
-                    TreeRay next = tree_ray(origin, direction, of_shadow);
-                    walk = walk_begin(next, of_shadow ? shadow.distance : t, of_shadow ? entry : path_entry);
+                    self_id = of_shadow ? shadow.self_id : path.self_id;
+                    BvhRay next = bvh_ray(origin, direction, of_shadow);
+                    traversal = traversal_begin(next, of_shadow ? shadow.distance : t, of_shadow ? entry : path_root_mask);
                 }
             }
         }
         // The same in all lanes.
         loops += 1u + HIT_LOOPS;
-        if (LOOP_BUDGET > 0u) doubtful_loops = subgroupMax(doubtful_loops);
+        if (LOOP_BUDGET > 0u) fallback_loops = subgroupMax(fallback_loops);
     } while (within_budget && any_lane(there || over));
     counts.truncated = (there || over) && within_budget ? 1u : 0u;
     film_pixel = film_kept();
@@ -172,6 +172,6 @@ void main() [[maximally_reconverges]] {
         film_store(slot, film_pixel);
         counts.samples = film_pixel.count - first;
     }
-    if (PATH_STATS) counts.steps = walked_steps;
+    if (PATH_STATS) counts.steps = traversal_steps;
     add_counts(counts);
 }

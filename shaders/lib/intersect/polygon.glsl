@@ -1,4 +1,4 @@
-// Flat polygons, written out: the triangles and convex quadrilaterals of small meshes. Walking a tree over a few polygons costs
+// Flat polygons, written out: the triangles and convex quadrilaterals of small meshes. Traversing a tree over a few polygons costs
 // more than testing them all, if all that depends on the polygon alone is folded: its directions are specialization constants
 // (many are 0). Where the polygon is, as seen from the camera, is fetched when a kernel begins: a camera may move without a
 // kernel being compiled anew.
@@ -8,11 +8,11 @@
 // edge run the other way gives exactly the negated value: rays slip through neither at edges nor at corners.
 //
 // For nearly all rays a simpler test is enough, for half the cost: the point at which the ray meets the plane, and
-// its distance from each edge. Where such a distance is too small for the rounding, the facet is tested anew, as
+// its distance from each edge. Where such a distance is too small for the rounding, the polygon is tested anew, as
 // above.
 
-#ifndef FACET_GLSL
-#define FACET_GLSL
+#ifndef POLYGON_GLSL
+#define POLYGON_GLSL
 
 #include "../geometry.glsl"
 #include "../loops.glsl"
@@ -21,7 +21,7 @@
 #include "nearer.glsl"
 #include "../unroll.glsl"
 
-struct Facet {
+struct InlinePolygon {
     vec3 a, b, c, d;    // corners, counter-clockwise from the front; a triangle has d = c
     vec4 plane;         // unit normal n, and n·a
 };
@@ -51,7 +51,7 @@ float edge_side(vec2 a, vec2 b) {
     return side;
 }
 
-bool between_edges(Facet f, Across r) {
+bool between_edges(InlinePolygon f, Across r) {
     vec2 a = project(r, f.a);
     vec2 b = project(r, f.b);
     vec2 c = project(r, f.c);
@@ -60,8 +60,8 @@ bool between_edges(Facet f, Across r) {
     float v = edge_side(b, c);
     float w = edge_side(c, d);
     float x = edge_side(d, a);
-    float least = lower(lower(u, v), lower(w, x));
-    float most = upper(upper(u, v), upper(w, x));
+    float least = fast_min(fast_min(u, v), fast_min(w, x));
+    float most = fast_max(fast_max(u, v), fast_max(w, x));
     // Either all on one side, or all on the other. Both hold where all are 0: the polygon is too small for the
     // precision at its distance, or seen edge on, and must not count as met all over its plane.
     return (least >= 0.0) != (most <= 0.0);
@@ -70,26 +70,26 @@ bool between_edges(Facet f, Across r) {
 // Along a ray with the reciprocal of n·d.
 float plane_distance(vec4 plane, vec3 o, float inverse) { return (plane.w - dot(plane.xyz, o)) * inverse; }
 
-// Whether the ray meets the facet, and where.
-bool meets_facet(Facet f, Across r, vec3 d, out float t) {
+// Whether the ray meets the polygon, and where.
+bool meets_polygon(InlinePolygon f, Across r, vec3 d, out float t) {
     t = plane_distance(f.plane, r.origin, 1.0 / dot(f.plane.xyz, d));
     return t > 0.0 && between_edges(f, r);
 }
 
-// A facet for the simpler test: seen along the axis that its normal is closest to, edge i is where x·u + y·v + z is
+// A polygon for the simpler test: seen along the axis that its normal is closest to, edge i is where x·u + y·v + z is
 // 0, u and v being the other two coordinates, in the order of the axes. That is the distance from the edge over
 // 48·2^-24 s / l, s being the largest distance of two corners, and l the shortest edge; where a triangle has no edge,
 // 1e30.
-struct QuickFacet {
+struct QuickPolygon {
     vec3 edge0, edge1, edge2, edge3;
     vec4 plane;
 };
 
-// Bit n: the normal of facet n is closest to the x axis, to the y axis.
-layout(constant_id = 208) const uint FACETS_ACROSS_X = 0u;
-layout(constant_id = 209) const uint FACETS_ACROSS_Y = 0u;
+// Bit n: the normal of polygon n is closest to the x axis, to the y axis.
+layout(constant_id = 208) const uint POLYGONS_ACROSS_X = 0u;
+layout(constant_id = 209) const uint POLYGONS_ACROSS_Y = 0u;
 
-// Where a ray meets the plane of a facet.
+// Where a ray meets the plane of a polygon.
 struct PlaneHit {
     float t;
     float inside;       // of the edges' functions the least
@@ -99,20 +99,20 @@ struct PlaneHit {
 // The products of edge_side stem from coordinates that are off by 3·2^-24 D, D being the distance of the corners: it
 // may have the wrong sign up to a distance of 12·2^-24 D s / (l |n·d|) from an edge. This test is off by at most
 // 30·2^-24 D / |n·d|. `reach` is not less than D.
-PlaneHit plane_hit(QuickFacet f, uint bit, vec3 o, vec3 d, float reach) {
+PlaneHit plane_hit(QuickPolygon f, uint bit, vec3 o, vec3 d, float reach) {
     float inverse = 1.0 / dot(f.plane.xyz, d);
     float t = plane_distance(f.plane, o, inverse);
     vec3 at = o + t * d;
-    vec2 uv = (FACETS_ACROSS_X & bit) != 0u ? at.yz : ((FACETS_ACROSS_Y & bit) != 0u ? at.xz : at.xy);
-    float inside = lower(lower(dot(f.edge0.xy, uv) + f.edge0.z, dot(f.edge1.xy, uv) + f.edge1.z),
-                         lower(dot(f.edge2.xy, uv) + f.edge2.z, dot(f.edge3.xy, uv) + f.edge3.z));
+    vec2 uv = (POLYGONS_ACROSS_X & bit) != 0u ? at.yz : ((POLYGONS_ACROSS_Y & bit) != 0u ? at.xz : at.xy);
+    float inside = fast_min(fast_min(dot(f.edge0.xy, uv) + f.edge0.z, dot(f.edge1.xy, uv) + f.edge1.z),
+                         fast_min(dot(f.edge2.xy, uv) + f.edge2.z, dot(f.edge3.xy, uv) + f.edge3.z));
     return PlaneHit(t, inside, MUTATION == MUTATE_DOUBT ? 0.0 : reach * abs(inverse));
 }
 
 // Not less than the distance of any corner: in render space they are within a distance of 2 of the camera.
 float reach_from(vec3 o) { return length(o) + 2.0; }
 
-#define FACET_CONSTANTS(n, base)                                        \
+#define POLYGON_CONSTANTS(n, base)                                        \
     layout(constant_id = base) const float FACET_##n##_AX = 0.0;         \
     layout(constant_id = base + 1) const float FACET_##n##_AY = 0.0;     \
     layout(constant_id = base + 2) const float FACET_##n##_BX = 0.0;     \
@@ -124,80 +124,80 @@ float reach_from(vec3 o) { return length(o) + 2.0; }
     layout(constant_id = base + 8) const float FACET_##n##_NX = 0.0;     \
     layout(constant_id = base + 9) const float FACET_##n##_NY = 0.0;     \
     layout(constant_id = base + 10) const float FACET_##n##_NZ = 0.0;    \
-    vec4 facet_edges_##n;                                                \
-    float facet_plane_##n;
+    vec4 polygon_edges_##n;                                                \
+    float polygon_plane_##n;
 
-FACET_CONSTANTS(0, 256)
-FACET_CONSTANTS(1, 272)
-FACET_CONSTANTS(2, 288)
-FACET_CONSTANTS(3, 304)
-FACET_CONSTANTS(4, 320)
-FACET_CONSTANTS(5, 336)
-FACET_CONSTANTS(6, 352)
-FACET_CONSTANTS(7, 368)
-FACET_CONSTANTS(8, 384)
-FACET_CONSTANTS(9, 400)
-FACET_CONSTANTS(10, 416)
-FACET_CONSTANTS(11, 432)
-FACET_CONSTANTS(12, 448)
-FACET_CONSTANTS(13, 464)
-FACET_CONSTANTS(14, 480)
-FACET_CONSTANTS(15, 496)
-FACET_CONSTANTS(16, 512)
-FACET_CONSTANTS(17, 528)
-FACET_CONSTANTS(18, 544)
-FACET_CONSTANTS(19, 560)
-FACET_CONSTANTS(20, 576)
-FACET_CONSTANTS(21, 592)
-FACET_CONSTANTS(22, 608)
-FACET_CONSTANTS(23, 624)
-FACET_CONSTANTS(24, 640)
-FACET_CONSTANTS(25, 656)
-FACET_CONSTANTS(26, 672)
-FACET_CONSTANTS(27, 688)
-FACET_CONSTANTS(28, 704)
-FACET_CONSTANTS(29, 720)
-FACET_CONSTANTS(30, 736)
-FACET_CONSTANTS(31, 752)
+POLYGON_CONSTANTS(0, 256)
+POLYGON_CONSTANTS(1, 272)
+POLYGON_CONSTANTS(2, 288)
+POLYGON_CONSTANTS(3, 304)
+POLYGON_CONSTANTS(4, 320)
+POLYGON_CONSTANTS(5, 336)
+POLYGON_CONSTANTS(6, 352)
+POLYGON_CONSTANTS(7, 368)
+POLYGON_CONSTANTS(8, 384)
+POLYGON_CONSTANTS(9, 400)
+POLYGON_CONSTANTS(10, 416)
+POLYGON_CONSTANTS(11, 432)
+POLYGON_CONSTANTS(12, 448)
+POLYGON_CONSTANTS(13, 464)
+POLYGON_CONSTANTS(14, 480)
+POLYGON_CONSTANTS(15, 496)
+POLYGON_CONSTANTS(16, 512)
+POLYGON_CONSTANTS(17, 528)
+POLYGON_CONSTANTS(18, 544)
+POLYGON_CONSTANTS(19, 560)
+POLYGON_CONSTANTS(20, 576)
+POLYGON_CONSTANTS(21, 592)
+POLYGON_CONSTANTS(22, 608)
+POLYGON_CONSTANTS(23, 624)
+POLYGON_CONSTANTS(24, 640)
+POLYGON_CONSTANTS(25, 656)
+POLYGON_CONSTANTS(26, 672)
+POLYGON_CONSTANTS(27, 688)
+POLYGON_CONSTANTS(28, 704)
+POLYGON_CONSTANTS(29, 720)
+POLYGON_CONSTANTS(30, 736)
+POLYGON_CONSTANTS(31, 752)
 
-#define QUICK_FACET_OF(n)                                                                                            \
-    QuickFacet(vec3(FACET_##n##_AX, FACET_##n##_AY, facet_edges_##n.x), vec3(FACET_##n##_BX, FACET_##n##_BY, facet_edges_##n.y), \
-               vec3(FACET_##n##_CX, FACET_##n##_CY, facet_edges_##n.z), vec3(FACET_##n##_DX, FACET_##n##_DY, facet_edges_##n.w), \
-               vec4(FACET_##n##_NX, FACET_##n##_NY, FACET_##n##_NZ, facet_plane_##n))
+#define QUICK_POLYGON_OF(n)                                                                                            \
+    QuickPolygon(vec3(FACET_##n##_AX, FACET_##n##_AY, polygon_edges_##n.x), vec3(FACET_##n##_BX, FACET_##n##_BY, polygon_edges_##n.y), \
+               vec3(FACET_##n##_CX, FACET_##n##_CY, polygon_edges_##n.z), vec3(FACET_##n##_DX, FACET_##n##_DY, polygon_edges_##n.w), \
+               vec4(FACET_##n##_NX, FACET_##n##_NY, FACET_##n##_NZ, polygon_plane_##n))
 
-// BODY(n) for each facet.
-#define FOR_EACH_FACET(BODY) FOR_0_TO_15(FACET_COUNT, BODY) FOR_16_TO_31(FACET_COUNT, BODY)
+// BODY(n) for each polygon.
+#define FOR_EACH_POLYGON(BODY) FOR_0_TO_15(POLYGON_COUNT, BODY) FOR_16_TO_31(POLYGON_COUNT, BODY)
 
 // To be called when a kernel begins.
-void load_facets() {
-#define LOAD_FACET(n)                                    \
-    facet_edges_##n = facet_values[2 * n];               \
-    facet_plane_##n = facet_values[2 * n + 1].x;
-    FOR_EACH_FACET(LOAD_FACET)
-#undef LOAD_FACET
+void load_polygons() {
+#define LOAD_POLYGON(n)                                    \
+    polygon_edges_##n = polygon_values[2 * n];               \
+    polygon_plane_##n = polygon_values[2 * n + 1].x;
+    FOR_EACH_POLYGON(LOAD_POLYGON)
+#undef LOAD_POLYGON
 }
 
-// A facet from the table of primitives: written out once for any of them, where time does not matter.
-Facet facet_of_table(int n) {
+// A polygon from the table of primitives: written out once for any of them, where time does not matter.
+InlinePolygon polygon_of_table(int n) {
     uvec4 shape = primitive_shape(int(SPHERE_COUNT) + n);
     vec3 normal = uintBitsToFloat(primitive_attributes(int(SPHERE_COUNT) + n).xyz);
     uint first = shape.x;
-    return Facet(vertex_position(first), vertex_position(first + 1u), vertex_position(first + 2u), vertex_position(first + 3u),
+    return InlinePolygon(vertex_position(first), vertex_position(first + 1u), vertex_position(first + 2u), vertex_position(first + 3u),
                  vec4(normal, uintBitsToFloat(shape.y)));
 }
 
-// The facet's bit if a hit, `near` enough, is in doubt.
+// The polygon's bit if a hit, `near` enough, is in doubt.
 uint doubt_of(PlaneHit hit, bool near, uint bit) { return near && abs(hit.inside) <= hit.margin ? bit : 0u; }
 
-// Takes the first of some facets that are in doubt.
-int take_facet(inout uint doubts) {
+// Takes the first of some polygons that are in doubt.
+int take_polygon(inout uint doubts) {
     int n = findLSB(doubts);
     doubts &= doubts - 1u;
     return n;
 }
 
-// Nearest facet. Its id follows those of the constant spheres.
-void closest_facet(vec3 o, vec3 d, int leaving, inout float t, inout int id) {
+// Nearest polygon. Its id follows those of the constant spheres.
+void closest_polygon(vec3 o, vec3 d, int self_id, inout float t, inout int id) {
     int first_id = int(SPHERE_COUNT);
     float reach = reach_from(o);
     float nearest = t;
@@ -206,20 +206,20 @@ void closest_facet(vec3 o, vec3 d, int leaving, inout float t, inout int id) {
     Across ray = across(o, d);
 #define TEST_CLOSEST(n)                                                                              \
     {                                                                                                \
-        PlaneHit hit = plane_hit(QUICK_FACET_OF(n), 1u << n, o, d, reach);                           \
-        bool near = hit.t > 0.0 && hit.t < nearest && leaving != first_id + n;                       \
+        PlaneHit hit = plane_hit(QUICK_POLYGON_OF(n), 1u << n, o, d, reach);                           \
+        bool near = hit.t > 0.0 && hit.t < nearest && self_id != first_id + n;                       \
         doubts |= doubt_of(hit, near, 1u << n);                                                      \
         bool closer = near && hit.inside > hit.margin;                                               \
         nearest = closer ? hit.t : nearest;                                                          \
         nearest_id = closer ? first_id + n : nearest_id;                                             \
     }
-    FOR_EACH_FACET(TEST_CLOSEST)
+    FOR_EACH_POLYGON(TEST_CLOSEST)
 #undef TEST_CLOSEST
-    count_doubtful(uint(bitCount(doubts)));
+    count_fallback(uint(bitCount(doubts)));
     while (doubts != 0u) {
-        int n = take_facet(doubts);
+        int n = take_polygon(doubts);
         float h;
-        bool closer = meets_facet(facet_of_table(n), ray, d, h) && is_nearer(h, first_id + n, nearest, nearest_id);
+        bool closer = meets_polygon(polygon_of_table(n), ray, d, h) && is_nearer(h, first_id + n, nearest, nearest_id);
         nearest = closer ? h : nearest;
         nearest_id = closer ? first_id + n : nearest_id;
     }
@@ -227,32 +227,32 @@ void closest_facet(vec3 o, vec3 d, int leaving, inout float t, inout int id) {
     id = nearest_id;
 }
 
-// Bit n: facet n may lie between two points of the scene. The others bound its convex hull.
-layout(constant_id = 206) const uint FACET_OCCLUDERS = 0xffffffffu;
+// Bit n: polygon n may lie between two points of the scene. The others bound its convex hull.
+layout(constant_id = 206) const uint POLYGON_OCCLUDERS = 0xffffffffu;
 
-// Whether a facet lies between o and the point at `distance`; of a ray that is not `wanted`, what is quickly known. (Many of those run
-// along a facet, and past its edges.)
-bool any_facet(vec3 o, vec3 d, float distance, int leaving, bool wanted) {
+// Whether a polygon lies between o and the point at `distance`; of a ray that is not `enabled`, what is quickly known. (Many of those run
+// along a polygon, and past its edges.)
+bool any_polygon(vec3 o, vec3 d, float distance, int self_id, bool enabled) {
     int first_id = int(SPHERE_COUNT);
     float reach = reach_from(o);
-    int occluding = 0;      // below 0: some facet does, see solid_occludes
+    int occluding = 0;      // below 0: some polygon does, see solid_occludes
     uint doubts = 0u;
     Across ray = across(o, d);
 #define TEST_ANY(n)                                                                                  \
-    if ((FACET_OCCLUDERS & (1u << n)) != 0u) {                                                       \
-        PlaneHit hit = plane_hit(QUICK_FACET_OF(n), 1u << n, o, d, reach);                           \
-        bool near = hit.t > 0.0 && hit.t < distance && leaving != first_id + n;                      \
+    if ((POLYGON_OCCLUDERS & (1u << n)) != 0u) {                                                       \
+        PlaneHit hit = plane_hit(QUICK_POLYGON_OF(n), 1u << n, o, d, reach);                           \
+        bool near = hit.t > 0.0 && hit.t < distance && self_id != first_id + n;                      \
         doubts |= doubt_of(hit, near, 1u << n);                                                      \
         occluding |= near ? floatBitsToInt(hit.margin - hit.inside) : 0;                             \
     }
-    FOR_EACH_FACET(TEST_ANY)
+    FOR_EACH_POLYGON(TEST_ANY)
 #undef TEST_ANY
     bool occluded = occluding < 0;
-    doubts = occluded || !wanted ? 0u : doubts;
-    count_doubtful(uint(bitCount(doubts)));
+    doubts = occluded || !enabled ? 0u : doubts;
+    count_fallback(uint(bitCount(doubts)));
     while (doubts != 0u) {
         float h;
-        bool between = meets_facet(facet_of_table(take_facet(doubts)), ray, d, h) && h < distance;
+        bool between = meets_polygon(polygon_of_table(take_polygon(doubts)), ray, d, h) && h < distance;
         occluded = occluded || between;
     }
     return occluded;

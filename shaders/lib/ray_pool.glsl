@@ -1,10 +1,10 @@
-// A pocket: the few paths of a lane that wait for the tree, see path_queue.comp.
+// A ray pool: the few paths of a lane that wait for the tree, see path_queue.comp.
 
-#ifndef POCKET_GLSL
-#define POCKET_GLSL
+#ifndef RAY_POOL_GLSL
+#define RAY_POOL_GLSL
 
 #include "path.glsl"
-#include "reuse_notes.glsl"
+#include "reuse_queue.glsl"
 
 // A word holds a path's slot, its flags, two more, and 16 bits for its hits.
 const uint GIVES_BIT = 1u << (SLOT_BITS + PATH_FLAGS);
@@ -27,11 +27,11 @@ struct Held {
     int id;
     bool dying;     // it has ended but for its last shadow ray
     bool met;       // it has arrived at its second hit,
-    bool gives;     // and its light is for other pixels too, see reuse_notes.glsl
+    bool shareable;     // and its light is for other pixels too, see reuse_queue.glsl
 };
 
 // Sets of places, one bit each, and what the places hold.
-struct Pocket {
+struct RayPool {
     uint used;
     uint rays;          // of which these wait for their closest hit,
     uint shadows;       // these for their shadow ray;
@@ -44,17 +44,17 @@ struct Pocket {
     vec4 toward[PLACES];        // direction of the shadow ray, distance
     vec4 light[PLACES];         // its radiance, index of the sample
     vec4 normal[PLACES];        // for reuse: normal; for emitters: density
-    float x2[PLACES];           // for beams
-    uint entry[PLACES];         // where the ray enters the tree (tree_entry), and above that the shadow ray
+    float x2[PLACES];           // for light paths
+    uint entry[PLACES];         // where the ray enters the tree (root_hit_mask), and above that the shadow ray
 };
 
 // The ray in a lane's hands.
-struct PocketWalk {
+struct PoolTraversal {
     uint place;         // a bit; 0: none
     bool shadow;
-    int leaving;
-    TreeRay ray;
-    Walk walk;
+    int self_id;
+    BvhRay ray;
+    Traversal traversal;
 };
 
 Held held_nothing() {
@@ -62,8 +62,8 @@ Held held_nothing() {
     return Held(path, vec3(0.0), NOTHING, 0.0, -1, false, false, false);
 }
 
-Pocket pocket_empty() {
-    Pocket p;
+RayPool pool_empty() {
+    RayPool p;
     p.used = p.rays = p.shadows = p.lit = p.dying = 0u;
 #define CLEAR(n)                                                                                         \
     p.origin[n] = p.direction[n] = p.throughput[n] = p.radiance[n] = p.toward[n] = p.light[n] = vec4(0.0); \
@@ -75,19 +75,19 @@ Pocket pocket_empty() {
     return p;
 }
 
-PocketWalk pocket_walk_idle() {
-    return PocketWalk(0u, false, -1, tree_ray(vec3(0.0), vec3(0.0, 0.0, 1.0), false), walk_idle());
+PoolTraversal pool_traversal_idle() {
+    return PoolTraversal(0u, false, -1, bvh_ray(vec3(0.0), vec3(0.0, 0.0, 1.0), false), traversal_idle());
 }
 
 uint lowest_bit(uint set) { return set & (~set + 1u); }
-uint pocket_waiting(Pocket p) { return p.rays | p.shadows; }
-uint pocket_traced(Pocket p) { return p.used & ~(p.rays | p.shadows); }
-bool pocket_room(Pocket p) { return p.used != ALL_PLACES; }
+uint pool_waiting(RayPool p) { return p.rays | p.shadows; }
+uint pool_traced(RayPool p) { return p.used & ~(p.rays | p.shadows); }
+bool pool_has_room(RayPool p) { return p.used != ALL_PLACES; }
 
 // Puts a path away until its ray and its shadow ray have been traced, as far as they enter the tree. There must be room.
-void pocket_put(inout Pocket p, Held h, ShadowRay shadow, uint entry, uint entry_of_shadow) {
+void pool_put(inout RayPool p, Held h, ShadowRay shadow, uint entry, uint root_mask_of_shadow) {
     bool waits = entry != 0u;
-    bool later = entry_of_shadow != 0u;
+    bool later = root_mask_of_shadow != 0u;
     uint place = waits || later ? lowest_bit(~p.used) : 0u;
     p.used |= place;
     p.rays |= waits ? place : 0u;
@@ -95,8 +95,8 @@ void pocket_put(inout Pocket p, Held h, ShadowRay shadow, uint entry, uint entry
     p.dying |= h.dying ? place : 0u;
     vec4 origin = vec4(h.path.origin, h.t);
     vec4 direction = vec4(h.path.direction, intBitsToFloat(h.id));
-    vec4 throughput = vec4(h.path.throughput, intBitsToFloat(h.path.leaving));
-    uint flags = (h.path.flags << SLOT_BITS) | (h.gives ? GIVES_BIT : 0u) | (h.met ? MET_BIT : 0u);
+    vec4 throughput = vec4(h.path.throughput, intBitsToFloat(h.path.self_id));
+    uint flags = (h.path.flags << SLOT_BITS) | (h.shareable ? GIVES_BIT : 0u) | (h.met ? MET_BIT : 0u);
     uint bits = h.slot | flags | (h.path.hits << HITS_SHIFT);
     vec4 radiance = vec4(h.radiance, uintBitsToFloat(bits));
     vec4 toward = vec4(shadow.direction, shadow.distance);
@@ -109,18 +109,18 @@ void pocket_put(inout Pocket p, Held h, ShadowRay shadow, uint entry, uint entry
         p.radiance[n] = radiance;                   \
         p.toward[n] = toward;                       \
         p.light[n] = light;                         \
-        p.entry[n] = entry | (entry_of_shadow << 4); \
+        p.entry[n] = entry | (root_mask_of_shadow << 4); \
         if (REUSE) p.normal[n].xyz = h.path.normal; \
         if (EMITTER_COUNT > 0u) p.normal[n].w = h.path.pdf; \
-        if (HAS_BEAMS) p.x2[n] = h.path.x2;         \
+        if (LIGHT_TRACING) p.x2[n] = h.path.x2;         \
     }
     FOR_EACH_PLACE(PUT)
 #undef PUT
 }
 
 // Gives a lane without a path one whose rays have been traced, if there is one.
-void pocket_take(inout Pocket p, inout Held h) {
-    uint place = h.slot == NOTHING ? lowest_bit(pocket_traced(p)) : 0u;
+void pool_take(inout RayPool p, inout Held h) {
+    uint place = h.slot == NOTHING ? lowest_bit(pool_traced(p)) : 0u;
     if (place != 0u) {
         vec4 origin = p.origin[0];
         vec4 direction = p.direction[0];
@@ -139,7 +139,7 @@ void pocket_take(inout Pocket p, inout Held h) {
         light = mix(light, p.light[n], here);                          \
         if (REUSE) normal.xyz = mix(normal.xyz, p.normal[n].xyz, here.xyz); \
         if (EMITTER_COUNT > 0u) normal.w = here.w ? p.normal[n].w : normal.w; \
-        if (HAS_BEAMS) x2 = here.x ? p.x2[n] : x2;                     \
+        if (LIGHT_TRACING) x2 = here.x ? p.x2[n] : x2;                     \
     }
         FOR_EACH_PLACE(TAKE)
 #undef TAKE
@@ -152,7 +152,7 @@ void pocket_take(inout Pocket p, inout Held h) {
         h.radiance = radiance.xyz;
         if ((p.lit & place) != 0u) h.radiance += light.xyz;
         h.dying = (p.dying & place) != 0u;
-        h.gives = (bits & GIVES_BIT) != 0u;
+        h.shareable = (bits & GIVES_BIT) != 0u;
         h.met = (bits & MET_BIT) != 0u;
         p.used &= ~place;
         p.lit &= ~place;
@@ -160,13 +160,13 @@ void pocket_take(inout Pocket p, inout Held h) {
     }
 }
 
-// Gives a lane that walks nowhere the next ray; shadow rays first.
-void pocket_fetch(Pocket p, inout PocketWalk w) {
-    uint place = w.place == 0u ? lowest_bit(pocket_waiting(p)) : 0u;
+// Gives a lane that traverses nothing the next ray; shadow rays first.
+void pool_fetch(RayPool p, inout PoolTraversal w) {
+    uint place = w.place == 0u ? lowest_bit(pool_waiting(p)) : 0u;
     if (place != 0u) {
         vec4 origin = p.origin[0];
         vec4 direction = p.direction[0];
-        float leaving = p.throughput[0].w;
+        float self_id = p.throughput[0].w;
         vec4 toward = p.toward[0];
         uint entry = p.entry[0];
 #define FETCH(n)                                          \
@@ -174,7 +174,7 @@ void pocket_fetch(Pocket p, inout PocketWalk w) {
         bool here = place == (1u << n);                   \
         origin = mix(origin, p.origin[n], bvec4(here));   \
         direction = mix(direction, p.direction[n], bvec4(here)); \
-        leaving = here ? p.throughput[n].w : leaving;     \
+        self_id = here ? p.throughput[n].w : self_id;     \
         toward = mix(toward, p.toward[n], bvec4(here));   \
         entry = here ? p.entry[n] : entry;                \
     }
@@ -182,16 +182,16 @@ void pocket_fetch(Pocket p, inout PocketWalk w) {
 #undef FETCH
         w.place = place;
         w.shadow = (p.shadows & place) != 0u;
-        w.leaving = floatBitsToInt(leaving);
-        w.ray = tree_ray(origin.xyz, w.shadow ? toward.xyz : direction.xyz, w.shadow);
-        w.walk = walk_begin(w.ray, w.shadow ? toward.w : origin.w, w.shadow ? entry >> 4 : entry & 15u);
+        w.self_id = floatBitsToInt(self_id);
+        w.ray = bvh_ray(origin.xyz, w.shadow ? toward.xyz : direction.xyz, w.shadow);
+        w.traversal = traversal_begin(w.ray, w.shadow ? toward.w : origin.w, w.shadow ? entry >> 4 : entry & 15u);
     }
 }
 
-// Notes the result of a walk that is over.
-void pocket_finish(inout Pocket p, inout PocketWalk w) {
-    bool over = w.place != 0u && !w.walk.walks;
-    bool hit = w.walk.id >= 0;
+// Records the result of a traversal that is over.
+void pool_finish(inout RayPool p, inout PoolTraversal w) {
+    bool over = w.place != 0u && !w.traversal.running;
+    bool hit = w.traversal.id >= 0;
     uint place = over ? w.place : 0u;
     p.lit |= w.shadow && !hit ? place : 0u;
     p.shadows &= ~(w.shadow ? place : 0u);
@@ -199,8 +199,8 @@ void pocket_finish(inout Pocket p, inout PocketWalk w) {
     uint closer = hit && !w.shadow ? place : 0u;
 #define FINISH(n)                                           \
     [[dont_flatten]] if (closer == (1u << n)) {             \
-        p.origin[n].w = w.walk.t;                           \
-        p.direction[n].w = intBitsToFloat(w.walk.id);       \
+        p.origin[n].w = w.traversal.t;                           \
+        p.direction[n].w = intBitsToFloat(w.traversal.id);       \
     }
     FOR_EACH_PLACE(FINISH)
 #undef FINISH
