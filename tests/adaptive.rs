@@ -123,7 +123,7 @@ fn the_same_bits_in_every_way() {
         ] {
             // Without a tree only some drivers reuse paths, and would make gradients.
             let gradients = if name == "cat" { Gradients::Auto } else { Gradients::Off };
-            let base = RenderSettings { light_paths, reuse, gradients, ..adaptive(&scene, noise) };
+            let base = RenderSettings { light_tracing: light_paths, reuse, gradients, ..adaptive(&scene, noise) };
             let (expected, s) = run(&context, &scene, &base);
             assert!(s.adaptive.is_some_and(|found| found.rounds > 1), "{name}, {light_paths:?}: {s:?}");
             assert_eq!(s.gradients, name == "cat" && reuse == Reuse::Auto, "{name}");

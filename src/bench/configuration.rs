@@ -32,7 +32,7 @@ impl Configuration {
 /// A setting and the values it takes, written `KEY=VALUE,VALUE…`.
 ///
 /// Keys and values are those of the options of `photolith render` (`sampler`, `accel`, `intersection`, `scheduler`, `reuse`,
-/// `gradients`, `sample-map`, `light-samples`, `light paths`: see [`Choice`]), and `sampling` (uniform, dual: in two
+/// `gradients`, `sample-map`, `light-samples`, `light-tracing`: see [`Choice`]), and `sampling` (uniform, dual: in two
 /// independent halves), `features` (specialised, general, or `+` and one of [`Feature::ALL`] that is compiled although not
 /// needed), `roulette` (off, or the first hit), `device` (index, name or UUID).
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -67,7 +67,7 @@ const KEYS: [(&str, Key); 13] = [
     ("gradients", Key::Gradients),
     ("sample-map", Key::SampleMap),
     ("light-samples", Key::LightSamples),
-    ("light-paths", Key::LightTracing),
+    ("light-tracing", Key::LightTracing),
     ("sampling", Key::Sampling),
     ("features", Key::Features),
     ("roulette", Key::Roulette),
@@ -125,7 +125,7 @@ impl Key {
             (Self::Gradients, name) => return choose(&mut s.gradients, name),
             (Self::SampleMap, name) => return choose(&mut s.sample_map, name),
             (Self::LightSamples, name) => return choose(&mut s.light_samples, name),
-            (Self::LightTracing, name) => return choose(&mut s.light_paths, name),
+            (Self::LightTracing, name) => return choose(&mut s.light_tracing, name),
             (Self::Sampling, "uniform") => s.adaptive = None,
             // All samples, in two halves.
             (Self::Sampling, "dual") => s.adaptive = Some(Adaptive { noise: 0.0 }),
@@ -256,7 +256,7 @@ mod tests {
             ("sampler", "expected KEY=VALUE"),
             ("colour=red", "unknown setting 'colour'"),
             ("sampler=sobol,halton", "'halton', expected sobol, independent or pcg"),
-            ("scheduler=fast", "'fast', expected auto, inline, turns or queue"),
+            ("scheduler=fast", "'fast', expected auto, inline, interleaved or queue"),
             ("roulette=0", "'0', expected off or the first hit"),
             ("features=+halo", "'+halo', expected specialised, general, or + and one of"),
             ("device=", "'', expected an index"),

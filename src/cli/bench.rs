@@ -63,7 +63,7 @@ pub struct BenchArgs {
     max_depth: Option<u32>,
 
     /// Set a setting, or several values of it side by side; may be repeated. Keys: sampler, accel, intersection,
-    /// scheduler (auto, inline, turns, queue), reuse (auto, always, off), gradients, sample-map, light paths (auto,
+    /// scheduler (auto, inline, interleaved, queue), reuse (auto, always, off), gradients, sample-map, light-tracing (auto,
     /// off), light-samples (auto, one), sampling (uniform, dual), features (specialised, general, +mirror and the like),
     /// roulette (off, N), device
     #[arg(long, value_name = "KEY=VALUE,...")]

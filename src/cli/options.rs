@@ -109,7 +109,7 @@ pub struct SceneOptions {
 
     /// Whether light is also traced from emitters, through glass and by mirrors
     #[arg(long, value_parser = choice::<LightTracing>(), default_value = LightTracing::default().name())]
-    pub light_paths: LightTracing,
+    pub light_tracing: LightTracing,
 
     /// Compile every feature, needed or not (changes no bit of the image)
     #[arg(long)]
@@ -156,7 +156,7 @@ impl SceneOptions {
             gradients: self.gradients,
             light_samples: self.light_samples,
             sample_map: self.sample_map,
-            light_paths: self.light_paths,
+            light_tracing: self.light_tracing,
             general: self.general,
             ..RenderSettings::of(&scene)
         };

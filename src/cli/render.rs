@@ -313,7 +313,7 @@ fn push_settings(m: &mut Metadata, scene: &Scene, settings: &RenderSettings, con
     m.push("Gradients", settings.gradients.name());
     m.push("SampleMap", settings.sample_map.name());
     m.push("LightSamples", settings.light_samples.name());
-    m.push("Light paths", settings.light_paths.name());
+    m.push("LightTracing", settings.light_tracing.name());
     m.push("Filter", format!("{:?}", scene.film.filter));
     m.push("Device", &context.info().name);
     m.push("Driver", &context.info().driver);
@@ -351,7 +351,7 @@ fn report(
         "reused_samples": s.reused_samples,
         "multiplied_pixels": s.multiplied_pixels,
         "gradients": s.gradients,
-        "light-paths": s.light_paths,
+        "light_paths": s.light_paths,
         "reuse_gain": s.reuse_gain,
         "tree_steps": s.bvh_steps,
         "bad_samples": s.bad_samples,

@@ -288,7 +288,7 @@ impl Features {
                 "no surface emits, and no paths are reused",
             ),
             plain(
-                "light-paths",
+                "light tracing",
                 self.may_trace_light(),
                 "traced from emitters, unless switched off: glass or mirrors may make caustics",
                 if self.emitter && (self.dielectric || self.mirror) {

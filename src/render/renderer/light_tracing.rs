@@ -46,7 +46,7 @@ const BINDINGS: [(u32, BindingKind); 1] = [(binding::LIGHT_PATHS, BindingKind::S
 /// without being needed, so that the image does not.
 pub(crate) fn targets(needed: &Features, tables: &Tables, settings: &RenderSettings) -> u32 {
     // Light that pixels share would have to be shared with light paths for each of them apart.
-    let wanted = settings.light_paths == LightTracing::Auto && settings.reuse != Reuse::Always;
+    let wanted = settings.light_tracing == LightTracing::Auto && settings.reuse != Reuse::Always;
     if wanted && needed.may_trace_light() { tables.light_paths.targets } else { 0 }
 }
 

@@ -79,7 +79,7 @@ impl Tables {
         let points = geometry.points;
         let lights = geometry.lights.into_vec();
         let mut light_table = LightTable::of(&lights, |light| solid_angle::looks_large(light, scene, space));
-        let light_paths = match settings.light_paths {
+        let light_paths = match settings.light_tracing {
             LightTracing::Off => CasterTable::default(),
             LightTracing::Auto => CasterTable::of(scene, space, &lights[points..]),
         };

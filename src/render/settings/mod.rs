@@ -189,7 +189,7 @@ pub struct RenderSettings {
     /// Samples of lights.
     pub light_samples: LightSamples,
     /// Whether light is traced from emitters.
-    pub light_paths: LightTracing,
+    pub light_tracing: LightTracing,
     /// Stop after this time, or once every pixel has a sample if that takes longer.
     pub time_limit: Option<Duration>,
     /// Compile every feature, needed or not: for tests and benchmarks, the image is the same.

@@ -19,7 +19,7 @@ fn beams_through_a_mesh() {
     let base = RenderSettings::of(&scene);
     let (expected, statistics) = render_counted(&context, &scene, &base);
     assert!(statistics.light_paths > 0 && statistics.reused_samples == 0, "{statistics:?}");
-    let off = render(&context, &scene, &RenderSettings { light_paths: LightTracing::Off, ..base.clone() });
+    let off = render(&context, &scene, &RenderSettings { light_tracing: LightTracing::Off, ..base.clone() });
     let differing = off.sums().iter().zip(expected.sums()).filter(|(a, b)| a != b).count();
     assert!(differing > 50, "light paths light {differing} pixels");
     for (what, settings) in variants("glass cat", &scene, Reuse::Auto) {
