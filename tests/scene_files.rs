@@ -338,8 +338,9 @@ fn what_single_precision_cannot_carry_is_told() {
     let line_of = |text: &str, key: &str| text.lines().position(|line| line.starts_with(key)).unwrap() + 1;
     assert_eq!(warnings_of(&good("")), [""; 0]);
     // A floor of any radius, and a wall around everything, are rendered well.
-    for radius in ["1e4", "8e7", "1e15"] {
-        let floor = format!("[[sphere]]\ncenter = [0, -{radius}, 0]\nradius = {radius}\nmaterial = \"white\"\n");
+    for radius in [1e4, 8e7, 1e15] {
+        let center = -radius - 1.0;
+        let floor = format!("[[sphere]]\ncenter = [0, {center}, 0]\nradius = {radius}\nmaterial = \"white\"\n");
         assert_eq!(warnings_of(&good(&floor)), [""; 0], "{radius}");
     }
     for (sphere, words) in [
