@@ -403,7 +403,7 @@ fn emitters_that_shine_away_from_everything_are_told() {
 fn messages_of_the_parser_name_what_is_there() {
     for (line, words) in [
         ("[film]\nwidth 5 #!", "found `5`: key with no value, expected `=`"),
-        ("[film]\nwidth = #!", "found the end of the line: "),
+        ("[film]\nwidth = #!", "found the end of the line, expected a number"),
         ("[film]\nwidth = 012 #!", "found `012`: unexpected leading zero, expected a number"),
         ("[film]\nwidth = 1__0 #!", "found `1__0`: "),
         ("[film]\nwidth = 99999999999999999999 #!", "integer `99999999999999999999`, expected an integer of 64 bits"),
