@@ -132,7 +132,7 @@ void main() [[maximally_reconverges]] {
                 }
                 Arrival arrival;
                 ShadowRay shadow;
-                bool alive = path_arrive(path, hit_of(ray_of(path), id, t), key, 1u, radiance, arrival, shadow);
+                bool alive = path_arrive(path, hit_of(id, t), key, 1u, radiance, arrival, shadow);
                 counts.rays += 1u;
                 uint entry = 0u;        // of the shadow ray
                 if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
