@@ -178,7 +178,7 @@ vec3 emitted_light(Path path, Vertex v, bool met, float t, uint light_samples) {
 // ---- a vertex
 
 // The surface that a ray has met; what a path makes of it is still to be told.
-Vertex vertex_at(Hit hit, Ray ray) {
+Vertex vertex_at(inout Hit hit, Ray ray) {
     Vertex v;
     v.surface = surface_at(hit, ray);
     v.self_id = hit.self_id;
