@@ -277,6 +277,10 @@ fn a_lamp_in_a_small_mirror() {
             material,
             inward: false,
         };
+        // The rest is dark.
+        for material in &mut scene.materials {
+            material.surface = Surface::Diffuse { reflectance: [0.05; 3] };
+        }
         let first = scene.materials.len() as u32;
         scene.spheres.extend([ball(-10.0, 4.0, first), ball(30.0, 3.0, first + 1)]);
         let surfaces = [Surface::Mirror { reflectance: [0.9; 3] }, Surface::Emitter { radiance: [50.0; 3] }];

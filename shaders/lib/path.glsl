@@ -41,11 +41,6 @@ struct ShadowRay {
 // Whether a path is followed one hit further than MAX_DEPTH, for light that it meets there.
 const bool LIGHT_AFTER_LAST_HIT = HAS_BACKGROUND || HAS_EMITTER;
 
-// Samples that are no light, but tell what the camera sees, directly or in mirrors: the place of a diffuse surface
-// (gradient.glsl), or what decides about the sample map (sample_map.glsl).
-bool finds_places() { return REUSE && in_mode(MODE_SURVEY); }
-bool finds_emitters() { return SAMPLE_MAP && in_mode(MODE_EMITTERS); }
-
 // The numbers of a sample's place in its pixel are the pixel's own, and do without the member that it is of its group. When groups
 // move (pixel_order.glsl) that changes; the places go on as they began, and are spread as well as if groups had not moved.
 Path path_begin(Camera camera, uvec2 at, uint key, uint index) {
@@ -174,12 +169,15 @@ bool path_arrive(Path path, int id, float t, uint key, uint light_samples, inout
     bool diffuse = HAS_DIFFUSE && kind == KIND_DIFFUSE;
     a.first = REUSE && path.normal == vec3(0.0);
     bool alive = met && a.hits <= MAX_DEPTH && kind != KIND_EMITTER;
-    if (finds_places()) radiance = alive && diffuse ? a.surface.position : vec3(0.0);
-    if (finds_emitters()) {
+    // Samples that are no light, but tell what the camera sees, directly or in mirrors: the place of a diffuse surface
+    // (gradient.glsl), or what decides about the sample map.
+    if (REUSE && in_mode(MODE_SURVEY)) radiance = alive && diffuse ? a.surface.position : vec3(0.0);
+    if (SAMPLE_MAP && in_mode(MODE_EMITTERS)) {
         float emitted = glows ? brightness(throughput * a.surface.color) : 0.0;
         radiance = seen + vec3(emitted, alive && kind == KIND_MIRROR ? 1.0 : 0.0, alive && kind > 0.0 ? 1.0 : 0.0);
     }
-    if (finds_places() || finds_emitters()) alive = alive && HAS_MIRROR && kind == KIND_MIRROR;
+    bool surveys = (REUSE || SAMPLE_MAP) && in_mode(MODE_SURVEY | MODE_EMITTERS);
+    if (surveys) alive = alive && HAS_MIRROR && kind == KIND_MIRROR;
     vec3 weight = HAS_DIELECTRIC && kind > 0.0 ? vec3(1.0) : a.surface.color;
     if (MUTATION == MUTATE_ALBEDO) weight *= 1.01;
     a.gives = REUSE && path.second && diffuse && alive && throughput != vec3(0.0);
@@ -199,13 +197,15 @@ bool path_arrive(Path path, int id, float t, uint key, uint light_samples, inout
     }
     alive = alive && (LIGHT_AFTER_LAST_HIT || !a.last);
     // Where it gets further light the throughput must be what light counts.
-    bool may_end = !finds_places() && !finds_emitters() && !(light_samples > 1u && a.first && diffuse);
-    // The constant comes first, so that nothing of it is left where there is no roulette (src/gpu/prune.rs).
-    if (ROULETTE_DEPTH > 0u && a.hits >= ROULETTE_DEPTH && may_end) {
-        // A path is safe while its throughput is above ¼: ending strong paths costs more in noise than it saves.
-        float survive = lower(4.0 * strongest, 0.95);
-        alive = alive && sample_independent(key, path.index, a.hits) < survive;
-        a.throughput *= 1.0 / survive;
+    bool may_end = !surveys && !(light_samples > 1u && a.first && diffuse);
+    // The constant alone, so that nothing of it is left where there is no roulette (src/gpu/prune.rs).
+    if (ROULETTE_DEPTH > 0u) {
+        if (a.hits >= ROULETTE_DEPTH && may_end) {
+            // A path is safe while its throughput is above ¼: ending strong paths costs more in noise than it saves.
+            float survive = lower(4.0 * strongest, 0.95);
+            alive = alive && sample_independent(key, path.index, a.hits) < survive;
+            a.throughput *= 1.0 / survive;
+        }
     }
     if (MAX_DEPTH == 1u && !LIGHT_AFTER_LAST_HIT) alive = false;
     return alive;
