@@ -399,6 +399,8 @@ fn the_cut_is_what_was_asked_for() {
             samples_per_dispatch: Some(SAMPLES),
             // With everything compiled in, the box is in a tree, and the queue has work.
             general: scheduler == Scheduler::Queue,
+            // Pixels with more samples may need dispatches of their own too.
+            sample_map: SampleMap::Off,
             ..RenderSettings::of(&scene)
         };
         let budget = Some(small_budget(name, scheduler, false));
