@@ -98,11 +98,11 @@ Surface surface_of_primitive(inout Hit hit, Ray ray, vec3 p) {
     float curvature = 0.0;
     float offset = 0.0;
     if (BVH_TRIANGLES) {
-        // From barycentrics of the exact vertices, whatever has found the hit: closer to the plane than o + t·d. The weights sum up to 1
-        // but for two roundings; with those of products and sums the error is within pbrt's bound γ(7)(|b0 v0| + |b1 v1| + |b2 v2|).
+        // From barycentrics of the exact vertices, whatever has found the hit: closer to the plane than o + t·d, with pbrt's bound
+        // γ(7)(|b0 v0| + |b1 v1| + |b2 v2|).
         Triangle corners = triangle_of(shape);
-        hit.barycentrics = barycentrics_of(ray.origin, ray.direction, corners);
-        vec3 b = vec3(1.0 - hit.barycentrics.x - hit.barycentrics.y, hit.barycentrics);
+        vec3 b = barycentrics_of(ray.origin, ray.direction, corners);
+        hit.barycentrics = b.yz;
         vec3 p0 = b.x * corners.v0;
         vec3 p1 = b.y * corners.v1;
         vec3 p2 = b.z * corners.v2;

@@ -69,14 +69,15 @@ float determinant(Edges e) {
     return det;
 }
 
-// Barycentrics of the point at which a ray meets a triangle: the weights of vertices 1 and 2.
-vec2 barycentrics_of(vec3 o, vec3 d, Triangle triangle) {
+// Barycentrics of the point at which a ray meets a triangle. Each has a relative error of its own: 1 minus the other two would be
+// rounded at the size of 1, which moves the point where a vertex is far away.
+vec3 barycentrics_of(vec3 o, vec3 d, Triangle triangle) {
     Shear r = shear_of(d);
     vec3 a = sheared(r, o, triangle.v0);
     vec3 b = sheared(r, o, triangle.v1);
     vec3 c = sheared(r, o, triangle.v2);
     Edges e = Edges(edge(c, b), edge(a, c), edge(b, a));
-    return vec2(e.v, e.w) * (1.0 / determinant(e));
+    return vec3(e.u, e.v, e.w) * (1.0 / determinant(e));
 }
 
 #endif
