@@ -116,17 +116,16 @@ impl Renderer {
     fn multipliers_of_seen(&mut self, tiles: &[usize]) -> Result<Vec<Multiplier>, RenderError> {
         let (width, height) = (self.width, self.height);
         let spans = self.spans_of(tiles.iter().copied());
-        let samples = FIRST_SAMPLES.min(self.settings.samples);
         let modes = self.push.modes;
         self.push.modes |= mode::EMITTERS;
-        self.take_samples(&spans, samples)?;
+        self.take_samples(&spans, FIRST_SAMPLES)?;
         self.push.modes = modes;
         // Of both only what is written takes memory.
         let pixels = width as usize * height as usize;
         let (mut seen, mut multipliers) = (zeroed_vec::<Seen>(pixels), zeroed_vec::<Multiplier>(pixels));
         self.read_pixels(&spans, &mut seen, |seen, slot| {
             let [emitted, mirrors, glass] = [0, 1, 2].map(|channel| slot.total(channel) as f32);
-            *seen = [emitted / samples as f32, mirrors, glass];
+            *seen = [emitted / FIRST_SAMPLES as f32, mirrors, glass];
         })?;
         if self.launch.glass {
             multipliers.par_iter_mut().zip(&seen).for_each(|(multiplier, &[_, mirrors, glass])| {
