@@ -9,14 +9,13 @@ use photolith::{RenderSettings, Scene};
 pub fn small_budget(name: &str, scheduler: Scheduler, reused: bool) -> u32 {
     match (name, scheduler) {
         ("cat", Scheduler::Inline | Scheduler::Interleaved) => 1500,
-        // Samples of up to four paths.
-        ("glass cat", Scheduler::Inline | Scheduler::Interleaved) => 6000,
-        ("glass cat", Scheduler::Queue | Scheduler::Auto) => 16_000,
+        ("glass cat", Scheduler::Inline | Scheduler::Interleaved) => 1500,
+        ("glass cat", Scheduler::Queue | Scheduler::Auto) => 4000,
         (_, Scheduler::Inline | Scheduler::Interleaved) => 400,
         // Half of it is for reusing the paths.
         ("cat", Scheduler::Queue | Scheduler::Auto) if reused => 8000,
         ("cat", Scheduler::Queue | Scheduler::Auto) => 4000,
-        ("cornell", Scheduler::Queue | Scheduler::Auto) => 2500,
+        ("cornell", Scheduler::Queue | Scheduler::Auto) => 1000,
         (_, Scheduler::Queue | Scheduler::Auto) => 15_000,
     }
 }
