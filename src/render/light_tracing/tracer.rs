@@ -5,21 +5,20 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::gpu::{
-    Access, BindingKind, BindingLayout, BindingSet, Buffer, Device, Pipeline, Specialization, Ticket, Usage,
-};
+use crate::gpu::{BindingKind, BindingLayout, BindingSet, Buffer, Device, Pipeline, Specialization, Ticket, Usage};
 
+use crate::render::engine::Engine;
+use crate::render::engine::buffers::{IN_FLIGHT, mapped};
+use crate::render::engine::control::RenderControl;
 use crate::render::error::RenderError;
-use crate::render::film::Film;
 use crate::render::kernel;
 use crate::render::kernel::LIGHT_TRACE;
 use crate::render::kernel::bindings;
-use crate::render::kernel::driver_traits::DriverTraits;
 use crate::render::kernel::features::Features;
-use crate::render::kernel::layout::{Counters, Push, SplatRecord, binding, constant};
+use crate::render::kernel::layout::{Push, SplatRecord, binding, constant};
 use crate::render::light_tracing::splats::{SplatRecords, Splats};
-use crate::render::renderer::pass::{RenderControl, mapped};
-use crate::render::renderer::{IN_FLIGHT, Renderer};
+use crate::render::plan::launch::Launch;
+use crate::render::plan::prepared::Prepared;
 use crate::render::scene::tables::Tables;
 use crate::render::settings::{LightTracing, RenderSettings, Reuse};
 use crate::render::space::view::View;
@@ -44,7 +43,7 @@ const BINDINGS: [(u32, BindingKind); 1] = [(binding::LIGHT_PATHS, BindingKind::S
 
 /// The number of targets that light paths have, which paths are to know of: 0 for no light paths. It depends on nothing that is compiled
 /// without being needed, so that the image does not.
-pub(crate) fn targets(needed: &Features, tables: &Tables, settings: &RenderSettings) -> u32 {
+pub(crate) fn caster_count(needed: &Features, tables: &Tables, settings: &RenderSettings) -> u32 {
     // Light that pixels share would have to be shared with light paths for each of them apart.
     let wanted = settings.light_tracing == LightTracing::Auto && settings.reuse != Reuse::Always;
     if wanted && needed.may_trace_light() { tables.light_paths.targets } else { 0 }
@@ -53,6 +52,21 @@ pub(crate) fn targets(needed: &Features, tables: &Tables, settings: &RenderSetti
 /// What density light paths have where paths have 1 (`light_path_scale` of the shaders).
 pub(crate) fn scale(view: &View) -> f32 {
     (LIGHT_PATHS_PER_SAMPLE * std::f64::consts::PI * 4.0 * view.right.length() * view.up.length()) as f32
+}
+
+/// Invocations of a workgroup: small ones, of which few light paths still make many.
+fn workgroup(launch: &Launch) -> u32 {
+    if launch.traits.threads { launch.subgroup.clamp(32, 128) } else { launch.traits.workgroup_size }
+}
+
+/// What the kernel is specialised for.
+pub(crate) fn specialization(launch: &Launch, prepared: &Prepared<'_>) -> Specialization {
+    let mut specialization = launch.specialization(prepared);
+    specialization
+        .uint(constant::WORKGROUP, workgroup(launch))
+        .bool(constant::SAMPLE_MAP, false)
+        .bool(constant::REUSE, false);
+    specialization
 }
 
 /// What tracing light paths takes on the device.
@@ -64,7 +78,7 @@ pub(crate) struct LightTracer {
     /// Light paths of an invocation.
     per_invocation: u32,
     /// For each dispatch in flight.
-    notes: Vec<Records>,
+    records: Vec<Records>,
 }
 
 /// Where the light paths of a dispatch note what they light.
@@ -79,7 +93,7 @@ fn light_paths_for(samples: u64) -> u64 {
 }
 
 /// The most light paths of a rendering. (If it gets more samples later, dispatches are smaller than they could be.)
-pub(crate) fn most_light_paths(pixels: u64, settings: &RenderSettings) -> u64 {
+fn most_light_paths(pixels: u64, settings: &RenderSettings) -> u64 {
     light_paths_for(pixels * u64::from(settings.samples))
 }
 
@@ -89,21 +103,18 @@ fn records_bytes(light_paths: usize) -> u64 {
 }
 
 impl LightTracer {
-    /// The kernel, for which `paths` has what scene and features say.
+    /// The kernel, for a scene and what else it is to be specialised for.
+    ///
+    /// # Errors
+    /// A shader of the user's cannot be read; a Vulkan call fails.
     pub fn pipeline(
         device: &Arc<Device>,
         layout: &BindingLayout,
-        paths: &Specialization,
-        workgroup: u32,
+        specialization: &Specialization,
         settings: &RenderSettings,
     ) -> Result<Pipeline, RenderError> {
-        let mut specialization = paths.clone();
-        specialization
-            .uint(constant::WORKGROUP, workgroup)
-            .bool(constant::SAMPLE_MAP, false)
-            .bool(constant::REUSE, false);
         let spirv = kernel::spirv(&LIGHT_TRACE, settings)?;
-        Pipeline::new(device, LIGHT_TRACE.name, &spirv, &specialization, layout)
+        Pipeline::new(device, LIGHT_TRACE.name, &spirv, specialization, layout)
             .map_err(|error| kernel::not_made(&LIGHT_TRACE, settings, error))
     }
 
@@ -112,159 +123,118 @@ impl LightTracer {
         Ok(bindings::layout(device, &BINDINGS)?)
     }
 
-    /// With its buffers, for so many light paths at most; `bound` are those of the path tracer that all kernels see.
+    /// With its buffers, for the image of an engine.
+    ///
+    /// # Errors
+    /// A limit of the device or its memory is exceeded.
     pub fn new(
         device: &Arc<Device>,
+        engine: &Engine,
         layout: &Arc<BindingLayout>,
         pipeline: Pipeline,
-        workgroup: u32,
-        traits: &DriverTraits,
-        most_light_paths: u64,
-        bound: &[(u32, &Buffer)],
+        settings: &RenderSettings,
     ) -> Result<Self, RenderError> {
+        let traits = &engine.launch.traits;
+        let most_light_paths = most_light_paths(engine.pixel_count(), settings);
+        let buffers = engine.buffers();
+        let film = &buffers.bands[0].film;
+        let own = [(binding::FILM, film), (binding::FILM_ROWS, film), (binding::COUNTERS, &buffers.counters)];
+        let bound = buffers.tables.and(&own);
         let of_gpus = usize::from(traits.threads);
         let most = device.info.max_texel_elements / u64::from(SplatRecord::MOST);
         let dispatch = (most.min(u64::from(DISPATCH[of_gpus])).min(most_light_paths) as u32 / BLOCK).max(1) * BLOCK;
         let in_flight = most_light_paths.div_ceil(u64::from(dispatch)).clamp(1, IN_FLIGHT as u64) as usize;
-        let notes = |i: usize| {
+        let records = |i: usize| {
             let bytes = records_bytes(dispatch as usize);
             let buffer = Buffer::new(device, &format!("light paths {i}"), bytes, Usage::HostTexel)?;
-            let mut all = bound.to_vec();
+            let mut all = bound.clone();
             all.push((binding::LIGHT_PATHS, &buffer));
             Ok(Records { set: BindingSet::new(layout, &all)?, buffer })
         };
-        let notes = (0..in_flight).map(notes).collect::<Result<_, RenderError>>()?;
-        Ok(Self { pipeline, workgroup, dispatch, per_invocation: LIGHT_PATHS_PER_INVOCATION[of_gpus], notes })
+        let records = (0..in_flight).map(records).collect::<Result<_, RenderError>>()?;
+        let workgroup = workgroup(&engine.launch);
+        Ok(Self { pipeline, workgroup, dispatch, per_invocation: LIGHT_PATHS_PER_INVOCATION[of_gpus], records })
     }
 
     /// What the light paths of these numbers have noted, which were the last to use that one of the buffers.
     fn recorded(&self, span: &Range<u32>, number: usize) -> Result<SplatRecords<'_>, RenderError> {
-        let bytes = mapped(&self.notes[number].buffer)?;
+        let bytes = mapped(&self.records[number].buffer)?;
         Ok(SplatRecords::of(bytemuck::cast_slice(&bytes[..records_bytes(span.len()) as usize])))
     }
 }
 
-impl Renderer {
-    /// The light of no light path yet.
-    pub(crate) fn no_light_paths(&self) -> Splats {
-        let pixels = if self.light_paths.is_some() { self.width as usize * self.height as usize } else { 0 };
-        Splats::new(pixels)
-    }
-
-    /// Samples per pixel after which light paths are traced, so that at no time too many of them are missing: they double.
-    pub(crate) fn samples_between_light_tracing(&self) -> impl Iterator<Item = u32> + use<> {
-        let samples = self.settings.samples;
-        let first = if self.light_paths.is_some() { FIRST_LIGHT_PATHS.min(samples) } else { samples };
+impl LightTracer {
+    /// Samples per pixel, of so many in all, after which light paths are traced, so that at no time too many of them are missing: they
+    /// double.
+    pub fn samples_between(samples: u32) -> impl Iterator<Item = u32> {
+        let first = FIRST_LIGHT_PATHS.min(samples);
         std::iter::successors(Some(first), move |&n| (n < samples).then(|| n.saturating_mul(2).min(samples)))
     }
 
-    /// The samples that are done, as many as they would be if each pixel got as many as are asked for.
-    pub(crate) fn even_samples(&self) -> u64 {
-        let done = self.statistics.samples;
-        if self.sample_map.is_even() {
-            return done;
-        }
-        let samples = self.settings.samples;
-        let even = u128::from(self.pixels(&self.whole_film())) * u128::from(samples);
-        (u128::from(done) * even / u128::from(self.samples_of_image(samples).max(1))) as u64
-    }
-
-    /// Traces as many light paths as go with so many samples, over all pixels, or fewer if the watch says stop. Returns whether all are traced.
-    pub(crate) fn keep_up_with_light_paths(
-        &mut self,
+    /// Traces as many light paths as go with so many samples, over all pixels, or fewer if the control says stop: then what is in flight
+    /// is still waited for. Any number of them is right in the mean, but none at all. Returns whether all are traced. The device traces a
+    /// dispatch while the host adds up what the one before it has noted.
+    ///
+    /// # Errors
+    /// The device fails, or the budget of loops does not suffice for a light path.
+    pub fn keep_up(
+        &self,
+        engine: &mut Engine,
+        splats: &mut Splats,
         samples: u64,
-        watch: &mut RenderControl<'_>,
+        control: &mut RenderControl<'_>,
     ) -> Result<bool, RenderError> {
         let light_paths = light_paths_for(samples);
-        self.trace_light_to(light_paths, watch)?;
-        Ok(self.light_paths.is_none() || self.light.light_paths >= light_paths)
-    }
-
-    /// The same when paths are over, for which there is a limit of its own. Adds the light of all light paths to the film.
-    pub(crate) fn add_light_paths(
-        &mut self,
-        film: &mut Film,
-        samples: u64,
-        watch: &mut RenderControl<'_>,
-    ) -> Result<bool, RenderError> {
-        if self.light_paths.is_none() {
-            return Ok(true);
-        }
-        watch.set_limit(self.settings.time_limit);
-        let complete = self.keep_up_with_light_paths(samples, watch)?;
-        self.light.add_to(film);
-        Ok(complete)
-    }
-
-    /// Traces light paths until there are so many, or the watch says stop after a dispatch, when what is in flight is still waited for: any
-    /// number of them is right in the mean, but none at all. The device traces a dispatch while the host adds up what the one before
-    /// it has noted.
-    fn trace_light_to(&mut self, light_paths: u64, watch: &mut RenderControl<'_>) -> Result<(), RenderError> {
-        let Some(tracer) = self.light_paths.clone() else { return Ok(()) };
-        let (dispatch, most_in_flight) = (u64::from(tracer.dispatch), tracer.notes.len());
-        let mut begun = self.light.light_paths;
+        let (dispatch, most_in_flight) = (u64::from(self.dispatch), self.records.len());
+        let mut begun = splats.light_paths;
         let mut in_flight = VecDeque::new();
         loop {
-            while in_flight.len() < most_in_flight && begun < light_paths && (begun == 0 || !watch.stop) {
+            while in_flight.len() < most_in_flight && begun < light_paths && (begun == 0 || !control.stop) {
                 let end = light_paths.min(begun + dispatch);
                 let span = begun as u32..end as u32;
                 let number = (begun / dispatch) as usize % most_in_flight;
-                let ticket = self.trace_light(&tracer, &span, tracer.per_invocation, number)?;
+                let ticket = self.submit(engine, &span, self.per_invocation, number)?;
                 in_flight.push_back((ticket, Instant::now(), span, number));
                 begun = end;
             }
-            let Some((ticket, submitted, span, number)) = in_flight.pop_front() else { return Ok(()) };
-            self.finish(&ticket, number)?;
-            let budget = self.launch.loop_budget;
-            let is_unfinished = || Ok::<_, RenderError>(budget > 0 && tracer.recorded(&span, number)?.are_unfinished());
+            let Some((ticket, submitted, span, number)) = in_flight.pop_front() else {
+                return Ok(splats.light_paths >= light_paths);
+            };
+            engine.finish(&ticket, number)?;
+            let budget = engine.launch.loop_budget;
+            let is_unfinished = || Ok::<_, RenderError>(budget > 0 && self.recorded(&span, number)?.are_unfinished());
             if is_unfinished()? {
                 // What did not fit into the loop budget beside others may alone.
-                let ticket = self.trace_light(&tracer, &span, 1, number)?;
-                self.finish(&ticket, number)?;
+                let ticket = self.submit(engine, &span, 1, number)?;
+                engine.finish(&ticket, number)?;
                 if is_unfinished()? {
                     return Err(RenderError::Stuck { budget });
                 }
             }
-            self.light.add(tracer.recorded(&span, number)?);
-            let seconds = watch.finished_since(submitted);
-            watch.report(self.statistics.samples, seconds, false);
+            splats.add(self.recorded(&span, number)?);
+            let seconds = control.finished_since(submitted);
+            control.report(engine.statistics.samples, seconds, false);
         }
     }
 
     /// Traces the light paths of these numbers, so many with each invocation, as one of the dispatches in flight.
-    fn trace_light(
-        &mut self,
-        tracer: &LightTracer,
+    fn submit(
+        &self,
+        engine: &mut Engine,
         span: &Range<u32>,
         per_invocation: u32,
         number: usize,
     ) -> Result<Ticket, RenderError> {
-        let push = Push { first_slot: span.start, end_slot: span.end, ..self.push };
-        let (counters, read_counters) = (&self.buffers.counters, &self.buffers.readbacks[number]);
-        let ticket = self.timeline.submit(|r| {
-            r.timed(LIGHT_TRACE.name, |r| {
-                let groups = (span.len() as u32).div_ceil(per_invocation * tracer.workgroup);
-                r.dispatch(&tracer.pipeline, &tracer.notes[number].set, bytemuck::bytes_of(&push), [groups, 1, 1]);
-            });
-            r.barrier(Access::Compute, Access::Transfer);
-            r.barrier(Access::Compute, Access::Host);
-            r.copy(counters, 0, read_counters, 0, size_of::<Counters>() as u64);
-            r.barrier(Access::Transfer, Access::Transfer);
-            r.clear(counters);
-            r.barrier(Access::Transfer, Access::Compute);
-            r.barrier(Access::Transfer, Access::Host);
-        })?;
-        Ok(ticket)
+        let push = Push { first_slot: span.start, end_slot: span.end, modes: 0, ..engine.push };
+        let workgroups = (span.len() as u32).div_ceil(per_invocation * self.workgroup);
+        engine.submit_kernel((&self.pipeline, &self.records[number].set), LIGHT_TRACE.name, &push, workgroups, number)
     }
 
-    /// Compiles the kernel for good, as [`Renderer::warm_up`] does.
-    pub(crate) fn warm_up_light_tracing(&mut self) -> Result<(), RenderError> {
-        let Some(tracer) = &self.light_paths else { return Ok(()) };
-        let push = Push { end_slot: 0, ..self.push };
-        let ticket = self
-            .timeline
-            .submit(|r| r.dispatch(&tracer.pipeline, &tracer.notes[0].set, bytemuck::bytes_of(&push), [1, 1, 1]))?;
-        self.timeline.wait(&ticket)?;
-        Ok(())
+    /// Compiles the kernel for good, as [`Engine::warm_up`] does.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn warm_up(&self, engine: &mut Engine) -> Result<(), RenderError> {
+        engine.warm_up_kernel((&self.pipeline, &self.records[0].set))
     }
 }
