@@ -16,7 +16,7 @@ use crate::check::CheckError;
 use crate::check::probe::{BATCH, PathInput, Query, RayInput, RayProbe, Traced, Traversal};
 use crate::oracle::Pcg64;
 use crate::render::RenderSettings;
-use crate::render::renderer::push_constants;
+use crate::render::plan::prepared::push_constants;
 use crate::scene::Scene;
 
 use crate::bench::error::BenchError;

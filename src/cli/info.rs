@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use clap::Args;
 use glam::DVec3;
 use photolith::accel::BvhStatistics;
-use photolith::render::Features;
+use photolith::render::{Features, Prepared};
 use photolith::scene::{Bsdf, Scene, Surface};
 use serde_json::json;
 
@@ -32,13 +32,10 @@ pub struct InfoArgs {
 /// Describes the scene. Needs no device.
 pub fn run(args: &InfoArgs) -> anyhow::Result<ExitCode> {
     let (scene, settings) = args.options.load(&args.scene)?;
-    let features = Features::of(&scene, &settings);
-    let tree = photolith::render::bvh_statistics(&scene, &settings);
-    let text = if args.json {
-        format!("{}\n", as_json(&scene, &features, tree.as_ref()))
-    } else {
-        as_text(&scene, &features, tree.as_ref())
-    };
+    let prepared = Prepared::of(&scene, &settings)?;
+    let (features, tree) = (prepared.features(), prepared.tree());
+    let text =
+        if args.json { format!("{}\n", as_json(&scene, features, tree)) } else { as_text(&scene, features, tree) };
     output::print(&text)?;
     Ok(ExitCode::from(exit::OK))
 }

@@ -5,63 +5,16 @@ use glam::DVec3;
 use crate::scene::{PixelFilter, Scene, Surface};
 
 use crate::render::kernel::layout::constant::MAX_POLYGONS;
-use crate::render::sampling::sobol;
-use crate::render::scene::polygons;
+use crate::render::kernel::sobol;
 use crate::render::scene::spheres;
+use crate::render::scene::tables::Tables;
+use crate::render::settings::feature::Feature;
 use crate::render::settings::{Accel, RenderSettings, Sampler, TriangleTest};
-use crate::render::space::RenderSpace;
 use crate::render::space::view::View;
 
 /// Part of the picture that meshes of glass cover from which on reuse of paths lowers the variance by too little for GPUs: where dragons
 /// and armadillos cover more, by 1.3 to 1.9; where they cover .35 of it, by 2 and more (in a room).
 const MOST_GLASS: f64 = 0.6;
-
-/// A part of the path tracer that is left out where a scene does not need it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Feature {
-    /// Diffuse surfaces, and light that falls on them.
-    Diffuse,
-    /// Mirrors.
-    Mirror,
-    /// Glass.
-    Dielectric,
-    /// Surfaces that emit.
-    Emitter,
-    /// Light from where a ray meets nothing.
-    Background,
-    /// A tree.
-    Tree,
-    /// Spheres in the tree.
-    BvhSpheres,
-    /// [`Features::bvh_triangles`]
-    BvhTriangles,
-    /// A stack for trees of any depth.
-    DeepBvh,
-    /// Lights of all kinds, if there is any.
-    LightKinds,
-    /// Interpolated normals.
-    SmoothNormals,
-    /// All levels of the sampler's table.
-    SamplerLevels,
-}
-
-impl Feature {
-    /// All of them, and their names.
-    pub const ALL: [(&'static str, Self); 12] = [
-        ("diffuse", Self::Diffuse),
-        ("mirror", Self::Mirror),
-        ("dielectric", Self::Dielectric),
-        ("emitter", Self::Emitter),
-        ("background", Self::Background),
-        ("tree", Self::Tree),
-        ("tree-spheres", Self::BvhSpheres),
-        ("tree-triangles", Self::BvhTriangles),
-        ("deep-tree", Self::DeepBvh),
-        ("light-kinds", Self::LightKinds),
-        ("smooth-normals", Self::SmoothNormals),
-        ("sampler-levels", Self::SamplerLevels),
-    ];
-}
 
 /// The features of a scene. Code is specialised from these; data layout never is, so that a pipeline with more
 /// features than needed gives the same bits.
@@ -114,8 +67,8 @@ pub struct Features {
 }
 
 impl Features {
-    /// Finds what `scene` needs under `settings`.
-    pub fn of(scene: &Scene, settings: &RenderSettings) -> Self {
+    /// Finds what `scene`, compiled to `tables`, needs under `settings`.
+    pub(crate) fn new(scene: &Scene, tables: &Tables, settings: &RenderSettings) -> Self {
         let mut used = vec![false; scene.materials.len()];
         for sphere in &scene.spheres {
             used[sphere.material as usize] = true;
@@ -129,10 +82,7 @@ impl Features {
         let any = |feature, wanted: fn(&Surface) -> bool| {
             unneeded(feature) || scene.materials.iter().zip(&used).any(|(m, &used)| used && wanted(&m.surface))
         };
-        let space = RenderSpace::of(scene);
-        let (constant, rest) = spheres::partition(scene, &space);
-        let (polygons, in_constants) = polygons::select(scene, &space, settings.triangle_test);
-        let triangles = in_constants.iter().any(|constant| !constant);
+        let (spheres, triangles) = (tables.bvh_spheres, tables.bvh_triangles);
         let dielectric = any(Feature::Dielectric, Surface::is_dielectric);
         Self {
             gaussian: scene.film.filter == PixelFilter::Gaussian,
@@ -145,20 +95,20 @@ impl Features {
             dielectric,
             emitter: any(Feature::Emitter, Surface::emits),
             background: unneeded(Feature::Background) || scene.background != [0.0; 3],
-            constant_spheres: constant.len() as u32,
-            polygons: polygons.len() as u32,
-            bvh_spheres: unneeded(Feature::BvhSpheres) || !rest.is_empty(),
+            constant_spheres: tables.constant_spheres.len() as u32,
+            polygons: tables.polygons.len() as u32,
+            bvh_spheres: unneeded(Feature::BvhSpheres) || spheres,
             bvh_triangles: unneeded(Feature::Tree) || unneeded(Feature::BvhTriangles) || triangles,
             tree: [Feature::Tree, Feature::BvhSpheres, Feature::BvhTriangles].into_iter().any(unneeded)
                 || triangles
-                || !rest.is_empty(),
+                || spheres,
             deep_bvh: unneeded(Feature::DeepBvh),
             light_kinds: unneeded(Feature::LightKinds),
-            brute_force: settings.accel == Accel::None && (triangles || !rest.is_empty()),
+            brute_force: settings.accel == Accel::None && (triangles || spheres),
             moller_trumbore: settings.triangle_test == TriangleTest::MollerTrumbore,
             smooth_normals: unneeded(Feature::SmoothNormals)
                 || scene.meshes.iter().any(|m| !m.vertex_normals.is_empty()),
-            lights: spheres::visible_lights(scene).filter(|light| light.shines()).count() as u32,
+            lights: tables.point_count,
             sobol_levels: if unneeded(Feature::SamplerLevels) {
                 sobol::MAX_LEVELS
             } else {
