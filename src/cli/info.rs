@@ -7,11 +7,11 @@ use std::process::ExitCode;
 use clap::Args;
 use glam::DVec3;
 use photolith::accel::BvhStatistics;
-use photolith::render::Features;
+use photolith::render::{Features, explain};
 use photolith::scene::{Bsdf, Scene, Surface};
 use serde_json::json;
 
-use super::options::SceneOptions;
+use super::options::{SceneOptions, heading};
 use super::text::{bytes, counted};
 use super::{exit, output};
 
@@ -25,7 +25,7 @@ pub struct InfoArgs {
     options: SceneOptions,
 
     /// Print one line of JSON on stdout
-    #[arg(long)]
+    #[arg(long, help_heading = heading::OUTPUT)]
     json: bool,
 }
 
@@ -101,7 +101,7 @@ fn as_text(scene: &Scene, features: &Features, tree: Option<&BvhStatistics>) -> 
     if let Some(t) = tree {
         let _ = writeln!(
             out,
-            "  tree       {}, {} of {}, depth {}, SAH cost {:.2}, {}, built in {:.3} s",
+            "  BVH        {}, {} of {}, depth {}, SAH cost {:.2}, {}, built in {:.3} s",
             counted(t.nodes, "node", "nodes"),
             counted(t.leaves, "leaf", "leaves"),
             counted(t.primitives, "primitive", "primitives"),
@@ -111,7 +111,7 @@ fn as_text(scene: &Scene, features: &Features, tree: Option<&BvhStatistics>) -> 
             t.build_seconds
         );
     }
-    let features = features.explain();
+    let features = explain(features);
     for (heading, compiled) in [("pipeline is specialised for", true), ("left out", false)] {
         let _ = writeln!(out, "  {heading}");
         for (name, _, why) in features.iter().filter(|f| f.1 == compiled) {
@@ -123,13 +123,12 @@ fn as_text(scene: &Scene, features: &Features, tree: Option<&BvhStatistics>) -> 
 
 fn as_json(scene: &Scene, features: &Features, tree: Option<&BvhStatistics>) -> serde_json::Value {
     let b = bounds(scene);
-    let explained: serde_json::Map<_, _> = features
-        .explain()
+    let explained: serde_json::Map<_, _> = explain(features)
         .into_iter()
         .map(|(name, on, why)| (name.to_owned(), json!({ "compiled": on, "why": why })))
         .collect();
     json!({
-        "schema": "photolith-info-1",
+        "schema": "photolith-info-2",
         "scene": scene.source,
         "width": scene.film.width,
         "height": scene.film.height,
@@ -144,7 +143,7 @@ fn as_json(scene: &Scene, features: &Features, tree: Option<&BvhStatistics>) -> 
             .collect::<Vec<_>>(),
         "point_lights": scene.lights.len(),
         "bounds": [b.lo.to_array(), b.hi.to_array()],
-        "tree": tree.map(|t| json!({
+        "bvh": tree.map(|t| json!({
             "nodes": t.nodes, "leaves": t.leaves, "primitives": t.primitives, "depth": t.depth,
             "sah_cost": t.sah_cost, "bytes": t.bytes, "build_s": t.build_seconds,
         })),

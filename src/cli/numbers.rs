@@ -47,11 +47,6 @@ pub fn seconds(text: &str) -> Result<Duration, String> {
         .ok_or_else(|| "expected a number of seconds above 0 and below 1.8e19".to_owned())
 }
 
-/// Any number of 32 bits.
-pub fn seed(text: &str) -> Result<u32, String> {
-    text.parse().map_err(|_| format!("expected an integer from 0 to {}", u32::MAX))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,3 +1,4 @@
 //! TODO
 
 pub(crate) mod dispatch;
+pub(crate) mod exclusions;

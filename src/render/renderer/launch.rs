@@ -7,7 +7,8 @@ use crate::render::film::{slot_count, slots_of_row};
 use crate::render::kernel::Schedule;
 use crate::render::kernel::driver_traits::DriverTraits;
 use crate::render::kernel::features::Features;
-use crate::render::kernel::layout::{FilmSlot, constant, queue};
+use crate::render::kernel::layout::{FilmSlot, queue};
+use crate::render::kernel::specialization::{Compiled, LaunchConstants};
 use crate::render::plan::dispatch::{Pace, Rounds};
 use crate::render::renderer::buffers::Shape;
 use crate::render::renderer::distribution::WorkDistribution;
@@ -30,6 +31,8 @@ pub(super) struct Launch {
     pub schedule: Schedule,
     /// Whether paths may serve several pixels.
     pub reuse: bool,
+    /// Light samples where a path first meets a diffuse surface.
+    pub light_samples: u32,
     pub split: Split,
     /// Invocations of a workgroup, and those of them that are a subgroup.
     pub workgroup: u32,
@@ -141,6 +144,7 @@ impl Launch {
             traits,
             schedule,
             reuse,
+            light_samples: if reuse { tables.light_samples(settings.light_samples) } else { 1 },
             split,
             workgroup,
             subgroup,
@@ -195,22 +199,23 @@ impl Launch {
             Schedule::Interleaved => (self.subgroup / 2).max(1),
             Schedule::Inline | Schedule::Queue => (self.workgroup * 7 / 8).max(1),
         };
-        let light_samples = if self.reuse { tables.light_samples(settings.light_samples) } else { 1 };
-        let mut specialization = tables.specialization(features, settings, *traits);
-        specialization
-            .uint(constant::SOBOL_LEVELS, self.sobol_levels)
-            .uint(constant::SPLIT, self.split.invocations)
-            .uint(constant::WORKGROUP, self.workgroup)
-            .uint(constant::SUBGROUP_LANES, self.subgroup)
-            .uint(constant::LOOP_BUDGET, self.loop_budget)
-            .uint(constant::REGIONS, self.regions())
-            .uint(constant::ENOUGH_LANES, enough)
-            .uint(constant::LIGHT_SAMPLES, light_samples)
-            .uint(constant::CASTER_COUNT, self.casters)
-            .bool(constant::PERSISTENT_THREADS, self.distribution.is_drawn())
-            .bool(constant::REUSE, self.reuse)
-            .bool(constant::SAMPLE_MAP, self.sample_map);
-        specialization
+        let launch = LaunchConstants {
+            workgroup: self.workgroup,
+            subgroup: self.subgroup,
+            loop_budget: self.loop_budget,
+            regions: self.regions(),
+            enough_lanes: enough,
+            split: self.split.invocations,
+            light_samples: self.light_samples,
+            casters: self.casters,
+            sobol_levels: self.sobol_levels,
+            persistent_threads: self.distribution.is_drawn(),
+            reuse: self.reuse,
+            sample_map: self.sample_map,
+            threads: traits.threads,
+            shuffles: traits.shuffles,
+        };
+        Compiled { features, tables, settings, launch }.specialization()
     }
 
     /// How many samples a dispatch takes.

@@ -16,7 +16,8 @@ use crate::render::kernel::LIGHT_TRACE;
 use crate::render::kernel::bindings;
 use crate::render::kernel::driver_traits::DriverTraits;
 use crate::render::kernel::features::Features;
-use crate::render::kernel::layout::{Counters, Push, SplatRecord, binding, constant};
+use crate::render::kernel::layout::{Counters, Push, SplatRecord, binding};
+use crate::render::kernel::specialization::id;
 use crate::render::light_tracing::splats::{SplatRecords, Splats};
 use crate::render::renderer::pass::{RenderControl, mapped};
 use crate::render::renderer::{IN_FLIGHT, Renderer};
@@ -98,10 +99,7 @@ impl LightTracer {
         settings: &RenderSettings,
     ) -> Result<Pipeline, RenderError> {
         let mut specialization = paths.clone();
-        specialization
-            .uint(constant::WORKGROUP, workgroup)
-            .bool(constant::SAMPLE_MAP, false)
-            .bool(constant::REUSE, false);
+        specialization.uint(id::WORKGROUP, workgroup).bool(id::SAMPLE_MAP, false).bool(id::REUSE, false);
         let spirv = kernel::spirv(&LIGHT_TRACE, settings)?;
         Pipeline::new(device, LIGHT_TRACE.name, &spirv, &specialization, layout)
             .map_err(|error| kernel::not_made(&LIGHT_TRACE, settings, error))

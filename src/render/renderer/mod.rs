@@ -39,6 +39,7 @@ use crate::render::kernel::features::Features;
 use crate::render::kernel::layout::Push;
 use crate::render::light_tracing::splats::Splats;
 use crate::render::plan::dispatch::Pace;
+use crate::render::plan::exclusions::Combination;
 use crate::render::renderer::buffers::Buffers;
 use crate::render::renderer::create::Parts;
 use crate::render::renderer::decision::ReuseDecision;
@@ -47,6 +48,7 @@ use crate::render::renderer::launch::Launch;
 use crate::render::renderer::light_tracing::LightTracer;
 use crate::render::renderer::pass::RenderControl;
 use crate::render::renderer::resume::{Before, Checkpointer};
+use crate::render::renderer::split::Split;
 use crate::render::renderer::surfaces::Places;
 use crate::render::sampling::sample_map::SampleMap;
 use crate::render::sampling::sobol;
@@ -127,6 +129,18 @@ impl Renderer {
         let Prepared { scene, settings, features, tables, seconds: prepared_seconds } = prepared;
         let Launch { traits, needed, reuse, .. } = &launch;
         let (width, height) = (scene.film.width, scene.film.height);
+        let gradients = *reuse && settings.gradients == Gradients::Auto && buffers.has_whole_rows(slots_of_row(width));
+        let combination = Combination {
+            schedule: launch.schedule,
+            brute_force: features.brute_force,
+            split: launch.split != Split::NONE,
+            reuse: *reuse,
+            gradients,
+            light_samples: launch.light_samples,
+            light_tracing: light_paths.is_some(),
+            glass: launch.glass,
+        };
+        combination.check()?;
         let light_path_scale = if light_paths.is_some() { light_tracing::scale(&View::of(scene)) } else { 0.0 };
         let push = Push { light_path_scale, ..push_constants(scene, settings) };
         let mut renderer = Self {
@@ -139,7 +153,7 @@ impl Renderer {
             width,
             height,
             pace: launch.pace(settings),
-            gradients: *reuse && settings.gradients == Gradients::Auto && buffers.has_whole_rows(slots_of_row(width)),
+            gradients,
             groups: Groups::default(),
             sample_map: SampleMap::default(),
             places: Places::default(),
@@ -329,19 +343,5 @@ fn check_size(prepared: &Prepared<'_>) -> Result<(), RenderError> {
 }
 
 pub(crate) fn push_constants(scene: &Scene, settings: &RenderSettings) -> Push {
-    let view = View::of(scene);
-    let vector = |v: glam::DVec3| {
-        let v = v.as_vec3();
-        [v.x, v.y, v.z, 0.0]
-    };
-    Push {
-        camera_right: view.right.as_vec3().to_array(),
-        camera_up: vector(view.up),
-        camera_forward: vector(view.forward),
-        background: [scene.background[0] as f32, scene.background[1] as f32, scene.background[2] as f32, 0.0],
-        width: scene.film.width,
-        height: scene.film.height,
-        seed: settings.seed,
-        ..Push::zeroed()
-    }
+    Push { width: scene.film.width, height: scene.film.height, seed: settings.seed, ..Push::zeroed() }
 }

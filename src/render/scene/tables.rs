@@ -3,17 +3,14 @@
 use std::time::Instant;
 
 use bytemuck::Zeroable;
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::accel;
 use crate::accel::{Aabb, BvhStatistics, Leaf, Packed, Primitive};
-use crate::gpu::Specialization;
 use crate::scene::Scene;
 
-use crate::render::kernel::driver_traits::DriverTraits;
-use crate::render::kernel::features::Features;
-use crate::render::kernel::layout::{SceneValues, constant};
+use crate::render::kernel::layout::SceneValues;
 use crate::render::light::screen_bounds::emitter_bounds;
 use crate::render::light::solid_angle;
 use crate::render::light::table::{Light, LightShape, LightTable};
@@ -24,7 +21,7 @@ use crate::render::scene::polygons;
 use crate::render::scene::polygons::InlinePolygon;
 use crate::render::scene::spheres::ConstantSphere;
 use crate::render::settings::mutation::Mutation;
-use crate::render::settings::{LightSamples, LightTracing, RenderSettings, SampleMap, Sampler};
+use crate::render::settings::{LightSamples, LightTracing, RenderSettings, SampleMap};
 use crate::render::space::RenderSpace;
 use crate::render::space::view::{Rectangle, View};
 
@@ -41,13 +38,17 @@ pub(crate) struct Tables {
     /// Follows the lights' texels.
     pub light_paths: CasterTable,
     /// Texels of lights before it.
-    splat_texels: u32,
-    light_count: u32,
-    emitter_count: u32,
+    pub splat_texels: u32,
+    /// Point lights and emitters; the latter follow the former.
+    pub light_count: u32,
+    pub point_count: u32,
+    /// The camera, and radiance of the background.
+    view: View,
+    background: [f64; 3],
     /// The pixels that may show emitters, directly or in mirrors.
     pub emitter_bounds: Vec<Rectangle>,
     /// The only light, if that is a point.
-    single_point: Option<Light>,
+    pub single_point: Option<Light>,
     pub packed: Packed,
     pub tree: Option<BvhStatistics>,
     /// Where the BVH's primitives come from.
@@ -56,9 +57,10 @@ pub(crate) struct Tables {
     constant_origins: Vec<usize>,
     /// Whether all that does not emit is in the tree, and the camera and the lights are outside of the box around that.
     pub seen_from_outside: bool,
-    constant_spheres: Vec<ConstantSphere>,
-    polygons: Vec<InlinePolygon>,
-    polygon_occluders: u32,
+    pub constant_spheres: Vec<ConstantSphere>,
+    pub polygons: Vec<InlinePolygon>,
+    /// Bit n: polygon n may lie between two points of the scene. The others bound its convex hull.
+    pub polygon_occluders: u32,
     hidden_lights: usize,
 }
 
@@ -94,7 +96,7 @@ impl Tables {
             geometry: geometry.geometry.into_texels(),
             single_point: (points == 1 && lights.len() == 1).then(|| lights[0]),
             light_count: lights.len() as u32,
-            emitter_count: (lights.len() - points) as u32,
+            point_count: points as u32,
             emitter_bounds: match settings.sample_map {
                 SampleMap::Off => Vec::new(),
                 SampleMap::Auto => emitter_bounds(scene, space, &view, &lights[points..]),
@@ -102,6 +104,8 @@ impl Tables {
             lights: light_table,
             light_paths,
             splat_texels,
+            view,
+            background: scene.background,
             seen_from_outside,
             tree: tree.map(|_| BvhStatistics { build_seconds, ..packed.statistics }),
             packed,
@@ -130,7 +134,7 @@ impl Tables {
     }
 
     /// Groups of children that a traversal may have to keep: one for each level but the last, from which it goes nowhere.
-    fn stack_levels(&self) -> u32 {
+    pub fn stack_levels(&self) -> u32 {
         self.tree.as_ref().map_or(1, |t| t.depth.saturating_sub(1).max(1))
     }
 
@@ -189,81 +193,11 @@ impl Tables {
         }
         let grid = &self.lights.grid;
         values.light_grid = grid.center.extend(grid.size).as_vec4().to_array();
+        let View { right, up, forward, .. } = self.view;
+        [values.camera_right, values.camera_up, values.camera_forward] =
+            [right, up, forward].map(|v| v.extend(0.0).as_vec4().to_array());
+        values.background = rgb(self.background, 0.0);
         values
-    }
-
-    /// Values of all specialization constants but the workgroup's size and the loop budget.
-    pub fn specialization(
-        &self,
-        features: &Features,
-        settings: &RenderSettings,
-        traits: DriverTraits,
-    ) -> Specialization {
-        let mut s = Specialization::default();
-        s.uint(constant::FILTER, u32::from(features.gaussian))
-            .uint(
-                constant::SAMPLER,
-                match features.sampler {
-                    Sampler::Sobol => 0,
-                    Sampler::Independent => 1,
-                    Sampler::Pcg => 2,
-                },
-            )
-            .uint(constant::MAX_DEPTH, features.max_depth)
-            .uint(constant::ROULETTE_DEPTH, features.roulette)
-            .bool(constant::INDIRECT, features.indirect)
-            .bool(constant::HAS_DIFFUSE, features.diffuse)
-            .bool(constant::HAS_MIRROR, features.mirror)
-            .bool(constant::HAS_DIELECTRIC, features.dielectric)
-            .bool(constant::HAS_EMITTER, features.emitter)
-            .bool(constant::HAS_BACKGROUND, features.background)
-            .uint(constant::SPHERE_COUNT, features.constant_spheres)
-            .bool(constant::HAS_BVH, features.tree)
-            .bool(constant::BVH_SPHERES, features.bvh_spheres)
-            .bool(constant::BVH_TRIANGLES, features.bvh_triangles)
-            .bool(constant::BRUTE_FORCE, features.brute_force)
-            .bool(constant::MOLLER_TRUMBORE, features.moller_trumbore)
-            .bool(constant::SMOOTH_NORMALS, features.smooth_normals)
-            .uint(constant::LIGHT_COUNT, self.light_count)
-            .uint(constant::EMITTER_COUNT, self.emitter_count)
-            .uint(constant::LIGHT_KINDS, if features.light_kinds { LightTable::ALL_KINDS } else { self.lights.kinds })
-            .uint(constant::LIGHT_NODES, self.lights.nodes)
-            .uint(constant::LIGHT_ENTRIES, self.lights.grid.entries)
-            .uint(constant::LIGHT_CELLS, self.lights.grid.cells)
-            .uint(constant::LIGHT_DEPTH, self.lights.grid.depth)
-            .uint(constant::CASTER_TEXELS, self.splat_texels)
-            .uint(constant::LIGHT_LOOPS, self.lights.grid.loops())
-            .uint(constant::SOBOL_LEVELS, features.sobol_levels)
-            .bool(constant::THREADS, traits.threads)
-            .bool(constant::SHUFFLES, traits.shuffles)
-            .uint(constant::ROOT_BOX_COUNT, self.packed.root_boxes.len() as u32)
-            .uint(constant::STACK_LEVELS, if features.deep_bvh { accel::MAX_DEPTH } else { self.stack_levels() })
-            .uint(constant::MUTATION, settings.mutation.map_or(0, |m| m as u32))
-            .bool(constant::PATH_STATS, settings.count_steps);
-        for (i, sphere) in self.constant_spheres.iter().enumerate() {
-            let base = constant::SPHERES + 2 * i as u32;
-            s.uint(base, sphere.side as u32).uint(base + 1, sphere.form as u32);
-        }
-        if let Some(Light { shape: LightShape::Point(p), .. }) = self.single_point {
-            let is_inside = |s: &ConstantSphere| {
-                let center = DVec3::from(s.center.map(f64::from));
-                center.distance_squared(p) < f64::from(s.radius).powi(2)
-            };
-            let inside = self.constant_spheres.iter().enumerate().map(|(i, s)| u32::from(is_inside(s)) << i).sum();
-            s.uint(constant::POINT_INSIDE, inside);
-        }
-        s.uint(constant::POLYGON_COUNT, self.polygons.len() as u32)
-            .uint(constant::POLYGON_OCCLUDERS, self.polygon_occluders);
-        let across = |axis| self.polygons.iter().enumerate().map(|(i, f)| u32::from(f.axis() == axis) << i).sum();
-        s.uint(constant::POLYGONS_ACROSS_X, across(0)).uint(constant::POLYGONS_ACROSS_Y, across(1));
-        for (i, f) in self.polygons.iter().enumerate() {
-            let base = constant::POLYGONS + 16 * i as u32;
-            let edges = f.edges().into_iter().flat_map(|edge| [edge.x, edge.y]);
-            for (j, v) in edges.chain(f.normal.to_array()).enumerate() {
-                s.float(base + j as u32, v as f32);
-            }
-        }
-        s
     }
 }
 
@@ -290,84 +224,7 @@ mod tests {
     use super::*;
     use crate::bench::generate;
     use crate::check::scenes::divided_room;
-    use crate::render::kernel::driver_traits::Sharers;
     use crate::scene;
-    use crate::scene::{PixelFilter, Surface};
-
-    fn specialization(scene: &Scene) -> Specialization {
-        let settings = RenderSettings::of(scene);
-        let traits = DriverTraits {
-            loop_budget: 0,
-            workgroup_size: 64,
-            queue: true,
-            reuse: Sharers::Lanes,
-            threads: false,
-            shuffles: false,
-            groups_fit: true,
-            invocations: 0,
-            queue_regions: 64,
-        };
-        Tables::of(scene, &RenderSpace::of(scene), &settings).specialization(
-            &Features::of(scene, &settings),
-            &settings,
-            traits,
-        )
-    }
-
-    /// Drivers compile a kernel for each set of constants, which takes longer than many a rendering.
-    #[test]
-    fn what_moves_compiles_nothing_anew() {
-        let room = r#"
-            version = 1
-            [camera]
-            position = [0, 0, 5]
-            target = [0, 0, 0]
-            horizontal_fov = 40
-            [film]
-            width = 8
-            height = 8
-            [[material]]
-            name = "grey"
-            type = "diffuse"
-            reflectance = [0.5, 0.5, 0.5]
-            [[material]]
-            name = "glass"
-            type = "dielectric"
-            ior = 1.5
-            [[sphere]]
-            center = [0, -1000, 0]
-            radius = 999
-            material = "grey"
-            [[sphere]]
-            center = [0, 0, 0]
-            radius = 1
-            material = "glass"
-            [[light]]
-            type = "point"
-            position = [2, 3, 4]
-            power = [1, 1, 1]
-        "#;
-        let room = Scene::from_toml_str(room, "room", None).unwrap().scene;
-        let cornell = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/scenes/cornell.toml");
-        let cornell = Scene::load(std::path::Path::new(cornell)).unwrap().scene;
-        for scene in [room.clone(), generate::terrain(200), cornell] {
-            let constants = specialization(&scene);
-            let mut moved = scene.clone();
-            moved.camera.position += DVec3::new(0.11, 0.07, -0.13);
-            moved.camera.target.x += 0.3;
-            assert_eq!(specialization(&moved), constants, "{}", scene.source);
-        }
-        let mut moved = room.clone();
-        moved.spheres[1].center.y += 0.25;
-        moved.spheres[1].radius = 0.9;
-        moved.materials[1].surface = Surface::dielectric(1.6);
-        moved.lights = vec![scene::Light::Point { position: DVec3::new(-2.0, 3.0, 1.0), power: [2.0, 3.0, 4.0] }];
-        assert_eq!(specialization(&moved), specialization(&room));
-        // What another kind of light or surface needs is compiled.
-        moved.film.filter = PixelFilter::Gaussian;
-        moved.materials[1].surface = Surface::mirror([1.0; 3]);
-        assert_ne!(specialization(&moved), specialization(&room));
-    }
 
     #[test]
     fn terrain_is_seen_from_outside() {

@@ -1,7 +1,10 @@
 //! What a caller decides about a rendering.
 
+pub(crate) mod feature;
 pub(crate) mod mutation;
 pub(crate) mod named;
+pub(crate) mod table;
+pub(crate) mod techniques;
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -9,7 +12,7 @@ use std::time::Duration;
 use crate::render::error::RenderError;
 use crate::scene::Scene;
 
-use crate::render::kernel::features::Feature;
+use crate::render::settings::feature::Feature;
 
 /// Which random numbers are used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
