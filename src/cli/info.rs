@@ -6,8 +6,9 @@ use std::process::ExitCode;
 
 use clap::Args;
 use glam::DVec3;
+use photolith::RenderSettings;
 use photolith::accel::BvhStatistics;
-use photolith::render::{Features, explain};
+use photolith::render::{Audience, Features, Setting, explain};
 use photolith::scene::{Bsdf, Scene, Surface};
 use serde_json::json;
 
@@ -19,14 +20,15 @@ use super::{exit, output};
 #[derive(Args)]
 pub struct InfoArgs {
     /// Scene file (.toml) or mesh (.obj), or - for either of them from standard input
+    #[arg(help_heading = heading::SCENE)]
     scene: PathBuf,
-
-    #[command(flatten)]
-    options: SceneOptions,
 
     /// Print one line of JSON on stdout
     #[arg(long, help_heading = heading::OUTPUT)]
     json: bool,
+
+    #[command(flatten)]
+    options: SceneOptions,
 }
 
 /// Describes the scene. Needs no device.
@@ -35,9 +37,9 @@ pub fn run(args: &InfoArgs) -> anyhow::Result<ExitCode> {
     let features = Features::of(&scene, &settings);
     let tree = photolith::render::bvh_statistics(&scene, &settings);
     let text = if args.json {
-        format!("{}\n", as_json(&scene, &features, tree.as_ref()))
+        format!("{}\n", as_json(&scene, &settings, &features, tree.as_ref()))
     } else {
-        as_text(&scene, &features, tree.as_ref())
+        as_text(&scene, &settings, &features, tree.as_ref())
     };
     output::print(&text)?;
     Ok(ExitCode::from(exit::OK))
@@ -64,7 +66,7 @@ fn kind(surface: &Surface) -> &'static str {
     }
 }
 
-fn as_text(scene: &Scene, features: &Features, tree: Option<&BvhStatistics>) -> String {
+fn as_text(scene: &Scene, settings: &RenderSettings, features: &Features, tree: Option<&BvhStatistics>) -> String {
     let b = bounds(scene);
     let film = &scene.film;
     let mut out = String::new();
@@ -111,6 +113,9 @@ fn as_text(scene: &Scene, features: &Features, tree: Option<&BvhStatistics>) -> 
             t.build_seconds
         );
     }
+    let techniques = Setting::ALL.iter().filter(|setting| matches!(setting.audience, Audience::Technique { .. }));
+    let techniques: Vec<_> = techniques.map(|setting| format!("{} {}", setting.name, setting.get(settings))).collect();
+    let _ = writeln!(out, "  techniques {}", techniques.join(", "));
     let features = explain(features);
     for (heading, compiled) in [("pipeline is specialised for", true), ("left out", false)] {
         let _ = writeln!(out, "  {heading}");
@@ -121,12 +126,19 @@ fn as_text(scene: &Scene, features: &Features, tree: Option<&BvhStatistics>) -> 
     out
 }
 
-fn as_json(scene: &Scene, features: &Features, tree: Option<&BvhStatistics>) -> serde_json::Value {
+fn as_json(
+    scene: &Scene,
+    settings: &RenderSettings,
+    features: &Features,
+    tree: Option<&BvhStatistics>,
+) -> serde_json::Value {
     let b = bounds(scene);
     let explained: serde_json::Map<_, _> = explain(features)
         .into_iter()
         .map(|(name, on, why)| (name.to_owned(), json!({ "compiled": on, "why": why })))
         .collect();
+    let settings: serde_json::Map<_, _> =
+        Setting::ALL.iter().map(|setting| (setting.name.to_owned(), json!(setting.get(settings)))).collect();
     json!({
         "schema": "photolith-info-2",
         "scene": scene.source,
@@ -147,6 +159,7 @@ fn as_json(scene: &Scene, features: &Features, tree: Option<&BvhStatistics>) -> 
             "nodes": t.nodes, "leaves": t.leaves, "primitives": t.primitives, "depth": t.depth,
             "sah_cost": t.sah_cost, "bytes": t.bytes, "build_s": t.build_seconds,
         })),
+        "settings": settings,
         "features": explained,
     })
 }

@@ -75,7 +75,8 @@ pub struct SceneOptions {
         value_name = "N",
         value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)),
         allow_negative_numbers = true,
-        help_heading = heading::QUALITY
+        help_heading = heading::QUALITY,
+        display_order = 0
     )]
     pub samples: Option<u32>,
 

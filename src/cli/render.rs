@@ -26,6 +26,7 @@ use super::{exit, input, output, paths};
 #[derive(Args)]
 pub struct RenderArgs {
     /// Scene file (.toml) or mesh (.obj), or - for either of them from standard input
+    #[arg(help_heading = heading::SCENE)]
     scene: PathBuf,
 
     /// Image to write: .png, .exr, .hdr, .pfm, or - for standard output [default: the scene's name with .png, here]
@@ -35,9 +36,6 @@ pub struct RenderArgs {
     /// Format of the image, whatever its name; needed for standard output
     #[arg(long, value_parser = image_output::format(), help_heading = heading::IMAGE)]
     format: Option<Format>,
-
-    #[command(flatten)]
-    scene_options: SceneOptions,
 
     /// Render until the image has no more noise than this: 0.1 is a preview, 0.01 is low noise
     ///
@@ -75,6 +73,9 @@ pub struct RenderArgs {
     /// Print one line of JSON about the rendering on stdout
     #[arg(long, help_heading = heading::OUTPUT)]
     json: bool,
+
+    #[command(flatten)]
+    scene_options: SceneOptions,
 
     /// Use the shaders of this folder instead of the built-in ones, where it has them
     ///

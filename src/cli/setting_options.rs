@@ -52,7 +52,11 @@ fn option(setting: &'static Setting) -> Arg {
     match setting.values() {
         Values::Names(names) => {
             let default = names.first().map(|(name, _)| *name);
-            let values = names.into_iter().map(|(name, what)| PossibleValue::new(name).help(what));
+            // Features are many: `info` lists them.
+            let value = |(name, what): (&'static str, &'static str)| {
+                PossibleValue::new(name).help(what).hide(name.starts_with('+'))
+            };
+            let values = names.into_iter().map(value);
             option.value_name("NAME").value_parser(PossibleValuesParser::new(values)).default_value(default)
         }
         Values::Switch => option.action(ArgAction::SetTrue),

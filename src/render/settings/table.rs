@@ -170,7 +170,7 @@ impl Setting {
                 Developers,
                 None,
                 (feature_values, feature_name, set_feature),
-                "What is compiled into the kernel; same image",
+                "What is compiled into the kernel: specialised, general, or + and a feature (see info); same image",
             ),
             Self::new(
                 "workgroup",
