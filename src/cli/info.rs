@@ -20,7 +20,7 @@ use super::{exit, output};
 #[derive(Args)]
 pub struct InfoArgs {
     /// Scene file (.toml) or mesh (.obj), or - for either of them from standard input
-    #[arg(help_heading = heading::SCENE)]
+    #[arg(help_heading = heading::SCENE, display_order = 0)]
     scene: PathBuf,
 
     /// Print one line of JSON on stdout

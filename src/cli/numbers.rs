@@ -58,15 +58,9 @@ mod tests {
         for error in [finite("inf"), not_negative("-1"), positive("0"), probability("1"), pixels_per_degree("0.5")] {
             assert!(error.is_err_and(|e| e.starts_with("expected a number")));
         }
-        assert_eq!((count("3").map(usize::from), seed("4294967295")), (Ok(3), Ok(u32::MAX)));
+        assert_eq!(count("3").map(usize::from), Ok(3));
         assert_eq!(seconds("0.25"), Ok(Duration::from_millis(250)));
-        for error in [
-            count("0").err(),
-            seconds("nan").err(),
-            seconds("0").err(),
-            seconds("1e30").err(),
-            seed("4294967296").err(),
-        ] {
+        for error in [count("0").err(), seconds("nan").err(), seconds("0").err(), seconds("1e30").err()] {
             assert!(error.is_some_and(|e| e.starts_with("expected a")));
         }
     }

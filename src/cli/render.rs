@@ -26,7 +26,7 @@ use super::{exit, input, output, paths};
 #[derive(Args)]
 pub struct RenderArgs {
     /// Scene file (.toml) or mesh (.obj), or - for either of them from standard input
-    #[arg(help_heading = heading::SCENE)]
+    #[arg(help_heading = heading::SCENE, display_order = 0)]
     scene: PathBuf,
 
     /// Image to write: .png, .exr, .hdr, .pfm, or - for standard output [default: the scene's name with .png, here]

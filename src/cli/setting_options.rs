@@ -116,3 +116,40 @@ impl FromArgMatches for SettingOptions {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parsed(arguments: &[&str]) -> Result<RenderSettings, clap::Error> {
+        let command = SettingOptions::augment_args(Command::new("test").no_binary_name(true));
+        let options = SettingOptions::from_arg_matches(&command.try_get_matches_from(arguments)?)?;
+        let mut settings = RenderSettings::default();
+        options.apply(&mut settings);
+        Ok(settings)
+    }
+
+    #[test]
+    fn each_setting_has_its_option() {
+        assert_eq!(parsed(&[]).unwrap(), RenderSettings::default());
+        let arguments = "--seed 7 --accel none --workgroup 32 --loop-budget auto --count-steps --features +mirror \
+                         --techniques -gradients";
+        let settings = parsed(&arguments.split_whitespace().collect::<Vec<_>>()).unwrap();
+        let value = |name| Setting::named(name).unwrap().get(&settings);
+        let names = ["seed", "accel", "workgroup", "loop-budget", "count-steps", "features", "gradients", "reuse"];
+        assert_eq!(names.map(value), ["7", "none", "32", "auto", "on", "+mirror", "off", "auto"]);
+    }
+
+    #[test]
+    fn errors_say_what_was_expected() {
+        for (arguments, said) in [
+            (["--seed", "4294967296"], "expected an integer from 0 to 4294967295"),
+            (["--workgroup", "1025"], "expected auto or an integer from 1 to 1024"),
+            (["--accel", "grid"], "bvh, none"),
+            (["--techniques", "fast"], "expected auto, none, all"),
+        ] {
+            let error = parsed(&arguments).unwrap_err().to_string();
+            assert!(error.contains(said), "{error}");
+        }
+    }
+}

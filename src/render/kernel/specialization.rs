@@ -80,6 +80,9 @@ impl Word for bool {
     }
 }
 
+/// Whether something is on, and why.
+type Explanation = fn(&Features) -> (bool, String);
+
 /// A constant that is no [`Feature`](crate::render::Feature).
 struct Constant {
     id: u32,
@@ -87,7 +90,7 @@ struct Constant {
     name: &'static str,
     value: fn(&Compiled<'_>) -> u32,
     /// For `info`: what it is called there, whether it is on, and why.
-    explained: Option<(&'static str, fn(&Features) -> (bool, String))>,
+    explained: Option<(&'static str, Explanation)>,
 }
 
 /// The table of the constants that are no features: adding one is a row here and its line in layout.glsl.
