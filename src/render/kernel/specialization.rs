@@ -95,7 +95,7 @@ struct Constant {
 
 /// The table of the constants that are no features: adding one is a row here and its line in layout.glsl.
 ///
-/// `ID NAME: type = value`, and what `info` says of it, if anything: `; "name": whether it is on, and why`.
+/// `ID NAME: type = value`, and what `info` says of it, if anything: `, "name": whether it is on, and why`.
 macro_rules! constants {
     ($($id:literal $name:ident: $type:ty = |$c:ident| $value:expr
         $(, $what:literal: |$f:ident| $explained:expr)?;)*) => {
