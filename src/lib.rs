@@ -53,6 +53,8 @@ pub mod gpu;
 mod hash;
 pub mod host;
 pub mod image;
+#[cfg(test)]
+mod layers;
 pub mod oracle;
 pub mod render;
 pub mod scene;

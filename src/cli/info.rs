@@ -8,7 +8,7 @@ use clap::Args;
 use glam::DVec3;
 use photolith::RenderSettings;
 use photolith::accel::BvhStatistics;
-use photolith::render::{Audience, Features, Setting, explain};
+use photolith::render::{Audience, Features, Prepared, Setting, explain};
 use photolith::scene::{Bsdf, Scene, Surface};
 use serde_json::json;
 
@@ -34,12 +34,12 @@ pub struct InfoArgs {
 /// Describes the scene. Needs no device.
 pub fn run(args: &InfoArgs) -> anyhow::Result<ExitCode> {
     let (scene, settings) = args.options.load(&args.scene)?;
-    let features = Features::of(&scene, &settings);
-    let tree = photolith::render::bvh_statistics(&scene, &settings);
+    let prepared = Prepared::of(&scene, &settings)?;
+    let (features, tree) = (prepared.features(), prepared.tree());
     let text = if args.json {
-        format!("{}\n", as_json(&scene, &settings, &features, tree.as_ref()))
+        format!("{}\n", as_json(&scene, &settings, features, tree))
     } else {
-        as_text(&scene, &settings, &features, tree.as_ref())
+        as_text(&scene, &settings, features, tree)
     };
     output::print(&text)?;
     Ok(ExitCode::from(exit::OK))

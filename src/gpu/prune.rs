@@ -14,7 +14,7 @@ use rspirv::binary::Assemble;
 use rspirv::dr::{Function, Instruction, Module, Operand, load_words};
 use rspirv::spirv::{Capability, Op, Word};
 
-use crate::gpu::pipeline::Specialization;
+use crate::gpu::specialization::Specialization;
 use crate::hash::digest;
 use crate::spirv::{HEADER_WORDS, instructions, opcode};
 

@@ -9,10 +9,9 @@ use std::path::{Path, PathBuf};
 use ash::{ext, khr, vk};
 
 use crate::gpu::binaries::BinaryStore;
-use crate::gpu::bindings::BindingLayout;
+use crate::gpu::code::{Code, pruned};
 use crate::gpu::error::{GpuError, check};
 use crate::gpu::instance::Instance;
-use crate::gpu::pipeline::{Code, pruned};
 use crate::gpu::select::{DeviceInfo, DeviceKind, has_extension};
 
 /// The first validation layer that knows of shader objects; earlier ones get in their way.
@@ -69,10 +68,9 @@ impl ShaderObjects {
     }
 
     /// Makes a shader: of its binary if there is one that the driver still takes, else of the SPIR-V, and keeps its binary.
-    pub(super) fn make(&self, code: &Code<'_>, layout: &BindingLayout) -> Result<vk::ShaderEXT, GpuError> {
-        let Code { name, specialization, .. } = code;
-        let set_layouts = [layout.set];
-        let push = layout.push_ranges();
+    pub(super) fn make(&self, code: &Code<'_>) -> Result<vk::ShaderEXT, GpuError> {
+        let Code { name, specialization, set, push, .. } = code;
+        let set_layouts = [*set];
         let (map, data) = specialization.raw();
         let identity = [&self.store.identity, code.identity].concat();
         let values = vk::SpecializationInfo::default().map_entries(&map).data(&data);
@@ -80,7 +78,7 @@ impl ShaderObjects {
             .stage(vk::ShaderStageFlags::COMPUTE)
             .name(c"main")
             .set_layouts(&set_layouts)
-            .push_constant_ranges(&push)
+            .push_constant_ranges(push)
             .specialization_info(&values);
         if let Some(binary) = self.binaries.load(&identity) {
             match self.create(info, vk::ShaderCodeTypeEXT::BINARY, &Aligned::of(&binary).bytes()[..binary.len()]) {

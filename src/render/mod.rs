@@ -1,5 +1,6 @@
 //! From a scene to a film: what the scene needs, how it is cut into dispatches, and the loop that runs them.
 
+pub(crate) mod engine;
 pub(crate) mod gradient;
 pub(crate) mod kernel;
 pub(crate) mod plan;
@@ -10,6 +11,7 @@ mod film;
 pub(crate) mod light;
 pub(crate) mod light_tracing;
 pub(crate) mod renderer;
+pub(crate) mod reuse;
 pub(crate) mod sampling;
 mod settings;
 pub(crate) mod space;
@@ -20,10 +22,10 @@ pub use crate::render::film::Film;
 pub use crate::render::film::checkpoint::{Checkpoint, CheckpointError};
 pub use crate::render::kernel::features::Features;
 pub use crate::render::kernel::shaders_hash;
+pub use crate::render::kernel::sobol::MAX_SAMPLES;
 pub use crate::render::kernel::specialization::explain;
+pub use crate::render::plan::prepared::Prepared;
 pub use crate::render::renderer::Renderer;
-pub use crate::render::sampling::sobol::MAX_SAMPLES;
-pub use crate::render::scene::Prepared;
 pub use crate::render::settings::feature::{Feature, FeatureFlags};
 pub use crate::render::settings::mutation::Mutation;
 pub use crate::render::settings::named::Choice;
@@ -34,8 +36,3 @@ pub use crate::render::settings::{
     TriangleTest,
 };
 pub use crate::render::statistics::{AdaptiveStatistics, Progress, RenderStatistics};
-
-/// Builds the tree of a scene and measures it; `None` if the scene needs none under these settings.
-pub fn bvh_statistics(scene: &crate::scene::Scene, settings: &RenderSettings) -> Option<crate::accel::BvhStatistics> {
-    scene::tables::Tables::of(scene, &space::RenderSpace::of(scene), settings).tree
-}

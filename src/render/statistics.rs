@@ -6,7 +6,6 @@ use rayon::prelude::*;
 
 use crate::gpu::StageTime;
 
-use crate::render::film::Film;
 use crate::render::kernel::layout::Counters;
 
 /// How far a rendering is.
@@ -83,9 +82,8 @@ pub struct RenderStatistics {
 }
 
 impl RenderStatistics {
-    /// Fewest, mean and most samples of the film's pixels.
-    pub(super) fn count_pixels(&mut self, film: &Film) {
-        let counts = film.counts();
+    /// Fewest, mean and most samples of pixels that have so many.
+    pub(super) fn count_pixels(&mut self, counts: &[u32]) {
         self.samples_per_pixel = counts.par_iter().copied().min().unwrap_or(0);
         self.most_samples_per_pixel = counts.par_iter().copied().max().unwrap_or(0);
         self.mean_samples_per_pixel =

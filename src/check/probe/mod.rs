@@ -17,8 +17,8 @@ use crate::render::kernel::bindings;
 use crate::render::kernel::bindings::TableBuffers;
 use crate::render::kernel::driver_traits::DriverTraits;
 use crate::render::kernel::layout::{Counters, FilmSlot, Push, binding};
+use crate::render::kernel::sobol;
 use crate::render::kernel::specialization::{Compiled, LaunchConstants};
-use crate::render::sampling::sobol;
 use crate::render::scene::tables::Tables;
 use crate::render::space::RenderSpace;
 use crate::render::{Features, RenderSettings};
@@ -105,7 +105,7 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
         film_slots: usize,
     ) -> Result<Self, CheckError> {
         let device = &context.0;
-        let features = Features::of(scene, settings);
+        let features = Features::new(scene, tables, settings);
         let table = sobol::table(features.sobol_levels, 1);
         let storage = |name, bytes: usize| Buffer::new(device, name, bytes as u64, Usage::Storage);
         let input = storage("probe input", BATCH * size_of::<I>())?;
@@ -268,6 +268,6 @@ fn write(buffer: &mut Buffer, bytes: &[u8]) -> Result<(), CheckError> {
 /// Tables of a scene for a probe.
 pub(crate) fn tables_of(scene: &Scene, settings: &RenderSettings) -> (RenderSpace, Tables) {
     let space = RenderSpace::of(scene);
-    let tables = Tables::of(scene, &space, settings);
+    let tables = Tables::new(scene, &space, settings);
     (space, tables)
 }

@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use rspirv::dr::{Instruction, Module, Operand};
 use rspirv::spirv::{Decoration, Op, Word};
 
-use crate::gpu::pipeline::Specialization;
+use crate::gpu::specialization::Specialization;
 
 /// Values of 32-bit and boolean constants by id; true is 1.
 pub(super) type Constants = HashMap<Word, u32>;

@@ -5,8 +5,8 @@ use std::collections::HashSet;
 use rspirv::dr::{Instruction, Operand, load_words};
 use rspirv::spirv::Word;
 
-use crate::gpu::pipeline::Specialization;
 use crate::gpu::prune::prune;
+use crate::gpu::specialization::Specialization;
 use crate::spirv::words_of;
 
 /// Names and words of all of them.

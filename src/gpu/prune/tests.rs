@@ -4,8 +4,8 @@ use rspirv::spirv::{
     AddressingModel, Capability, Decoration, ExecutionModel, FunctionControl, MemoryModel, Op, SelectionControl, Word,
 };
 
-use crate::gpu::pipeline::Specialization;
 use crate::gpu::prune::prune;
+use crate::gpu::specialization::Specialization;
 
 /// Types and a few functions that do nothing, by the order in which they were made.
 struct Made {

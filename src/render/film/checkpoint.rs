@@ -47,7 +47,7 @@ pub(crate) struct Figures {
 
 impl Figures {
     /// Of a rendering whose stages have these names.
-    pub fn of(statistics: &RenderStatistics, stages: [&str; 2]) -> Self {
+    pub fn new(statistics: &RenderStatistics, stages: [&str; 2]) -> Self {
         let seconds = |stage| statistics.stages.iter().filter(|s| s.stage == stage).map(|s| s.seconds).sum();
         Self {
             samples: statistics.samples,

@@ -3,7 +3,7 @@
 use crate::gpu::{DeviceInfo, DeviceKind};
 use crate::host::permutes_lanes;
 
-use crate::render::film::MEMBERS;
+use crate::render::film::tiling::MEMBERS;
 use crate::render::settings::RenderSettings;
 
 /// What shares paths.

@@ -6,12 +6,10 @@ use glam::DVec3;
 
 use crate::scene::{PixelFilter, Scene};
 
-use crate::render::sampling::sobol;
-use crate::render::scene::polygons;
-use crate::render::scene::spheres;
+use crate::render::kernel::sobol;
+use crate::render::scene::tables::Tables;
 use crate::render::settings::feature::{BvhNeeds, Feature, FeatureFlags, Needs};
 use crate::render::settings::{Accel, RenderSettings, Sampler, TriangleTest};
-use crate::render::space::RenderSpace;
 use crate::render::space::view::View;
 
 /// Part of the picture that meshes of glass cover from which on reuse of paths lowers the variance by too little for GPUs: where dragons
@@ -57,13 +55,9 @@ impl Deref for Features {
 }
 
 impl Features {
-    /// Finds what `scene` needs under `settings`.
-    pub fn of(scene: &Scene, settings: &RenderSettings) -> Self {
-        let space = RenderSpace::of(scene);
-        let (constant, rest) = spheres::partition(scene, &space);
-        let (polygons, in_constants) = polygons::select(scene, &space, settings.triangle_test);
-        let needs =
-            Needs::new(scene, BvhNeeds { spheres: !rest.is_empty(), triangles: in_constants.iter().any(|c| !c) });
+    /// Finds what `scene`, compiled to `tables`, needs under `settings`.
+    pub(crate) fn new(scene: &Scene, tables: &Tables, settings: &RenderSettings) -> Self {
+        let needs = Needs::new(scene, BvhNeeds { spheres: tables.bvh_spheres, triangles: tables.bvh_triangles });
         let is_forced = |feature| settings.general || settings.unneeded == Some(feature);
         let mut flags = FeatureFlags::new(&needs, is_forced);
         // A BVH that nothing needs is one of triangles.
@@ -75,11 +69,11 @@ impl Features {
             max_depth: scene.integrator.max_depth,
             roulette: scene.integrator.russian_roulette.unwrap_or(0),
             indirect: scene.integrator.indirect,
-            constant_spheres: constant.len() as u32,
-            polygons: polygons.len() as u32,
+            constant_spheres: tables.constant_spheres.len() as u32,
+            polygons: tables.polygons.len() as u32,
             brute_force: settings.accel == Accel::None && (needs.bvh.spheres || needs.bvh.triangles),
             moller_trumbore: settings.triangle_test == TriangleTest::MollerTrumbore,
-            lights: spheres::visible_lights(scene).filter(|light| light.shines()).count() as u32,
+            lights: tables.point_count,
             sobol_levels: if flags.sampler_levels { sobol::MAX_LEVELS } else { sobol::levels(settings.samples) },
             flags,
         }

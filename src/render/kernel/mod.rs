@@ -7,6 +7,7 @@ pub(crate) mod features;
 pub(crate) mod layout;
 #[cfg(test)]
 pub(crate) mod layout_tests;
+pub(crate) mod sobol;
 pub(crate) mod specialization;
 pub(crate) mod upload;
 

@@ -8,7 +8,8 @@ use crate::gpu::Specialization;
 use crate::render::kernel::features::Features;
 use crate::render::kernel::layout::constant::MAX_POLYGONS;
 use crate::render::kernel::layout::{POLYGON_CONSTANTS, SPHERE_CONSTANTS};
-use crate::render::light::table::{Light, LightShape, LightTable};
+use crate::render::light::emitter::{Light, LightShape};
+use crate::render::light::table::LightTable;
 use crate::render::scene::spheres::{ConstantSphere, MAX_CONSTANT_SPHERES};
 use crate::render::scene::tables::Tables;
 use crate::render::settings::feature::{FeatureFlags, FeatureRow};
@@ -295,8 +296,8 @@ mod tests {
 
     fn specialization(scene: &Scene) -> Specialization {
         let settings = &RenderSettings::of(scene);
-        let features = &Features::of(scene, settings);
-        let tables = &Tables::of(scene, &RenderSpace::of(scene), settings);
+        let tables = &Tables::new(scene, &RenderSpace::of(scene), settings);
+        let features = &Features::new(scene, tables, settings);
         Compiled { features, tables, settings, launch: LaunchConstants::default() }.specialization()
     }
 

@@ -248,7 +248,7 @@ fn cos_difference(cos_a: f64, cos_b: f64, sin_b: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::light::table::{Light, LightShape};
+    use crate::render::light::emitter::{Light, LightShape};
 
     fn emitters(count: usize) -> Vec<Light> {
         let mut random = crate::accel::random_numbers(12);

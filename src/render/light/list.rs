@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use crate::scene::Rgb;
 
-use crate::render::light::table::{Light, LightShape};
+use crate::render::light::emitter::{Light, LightShape};
 
 /// Lights by number, and where the surfaces among them are.
 pub(crate) struct LightList {

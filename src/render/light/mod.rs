@@ -1,6 +1,7 @@
 //! TODO
 
 pub(crate) mod alias;
+pub(crate) mod emitter;
 pub(crate) mod grid;
 pub(crate) mod list;
 pub(crate) mod screen_bounds;

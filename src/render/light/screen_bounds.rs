@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::scene::{Mesh, Scene};
 
-use crate::render::light::table::Light;
+use crate::render::light::emitter::{Light, LightShape};
 use crate::render::space::RenderSpace;
 use crate::render::space::bounds::{Corners, joined};
 use crate::render::space::view::{Rectangle, View};
@@ -13,9 +13,20 @@ use crate::render::space::view::{Rectangle, View};
 /// Rectangles of pixels outside of which the camera sees no emitter, neither directly nor by mirrors; of what it sees through glass
 /// nothing is said. `emitters` are all emitters with a surface.
 pub(crate) fn emitter_bounds(scene: &Scene, space: &RenderSpace, view: &View, emitters: &[Light]) -> Vec<Rectangle> {
-    let direct = emitters.iter().filter_map(|emitter| view.pixels_of(emitter));
+    let direct = emitters.iter().filter_map(|emitter| pixels_of(emitter, view));
     let boxes = if emitters.is_empty() { Vec::new() } else { mirrors(scene, space) };
     direct.chain(boxes.into_iter().filter_map(|[lo, hi]| view.pixels_of_box(lo, hi))).collect()
+}
+
+/// The pixels that may show a light's surface, or a little more; none if it is turned away or beyond one of the picture's sides.
+fn pixels_of(light: &Light, view: &View) -> Option<Rectangle> {
+    let faces = match light.shape {
+        LightShape::Point(_) => false,
+        LightShape::Triangle([a, b, c]) | LightShape::Parallelogram([a, b, c]) => (b - a).cross(c - a).dot(a) < 0.0,
+        LightShape::Sphere { .. } => true,
+    };
+    let (lo, hi) = light.bounds();
+    if faces { view.pixels_of_box(lo, hi) } else { None }
 }
 
 /// Boxes around the mirrors of a scene, in render space: one for each sphere, and one for all those of a mesh.
@@ -39,7 +50,6 @@ fn bounds_of(mesh: &Mesh, wanted: impl Fn(u32) -> bool + Sync) -> Option<Corners
 mod tests {
     use super::*;
     use crate::check::scenes::{Build, emitter, empty, mirror, v};
-    use crate::render::light::table::LightShape;
 
     /// Of a scene whose only emitter is behind the camera, which looks along −z.
     fn places(scene: &Scene) -> Vec<Rectangle> {
@@ -78,5 +88,62 @@ mod tests {
         assert_eq!(places(&scene), [[6..38, 29..38]]);
         scene.meshes[0].triangle_materials[1] = 1;
         assert!(places(&scene).is_empty());
+    }
+
+    fn square(center: DVec3, half: f64) -> Light {
+        // Faces +z.
+        let corner = center - v(half, half, 0.0);
+        let shape = LightShape::Parallelogram([corner, corner + 2.0 * half * DVec3::X, corner + 2.0 * half * DVec3::Y]);
+        Light { shape, radiance: [1.0; 3] }
+    }
+
+    #[test]
+    fn emitters_beyond_a_side_are_not_shown() {
+        let view = View { right: DVec3::X, up: 0.5 * DVec3::Y, forward: DVec3::NEG_Z, size: [200.0, 100.0] };
+        // At a distance of 10 the image reaches 10 to the sides and 5 up and down.
+        for (x, y, shown) in [
+            (0.0, 0.0, true),
+            (10.5, 0.0, true),
+            (-10.5, 0.0, true),
+            (12.5, 0.0, false),
+            (-12.5, 0.0, false),
+            (0.0, 5.5, true),
+            (0.0, -5.5, true),
+            (0.0, 7.5, false),
+            (0.0, -7.5, false),
+        ] {
+            assert_eq!(pixels_of(&square(v(x, y, -10.0), 1.0), &view).is_some(), shown, "{x} {y}");
+            let sphere = LightShape::Sphere { center: v(x, y, -10.0), radius: 1.0, inward: false };
+            assert_eq!(pixels_of(&Light { shape: sphere, radiance: [1.0; 3] }, &view).is_some(), shown, "{x} {y}");
+        }
+        // Behind the camera, and seen from behind.
+        assert!(pixels_of(&square(v(0.0, 0.0, 10.0), 1.0), &view).is_none());
+        let mut turned = square(v(0.0, 0.0, -10.0), 1.0);
+        if let LightShape::Parallelogram([_, b, c]) = &mut turned.shape {
+            std::mem::swap(b, c);
+        }
+        assert!(pixels_of(&turned, &view).is_none());
+        // All around it.
+        let around = LightShape::Sphere { center: DVec3::ZERO, radius: 3.0, inward: true };
+        assert!(pixels_of(&Light { shape: around, radiance: [1.0; 3] }, &view).is_some());
+        assert!(pixels_of(&Light { shape: LightShape::Point(v(0.0, 0.0, -1.0)), radiance: [1.0; 3] }, &view).is_none());
+    }
+
+    #[test]
+    fn the_pixels_of_an_emitter_are_around_it() {
+        let view = View { right: DVec3::X, up: 0.5 * DVec3::Y, forward: DVec3::NEG_Z, size: [200.0, 100.0] };
+        // At a distance of 10 a unit is 10 pixels; row 0 is the highest.
+        assert_eq!(pixels_of(&square(v(5.0, 2.0, -10.0), 1.0), &view), Some([137..163, 17..43]));
+        assert_eq!(pixels_of(&square(v(9.5, -4.5, -10.0), 1.0), &view), Some([182..200, 82..100]));
+        assert_eq!(pixels_of(&square(v(12.5, 0.0, -10.0), 1.0), &view), None);
+        // What is nearer is larger.
+        let tilted = [v(-0.99, 0.0, -10.0), v(0.99, 0.0, -10.0), v(-0.99, 0.99, -20.0)];
+        let tilted = Light { shape: LightShape::Parallelogram(tilted), radiance: [1.0; 3] };
+        assert_eq!(pixels_of(&tilted, &view), Some([87..113, 37..53]));
+        // Beside the camera, and all around it.
+        for z in [0.0, 0.5] {
+            let beside = LightShape::Sphere { center: v(0.5, 0.0, z), radius: 1.0, inward: false };
+            assert_eq!(pixels_of(&Light { shape: beside, radiance: [1.0; 3] }, &view), Some([0..200, 0..100]));
+        }
     }
 }

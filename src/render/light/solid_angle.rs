@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::scene::Scene;
 
-use crate::render::light::table::{Light, LightShape};
+use crate::render::light::emitter::{Light, LightShape};
 use crate::render::space::RenderSpace;
 
 /// Mean solid angle, over places of the scene in front of an emitter, from which on it is sampled by that, sr. Below, it rarely

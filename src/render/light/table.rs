@@ -2,70 +2,9 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::scene::Rgb;
-
+use crate::render::light::emitter::{Light, LightShape};
 use crate::render::light::grid::LightGrid;
-use crate::render::light::tree::{Cone, LightTree, Link};
-
-/// A source of light in render space.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Light {
-    pub shape: LightShape,
-    /// Intensity Φ/4π of a point, radiance of a surface.
-    pub radiance: Rgb,
-}
-
-/// Where a light is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum LightShape {
-    Point(DVec3),
-    Triangle([DVec3; 3]),
-    /// A corner and its two neighbours.
-    Parallelogram([DVec3; 3]),
-    Sphere {
-        center: DVec3,
-        radius: f64,
-        inward: bool,
-    },
-}
-
-impl Light {
-    /// Lowest and highest corner.
-    pub fn bounds(&self) -> (DVec3, DVec3) {
-        match self.shape {
-            LightShape::Point(p) => (p, p),
-            LightShape::Triangle([a, b, c]) => (a.min(b).min(c), a.max(b).max(c)),
-            LightShape::Parallelogram([a, b, c]) => {
-                let d = b + c - a;
-                (a.min(b).min(c).min(d), a.max(b).max(c).max(d))
-            }
-            LightShape::Sphere { center, radius, .. } => (center - radius, center + radius),
-        }
-    }
-
-    /// What a white diffuse surface facing it at distance 1 would reflect, summed over channels.
-    pub fn strength(&self) -> f64 {
-        let size = match self.shape {
-            LightShape::Point(_) => 1.0 / std::f64::consts::PI,
-            LightShape::Triangle([a, b, c]) => (b - a).cross(c - a).length() / 2.0 / std::f64::consts::PI,
-            LightShape::Parallelogram([a, b, c]) => (b - a).cross(c - a).length() / std::f64::consts::PI,
-            LightShape::Sphere { radius, inward: false, .. } => radius * radius,
-            // Seen from inside, all of it shines.
-            LightShape::Sphere { radius, inward: true, .. } => 4.0 * radius * radius,
-        };
-        size * self.radiance.iter().sum::<f64>()
-    }
-
-    /// Directions around which it emits a hemisphere, or everywhere.
-    pub fn cone(&self) -> Cone {
-        match self.shape {
-            LightShape::Triangle([a, b, c]) | LightShape::Parallelogram([a, b, c]) => {
-                Cone { axis: (b - a).cross(c - a).try_normalize().unwrap_or(DVec3::Z), angle: 0.0 }
-            }
-            LightShape::Point(_) | LightShape::Sphere { .. } => Cone::ALL,
-        }
-    }
-}
+use crate::render::light::tree::{LightTree, Link};
 
 /// Kinds of lights (shaders/lib/light/light.glsl).
 pub(crate) mod kind {

@@ -2,42 +2,9 @@
 //!
 //! Conty Estevez and Kulla, "Importance sampling of many lights with adaptive tree splitting" (HPG 2018).
 
-use std::f64::consts::PI;
-
 use glam::DVec3;
 
-use crate::render::light::table::Light;
-
-/// Directions within an angle of an axis.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Cone {
-    pub axis: DVec3,
-    /// Radians, 0..=π.
-    pub angle: f64,
-}
-
-impl Cone {
-    /// All directions.
-    pub const ALL: Self = Self { axis: DVec3::Z, angle: PI };
-
-    /// The smallest cone around both.
-    fn union(self, other: Self) -> Self {
-        let (wide, narrow) = if self.angle >= other.angle { (self, other) } else { (other, self) };
-        let between = wide.axis.angle_between(narrow.axis);
-        if (between + narrow.angle).min(PI) <= wide.angle {
-            return wide;
-        }
-        let angle = (wide.angle + between + narrow.angle) / 2.0;
-        if angle >= PI {
-            return Self::ALL;
-        }
-        let turn = angle - wide.angle;
-        let Some(side) = (narrow.axis - wide.axis * wide.axis.dot(narrow.axis)).try_normalize() else {
-            return Self::ALL;
-        };
-        Self { axis: wide.axis * turn.cos() + side * turn.sin(), angle }
-    }
-}
+use crate::render::light::emitter::{Cone, Light};
 
 /// What a node stands for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -159,8 +126,10 @@ fn costs<'a>(leaves: impl Iterator<Item = &'a LightNode>) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use super::*;
-    use crate::render::light::table::LightShape;
+    use crate::render::light::emitter::LightShape;
 
     #[test]
     fn every_light_is_at_the_end_of_one_path() {

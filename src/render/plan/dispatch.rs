@@ -8,7 +8,7 @@
 
 use std::time::Duration;
 
-use crate::render::film::{BLOCK_TILES, TILE_SLOTS};
+use crate::render::film::tiling::{BLOCK_TILES, TILE_SLOTS};
 
 /// Device time that a dispatch should take: short enough for progress, interruption and watchdogs, long enough that
 /// the idle lanes at its end do not matter.

@@ -7,13 +7,14 @@
 
 use std::mem::replace;
 
+use crate::render::engine::control::RenderControl;
 use crate::render::error::RenderError;
 use crate::render::film::Film;
 use crate::render::kernel::layout::{FilmSlot, GradientSlot};
 use crate::render::light_tracing::splats::Splats;
 use crate::render::renderer::Renderer;
-use crate::render::renderer::pass::RenderControl;
 use crate::render::sampling::dual::{DualFilms, Noise, Weighting, change};
+use crate::render::sampling::sample_map_decision::empty_film;
 use crate::render::sampling::stopping::Stopping;
 use crate::render::settings::Adaptive;
 use crate::render::statistics::AdaptiveStatistics;
@@ -25,7 +26,7 @@ const SEED: u32 = 0x2993_8a61;
 struct Parked {
     film: Vec<FilmSlot>,
     gradients: Vec<GradientSlot>,
-    light: Splats,
+    splats: Splats,
 }
 
 /// One of the halves.
@@ -73,74 +74,74 @@ impl Renderer {
     pub(super) fn render_dual(
         &mut self,
         adaptive: &Adaptive,
-        watch: &mut RenderControl<'_>,
+        control: &mut RenderControl<'_>,
     ) -> Result<Film, RenderError> {
-        let seed = self.push.seed;
-        let rendered = self.dual_until(adaptive, watch);
-        self.push.seed = seed;
+        let seed = self.engine.push.seed;
+        let rendered = self.dual_until(adaptive, control);
+        self.engine.push.seed = seed;
         rendered
     }
 
-    fn dual_until(&mut self, adaptive: &Adaptive, watch: &mut RenderControl<'_>) -> Result<Film, RenderError> {
+    fn dual_until(&mut self, adaptive: &Adaptive, control: &mut RenderControl<'_>) -> Result<Film, RenderError> {
         let stopping = Stopping::of_half(adaptive, self.settings.samples);
         let mut halves = Halves::default();
-        let complete = self.climb(&mut halves, &stopping, watch)?;
+        let complete = self.climb(&mut halves, &stopping, control)?;
         let (films, weighting) = match halves.both.each_mut().map(|half| half.done.take()) {
             [Some(a), Some(b)] => ([a, b], Weighting::Equal),
             // As far as they have come. Once one has stopped by what it shows, samples must not tell how much either counts.
             _ => {
                 let by_clock = halves.both.iter().all(|half| half.decision.is_none());
-                let films = [self.develop_half(&mut halves, 0, watch)?, self.develop_half(&mut halves, 1, watch)?];
+                let films = [self.develop_half(&mut halves, 0, control)?, self.develop_half(&mut halves, 1, control)?];
                 (films, if by_clock { Weighting::BySamples } else { Weighting::Equal })
             }
         };
         let (film, noise) = DualFilms(films).mean(weighting);
         let parked = halves.both.iter().filter_map(|half| half.parked.as_ref());
-        self.statistics.light_paths =
-            self.light.light_paths + parked.map(|parked| parked.light.light_paths).sum::<u64>();
+        self.engine.statistics.light_paths =
+            self.splats.light_paths + parked.map(|parked| parked.splats.light_paths).sum::<u64>();
         let used: u64 = film.counts().iter().map(|&n| u64::from(n)).sum();
-        self.statistics.stopped = !complete && noise.is_none_or(|noise| noise.image > adaptive.noise);
-        self.statistics.adaptive = noise.map(|Noise { image, noisiest_tile }| AdaptiveStatistics {
+        self.engine.statistics.stopped = !complete && noise.is_none_or(|noise| noise.image > adaptive.noise);
+        self.engine.statistics.adaptive = noise.map(|Noise { image, noisiest_tile }| AdaptiveStatistics {
             noise: image,
             noisiest_tile,
             rounds: halves.both.iter().map(|half| half.rungs).max().unwrap_or(0),
-            unused_samples: self.statistics.samples.saturating_sub(used),
+            unused_samples: self.engine.statistics.samples.saturating_sub(used),
         });
         Ok(film)
     }
 
-    /// Returns whether both are done; not if the watch says stop.
+    /// Returns whether both are done; not if the control says stop.
     fn climb(
         &mut self,
         halves: &mut Halves,
         stopping: &Stopping,
-        watch: &mut RenderControl<'_>,
+        control: &mut RenderControl<'_>,
     ) -> Result<bool, RenderError> {
-        let pixels = f64::from(self.width) * f64::from(self.height);
-        watch.total = (2.0 * pixels) as u64;
+        let pixels = self.engine.pixel_count() as f64;
+        control.total = (2.0 * pixels) as u64;
         for rung in stopping.rungs() {
             for i in 0..2 {
                 if halves.both[i].decision.is_some() {
                     continue;
                 }
-                if !self.bring_half(halves, i, rung, watch)? {
+                if !self.bring_half(halves, i, rung, control)? {
                     return Ok(false);
                 }
-                let film = self.develop_with_light()?;
+                let film = self.develop()?;
                 halves.both[i].look(film, stopping);
             }
             let expected = halves.both.each_ref().map(|half| match half.decision {
                 Some(samples) => f64::from(samples),
                 None => stopping.expected(half.samples, half.variance),
             });
-            watch.total = (pixels * (expected[0] + expected[1])) as u64;
+            control.total = (pixels * (expected[0] + expected[1])) as u64;
             if halves.both.iter().all(|half| half.decision.is_some()) {
                 break;
             }
         }
         for i in 0..2 {
             let wanted = halves.both[1 - i].decision.unwrap_or(stopping.most());
-            if halves.both[i].done.is_none() && !self.bring_half(halves, i, wanted, watch)? {
+            if halves.both[i].done.is_none() && !self.bring_half(halves, i, wanted, control)? {
                 return Ok(false);
             }
         }
@@ -148,38 +149,29 @@ impl Renderer {
     }
 
     /// Brings one of them to so many samples per pixel, and keeps it on the way as it is with those that the other one asks
-    /// for. Returns false if the watch says stop before.
+    /// for. Returns false if the control says stop before.
     fn bring_half(
         &mut self,
         halves: &mut Halves,
         i: usize,
         samples: u32,
-        watch: &mut RenderControl<'_>,
+        control: &mut RenderControl<'_>,
     ) -> Result<bool, RenderError> {
         self.hold_half(halves, i)?;
-        let pixels = u64::from(self.width) * u64::from(self.height);
+        let pixels = self.engine.pixel_count();
         let wanted = halves.both[1 - i].decision.filter(|&n| n <= samples && halves.both[i].done.is_none());
         let half = &mut halves.both[i];
         for end in wanted.into_iter().chain([samples]) {
-            if !self.pass(&self.whole_film(), half.samples, end, watch)?
-                || !self.keep_up_with_light_paths(pixels * u64::from(end), watch)?
-            {
+            if !self.pass(half.samples, end, control)? || !self.trace_light(pixels * u64::from(end), control)? {
                 return Ok(false);
             }
             half.samples = end;
             if wanted == Some(end) && half.done.is_none() {
                 let known = half.last.as_ref().filter(|(samples, _)| *samples == end).map(|(_, film)| film.clone());
-                half.done = Some(known.map_or_else(|| self.develop_with_light(), Ok)?);
+                half.done = Some(known.map_or_else(|| self.develop(), Ok)?);
             }
         }
         Ok(true)
-    }
-
-    /// The half that the renderer holds.
-    fn develop_with_light(&mut self) -> Result<Film, RenderError> {
-        let mut film = self.develop()?;
-        self.light.add_to(&mut film);
-        Ok(film)
     }
 
     /// One of them as far as it has come, if it has come to a pixel at all.
@@ -187,15 +179,14 @@ impl Renderer {
         &mut self,
         halves: &mut Halves,
         i: usize,
-        watch: &mut RenderControl<'_>,
+        control: &mut RenderControl<'_>,
     ) -> Result<Film, RenderError> {
         self.hold_half(halves, i)?;
-        let mut film = self.develop()?;
-        let samples = film.counts().iter().map(|&n| u64::from(n)).sum();
+        let samples = self.engine.read_film()?.counts().iter().map(|&n| u64::from(n)).sum();
         if samples > 0 {
-            self.add_light_paths(&mut film, samples, watch)?;
+            self.trace_last_light(samples, control)?;
         }
-        Ok(film)
+        self.develop()
     }
 
     /// Makes the renderer hold one of them.
@@ -205,29 +196,29 @@ impl Renderer {
         }
         halves.both[halves.present].parked = Some(self.park()?);
         halves.present = i;
-        self.push.seed ^= SEED;
+        self.engine.push.seed ^= SEED;
         match halves.both[i].parked.take() {
-            Some(Parked { film, gradients, light }) => {
-                self.light = light;
-                let whole = self.whole_film();
-                self.fill_film(&whole, |slot| film[slot as usize])?;
+            Some(Parked { film, gradients, splats }) => {
+                self.splats = splats;
+                let whole = self.engine.whole_film();
+                self.engine.fill_film(&whole, |slot| film[slot as usize])?;
                 if !gradients.is_empty() {
-                    self.fill_gradients(&whole, |slot| gradients[slot as usize])?;
+                    self.engine.fill_gradients(&whole, |slot| gradients[slot as usize])?;
                 }
                 Ok(())
             }
-            None => self.empty_film(),
+            None => empty_film(&mut self.engine, &self.decisions.sample_map),
         }
     }
 
     /// What the renderer holds. No light of light paths is left.
     fn park(&mut self) -> Result<Parked, RenderError> {
-        let (whole, mut film, mut gradients) = (self.whole_film(), Vec::new(), Vec::new());
-        self.read_slots(&whole, |_, slots| film.extend_from_slice(slots))?;
-        if self.makes_gradients() {
-            self.read_gradients(&whole, |_, slots| gradients.extend_from_slice(slots))?;
+        let (whole, mut film, mut gradients) = (self.engine.whole_film(), Vec::new(), Vec::new());
+        self.engine.read_slots(&whole, |_, slots| film.extend_from_slice(slots))?;
+        if self.decisions.gradients.is_some() {
+            self.engine.read_gradients(&whole, |_, slots| gradients.extend_from_slice(slots))?;
         }
-        let none = self.no_light_paths();
-        Ok(Parked { film, gradients, light: replace(&mut self.light, none) })
+        let none = self.no_splats();
+        Ok(Parked { film, gradients, splats: replace(&mut self.splats, none) })
     }
 }

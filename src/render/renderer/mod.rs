@@ -1,64 +1,51 @@
-//! A scene on the device, ready to be rendered.
+//! A scene on the device, ready to be rendered: what is decided about it, and the order of things.
 
-pub(crate) mod create;
-pub(crate) mod decision;
-pub(crate) mod distribution;
-pub(crate) mod gradient;
-pub(crate) mod light_tracing;
-pub(crate) mod pass;
-pub(crate) mod pilot;
-pub(crate) mod pilot_statistics;
-pub(crate) mod scheduler;
-pub(crate) mod surfaces;
-pub(crate) mod transfer;
-
-mod buffers;
+mod develop;
 mod dual;
-mod emitter_edges;
-mod launch;
 mod resume;
-mod reuse_policy;
-mod sample_map;
-mod split;
+mod techniques;
 
+use std::mem::take;
 use std::ops::ControlFlow;
-use std::sync::Arc;
 use std::time::Duration;
 use std::time::Instant;
 
-use bytemuck::Zeroable;
-
 use crate::accel::{BvhStatistics, MAX_RECORDS};
-use crate::gpu::{Context, GpuError, Pipeline, Timeline};
+use crate::gpu::{Context, GpuError};
 use crate::scene::Scene;
 
+use crate::render::engine::Engine;
+use crate::render::engine::control::{Checkpointer, RenderControl};
+use crate::render::engine::create::Beside;
+use crate::render::engine::pass::Pass;
 use crate::render::error::RenderError;
+use crate::render::film::Film;
 use crate::render::film::checkpoint::Checkpoint;
-use crate::render::film::{Film, slot_count, slots_of_row};
+use crate::render::film::tiling::slot_count;
+use crate::render::gradient::develop::{GradientPlan, GradientSums};
+use crate::render::gradient::phases::Phases;
+use crate::render::gradient::surfaces::find_first_hits;
+use crate::render::gradient::weights::class_weights;
+use crate::render::kernel::driver_traits::DriverTraits;
 use crate::render::kernel::features::Features;
-use crate::render::kernel::layout::Push;
+use crate::render::kernel::layout::{mode, queue};
+use crate::render::kernel::sobol;
 use crate::render::light_tracing::splats::Splats;
-use crate::render::plan::dispatch::Pace;
-use crate::render::plan::exclusions::Combination;
-use crate::render::renderer::buffers::Buffers;
-use crate::render::renderer::create::Parts;
-use crate::render::renderer::decision::ReuseDecision;
-use crate::render::renderer::gradient::{ClassWeights, Groups};
-use crate::render::renderer::launch::Launch;
-use crate::render::renderer::light_tracing::LightTracer;
-use crate::render::renderer::pass::RenderControl;
-use crate::render::renderer::resume::{Before, Checkpointer};
-use crate::render::renderer::split::Split;
-use crate::render::renderer::surfaces::Places;
-use crate::render::sampling::sample_map::SampleMap;
-use crate::render::sampling::sobol;
-use crate::render::scene::Prepared;
-use crate::render::settings::{Gradients, RenderSettings, Reuse};
+use crate::render::light_tracing::tracer;
+use crate::render::light_tracing::tracer::LightTracer;
+use crate::render::plan::launch::Launch;
+use crate::render::plan::prepared::Prepared;
+use crate::render::renderer::develop::develop;
+use crate::render::renderer::techniques::{Decisions, Techniques};
+use crate::render::reuse::decision::ReuseDecision;
+use crate::render::reuse::pilot::{PilotOptions, run_pilot};
+use crate::render::sampling::emitter_edges::{EdgeSearch, look_for_edges};
+use crate::render::sampling::sample_map::Grid;
+use crate::render::sampling::sample_map_decision::{allocate_samples, empty_film, fits_sample_map};
+use crate::render::settings::RenderSettings;
+use crate::render::settings::mutation::Mutation;
 use crate::render::space::view::View;
 use crate::render::statistics::{Progress, RenderStatistics};
-
-/// Submissions in flight, but for one that is repeated meanwhile.
-const IN_FLIGHT: usize = 2;
 
 /// Renders one scene with one set of settings.
 pub struct Renderer {
@@ -66,42 +53,26 @@ pub struct Renderer {
     features: Features,
     tree: Option<BvhStatistics>,
     hidden_lights: usize,
-    push: Push,
-    width: u32,
-    height: u32,
-    launch: Launch,
-    pace: Pace,
-    reuse: ReuseDecision,
-    /// What is asked for, where the kernel can, and for how many samples at least.
-    reuses: Reuse,
-    fewest_reused: u32,
-    /// Whether neighbours can be compared where paths are reused.
-    gradients: bool,
-    /// The part of variance that this may leave.
-    most_left: f64,
-    /// Where groups of pixels that share paths are.
-    groups: Groups,
-    /// How many samples each pixel gets of those that are asked for.
-    sample_map: SampleMap,
-    /// What pixels show, for gradients.
-    places: Places,
-    /// How certain differences between pixels are, by their class.
-    weights: ClassWeights,
-    /// Samples per pixel before the part of the rendering that is being done, with groups in one place.
-    phase_begin: u32,
-    /// What had been done when the rendering was stopped, if it goes on.
-    before: Before,
+    techniques: Techniques,
+    /// What the last rendering decided.
+    decisions: Decisions,
+    position: Position,
     /// What light paths have lit, with the samples that are on the device.
-    light: Splats,
-    /// By how much variance must fall in the pilot pass.
-    reuse_is_worth: f64,
-    stage: &'static str,
-    // Dropped before the buffers they refer to; the timeline first, which waits for the device.
-    timeline: Timeline,
-    pipeline: Pipeline,
-    light_paths: Option<Arc<LightTracer>>,
-    buffers: Buffers,
-    statistics: RenderStatistics,
+    splats: Splats,
+    // Dropped before the tracer, since it waits for the device.
+    engine: Engine,
+    light_tracer: Option<LightTracer>,
+}
+
+/// Where a rendering is, and what of it was done when it was stopped.
+#[derive(Debug, Clone, Copy, Default)]
+struct Position {
+    /// Samples per pixel before the part of the rendering that is being done, with groups of pixels in one place.
+    phase_begin: u32,
+    /// Samples, over all pixels, that had been done of that part when the rendering was stopped.
+    samples_of_phase: u64,
+    /// Seconds of rendering before it was stopped.
+    seconds: f64,
 }
 
 impl Renderer {
@@ -122,63 +93,46 @@ impl Renderer {
     pub fn with(context: &Context, prepared: Prepared<'_>) -> Result<Self, RenderError> {
         let start = Instant::now();
         check_size(&prepared)?;
-        let launch = Launch::of(&context.0, &prepared)?;
-        let Parts { timeline, pipeline, light_paths, buffers, stage, pipeline_seconds } =
-            Parts::of(&context.0, &launch, &prepared)?;
+        let device = &context.0;
+        let settings = prepared.settings;
+        let traits = DriverTraits::of(&device.info).with(settings);
+        let (mut techniques, options) = Techniques::new(&prepared, &traits);
+        let launch = Launch::new(device, traits, &prepared, options)?;
+        let light_layout = (options.casters > 0).then(|| LightTracer::layout(device)).transpose()?;
+        let light_specialization = tracer::specialization(&launch, &prepared);
+        let light_pipeline = light_layout
+            .as_ref()
+            .map(|layout| || LightTracer::pipeline(device, layout, &light_specialization, settings));
+        let beside = light_pipeline.as_ref().map(|make| make as &Beside<'_, _>);
+        let (mut engine, light_pipeline, pipeline_seconds) = Engine::new(device, launch, &prepared, beside)?;
+        let light_tracer = light_layout.as_ref().zip(light_pipeline);
+        let light_tracer =
+            light_tracer.map(|(layout, pipeline)| LightTracer::new(device, &engine, layout, pipeline, settings));
+        let light_tracer = light_tracer.transpose()?;
+        if light_tracer.is_some() {
+            engine.push.light_path_scale = tracer::scale(&View::of(prepared.scene));
+        }
+        techniques.gradients &= engine.has_whole_rows();
         check_host_memory(&prepared.scene.film)?;
-        let Prepared { scene, settings, features, tables, seconds: prepared_seconds } = prepared;
-        let Launch { traits, needed, reuse, .. } = &launch;
-        let (width, height) = (scene.film.width, scene.film.height);
-        let gradients = *reuse && settings.gradients == Gradients::Auto && buffers.has_whole_rows(slots_of_row(width));
-        let combination = Combination {
-            schedule: launch.schedule,
-            brute_force: features.brute_force,
-            split: launch.split != Split::NONE,
-            reuse: *reuse,
-            gradients,
-            light_samples: launch.light_samples,
-            light_tracing: light_paths.is_some(),
-            glass: launch.glass,
-        };
-        combination.check()?;
-        let light_path_scale = if light_paths.is_some() { light_tracing::scale(&View::of(scene)) } else { 0.0 };
-        let push = Push { light_path_scale, ..push_constants(scene, settings) };
-        let mut renderer = Self {
-            settings: settings.clone(),
-            features,
-            hidden_lights: tables.hidden_lights(),
-            most_left: decision::most_left(tables.samples_lights()),
-            tree: tables.tree,
-            push,
-            width,
-            height,
-            pace: launch.pace(settings),
-            gradients,
-            groups: Groups::default(),
-            sample_map: SampleMap::default(),
-            places: Places::default(),
-            weights: ClassWeights::default(),
-            phase_begin: 0,
-            before: Before::default(),
-            light: Splats::default(),
-            reuse: ReuseDecision::Never,
-            reuses: if *reuse { settings.reuse } else { Reuse::Off },
-            fewest_reused: reuse_policy::fewest_samples(needed, settings.reuse, traits),
-            reuse_is_worth: reuse_policy::worth(needed, traits),
-            launch,
-            stage,
-            timeline,
-            pipeline,
-            light_paths: light_paths.map(Arc::new),
-            buffers,
-            statistics: RenderStatistics::default(),
-        };
         let warm_up_start = Instant::now();
-        renderer.warm_up()?;
-        renderer.warm_up_light_tracing()?;
-        renderer.statistics.compile_seconds = pipeline_seconds + warm_up_start.elapsed().as_secs_f64();
-        renderer.statistics.setup_seconds = prepared_seconds + start.elapsed().as_secs_f64();
-        Ok(renderer)
+        engine.warm_up()?;
+        if let Some(tracer) = &light_tracer {
+            tracer.warm_up(&mut engine)?;
+        }
+        engine.statistics.compile_seconds = pipeline_seconds + warm_up_start.elapsed().as_secs_f64();
+        engine.statistics.setup_seconds = prepared.seconds + start.elapsed().as_secs_f64();
+        Ok(Self {
+            settings: settings.clone(),
+            hidden_lights: prepared.tables.hidden_lights(),
+            features: prepared.features,
+            tree: prepared.tables.tree,
+            techniques,
+            decisions: Decisions::default(),
+            position: Position::default(),
+            splats: Splats::default(),
+            engine,
+            light_tracer,
+        })
     }
 
     /// What the pipeline is specialised for.
@@ -204,7 +158,7 @@ impl Renderer {
     /// Renders with other random numbers from now on.
     pub fn set_seed(&mut self, seed: u32) {
         self.settings.seed = seed;
-        self.push.seed = seed;
+        self.engine.push.seed = seed;
     }
 
     /// Renders another number of samples per pixel from now on.
@@ -228,7 +182,7 @@ impl Renderer {
 
     /// What the last rendering did.
     pub fn statistics(&self) -> &RenderStatistics {
-        &self.statistics
+        &self.engine.statistics
     }
 
     /// Renders until all samples are done, the noise is reached, the time limit is over, or `on_progress` breaks; then
@@ -247,66 +201,203 @@ impl Renderer {
     fn render_from<'a>(
         &mut self,
         checkpoint: Option<&Checkpoint>,
-        keeping: Option<Checkpointer<'a>>,
+        checkpointer: Option<Checkpointer<'a>>,
         on_progress: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
     ) -> Result<Film, RenderError> {
-        let RenderStatistics { setup_seconds, compile_seconds, .. } = self.statistics;
-        self.statistics = RenderStatistics { setup_seconds, compile_seconds, ..RenderStatistics::default() };
+        let RenderStatistics { setup_seconds, compile_seconds, .. } = self.engine.statistics;
+        self.engine.statistics = RenderStatistics { setup_seconds, compile_seconds, ..RenderStatistics::default() };
         // Light paths come last.
         let before_light_tracing =
-            |limit: Duration| if self.light_paths.is_some() { limit - limit / 10 } else { limit };
+            |limit: Duration| if self.light_tracer.is_some() { limit - limit / 10 } else { limit };
         let limit = self.settings.time_limit.map(before_light_tracing);
-        let mut watch = RenderControl::new(limit, on_progress);
-        watch.keeping = keeping;
-        self.clear_film()?;
-        let long = self.settings.samples >= self.fewest_reused;
-        self.reuse = if long { ReuseDecision::of(self.reuses) } else { ReuseDecision::Never };
-        self.sample_map = SampleMap::default();
-        self.places = Places::default();
-        self.before = Before { seconds: checkpoint.map_or(0.0, Checkpoint::seconds), ..Before::default() };
-        self.light = self.no_light_paths();
-        self.plan_samples()?;
+        let mut control = RenderControl::new(limit, checkpointer, on_progress);
+        self.position = Position { seconds: checkpoint.map_or(0.0, Checkpoint::seconds), ..Position::default() };
+        self.splats = self.no_splats();
+        self.engine.push.modes = 0;
+        self.engine.clear_film()?;
+        self.decisions = self.decide()?;
+        self.engine.push.modes = self.decisions.modes();
+        self.engine.statistics.multiplied_pixels = self.decisions.sample_map.multiplied_pixels();
+        empty_film(&mut self.engine, &self.decisions.sample_map)?;
         let done = checkpoint.map_or(Ok(0), |checkpoint| self.restore(checkpoint))?;
-        watch.redone = checkpoint.map_or(0, Checkpoint::samples);
+        control.redone = checkpoint.map_or(0, Checkpoint::samples);
         let film = match self.settings.adaptive {
-            None => self.render_uniform(done, &mut watch)?,
-            Some(adaptive) => self.render_dual(&adaptive, &mut watch)?,
+            None => self.render_uniform(done, &mut control)?,
+            Some(adaptive) => self.render_dual(&adaptive, &mut control)?,
         };
-        self.statistics.count_pixels(&film);
-        self.statistics.reuse_gain = self.reuse.gain();
-        self.statistics.render_seconds = self.before.seconds + watch.elapsed().as_secs_f64();
+        let statistics = &mut self.engine.statistics;
+        statistics.count_pixels(film.counts());
+        statistics.reuse_gain = self.decisions.reuse_gain;
+        statistics.render_seconds = self.position.seconds + control.elapsed().as_secs_f64();
         Ok(film)
     }
 
-    /// Before a rendering, the film being empty: decides whether paths are reused, and how many samples each pixel gets. It depends on no
-    /// random number of the image.
-    fn plan_samples(&mut self) -> Result<(), RenderError> {
-        let wanted = self.look_for_edges()?.unwrap_or_default();
-        self.run_pilot(&wanted)?;
-        // Adaptive sampling tile by tile goes by the number of samples that are asked for.
-        if self.settings.adaptive.is_none() || self.makes_gradients() {
-            self.map_at_least(&wanted);
+    /// Before a rendering, the film being empty: whether paths are reused, whether the image is made from gradients, and how many samples
+    /// each pixel gets. It depends on no random number of the image.
+    fn decide(&mut self) -> Result<Decisions, RenderError> {
+        let Self { settings, techniques, engine, .. } = self;
+        let samples = settings.samples;
+        let may_map = techniques.sample_map
+            && fits_sample_map(settings, engine.launch.kernel.sobol_levels)
+            && (!engine.launch.kernel.reuse || engine.has_whole_rows());
+        let may_allocate = may_map && settings.adaptive.is_none() && samples >= queue::PILOT_SAMPLES;
+        let [width, height] = engine.size();
+        let grid = Grid { width, height, band_rows: engine.band_rows() };
+
+        let search = EdgeSearch {
+            emitter_bounds: &techniques.emitter_bounds,
+            glass: techniques.glass,
+            samples,
+            own_seed: settings.mutation == Some(Mutation::OwnSampleMap),
+        };
+        let wanted = if may_map { look_for_edges(engine, &search)?.unwrap_or_default() } else { Vec::new() };
+
+        let mut reuse = techniques.reuse.before(samples);
+        let mut decisions = Decisions::default();
+        let gradients = techniques.makes_gradients(reuse, settings);
+        let due = reuse == ReuseDecision::Pending || (reuse == ReuseDecision::Always && gradients);
+        if due && samples >= queue::PILOT_SAMPLES {
+            let tells_tiles = may_allocate && settings.time_limit.is_none();
+            let pilot = run_pilot(engine, PilotOptions::new(samples, tells_tiles, gradients), &wanted)?;
+            if reuse == ReuseDecision::Pending {
+                reuse = pilot.reuse;
+            }
+            let reuses = reuse.pays(techniques.reuse.worth);
+            log::debug!("reuse of paths: {reuse:?}, {reuses}");
+            if techniques.makes_gradients(reuse, settings) {
+                let first_hits = find_first_hits(engine)?;
+                let weights = class_weights(&pilot.pairs, &first_hits);
+                log::debug!("weights of differences: {weights:?}");
+                let phases = match settings.adaptive {
+                    None => Phases::new(samples, settings.time_limit.is_some()),
+                    Some(_) => Phases::OfDoublings,
+                };
+                let band_rows = grid.band_rows as usize;
+                decisions.gradients = Some(GradientPlan { phases, first_hits, weights, band_rows });
+            }
+            if may_allocate {
+                let made = [reuses, decisions.gradients.is_some()];
+                decisions.sample_map = allocate_samples(&pilot, made, grid, samples);
+            }
         }
-        self.empty_film()
+        decisions.reuse = reuse.pays(techniques.reuse.worth);
+        decisions.reuse_gain = reuse.gain();
+        let grid = if decisions.reuse { grid } else { Grid { band_rows: 64, ..grid } };
+        decisions.sample_map = take(&mut decisions.sample_map).with_at_least(&wanted, decisions.reuse, grid);
+        Ok(decisions)
     }
 
     /// The samples that are asked for, but for so many per pixel that are done.
-    fn render_uniform(&mut self, begin: u32, watch: &mut RenderControl<'_>) -> Result<Film, RenderError> {
-        watch.total = self.samples_of_image(self.settings.samples);
+    fn render_uniform(&mut self, begin: u32, control: &mut RenderControl<'_>) -> Result<Film, RenderError> {
+        let samples = self.settings.samples;
+        control.total = self.decisions.samples_of_image(samples, self.engine.pixel_count());
+        let traced_after: Vec<_> = match &self.light_tracer {
+            Some(_) => LightTracer::samples_between(samples).collect(),
+            None => vec![samples],
+        };
         let mut done = begin;
-        for samples in self.samples_between_light_tracing().skip_while(|&samples| samples < begin) {
-            self.pass(&self.whole_film(), done, samples, watch)?;
-            if watch.stop {
+        for samples in traced_after.into_iter().skip_while(|&samples| samples < begin) {
+            self.pass(done, samples, control)?;
+            if control.stop {
                 break;
             }
-            self.keep_up_with_light_paths(self.even_samples(), watch)?;
+            self.trace_light(self.even_samples(), control)?;
             done = samples;
         }
-        self.statistics.stopped = self.statistics.samples < watch.total;
-        let mut film = self.develop()?;
-        self.statistics.stopped |= !self.add_light_paths(&mut film, self.even_samples(), watch)?;
-        self.statistics.light_paths = self.light.light_paths;
-        Ok(film)
+        let is_complete = self.engine.statistics.samples >= control.total;
+        let has_all_light = self.trace_last_light(self.even_samples(), control)?;
+        self.engine.statistics.stopped = !is_complete || !has_all_light;
+        self.engine.statistics.light_paths = self.splats.light_paths;
+        self.develop()
+    }
+
+    /// Brings all pixels from so many samples that are asked for to so many, or less far if the control says stop, with groups of
+    /// pixels as the samples want them. Returns whether it came so far.
+    fn pass(&mut self, from: u32, to: u32, control: &mut RenderControl<'_>) -> Result<bool, RenderError> {
+        let Self { engine, decisions, position, splats, .. } = self;
+        let decisions = &*decisions;
+        let spans = engine.whole_film();
+        let pixels = engine.pixel_count();
+        for phase in decisions.phases().between(from, to) {
+            if control.stop {
+                return Ok(false);
+            }
+            position.phase_begin = phase.from;
+            let kind = usize::from(phase.shifted);
+            let samples = |count: u32| decisions.sample_map.samples(kind, count - phase.other_samples, pixels);
+            let begin = engine.statistics.samples - take(&mut position.samples_of_phase);
+            let end = begin + samples(phase.to) - samples(phase.from);
+            let most_factor = decisions.sample_map.most_factor();
+            let pass = Pass { spans: &spans, from: phase.from, to: phase.to, end, most_factor };
+            let position = *position;
+            let mut save = |engine: &mut Engine, control: &mut RenderControl<'_>| {
+                let seconds = position.seconds + control.elapsed().as_secs_f64();
+                control.keep(resume::checkpoint(engine, decisions, splats, position, seconds)?);
+                Ok(())
+            };
+            let shifted = if phase.shifted { mode::SHIFTED } else { 0 };
+            let is_complete = engine.with_push(
+                |push| {
+                    push.modes |= shifted;
+                    push.other_samples = phase.other_samples;
+                },
+                |engine| engine.pass(&pass, control, &mut save),
+            )?;
+            if !is_complete {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// The samples that are done, as many as they would be if each pixel got as many as are asked for.
+    fn even_samples(&self) -> u64 {
+        let done = self.engine.statistics.samples;
+        if self.decisions.sample_map.is_even() {
+            return done;
+        }
+        let (samples, pixels) = (self.settings.samples, self.engine.pixel_count());
+        let even = u128::from(pixels) * u128::from(samples);
+        (u128::from(done) * even / u128::from(self.decisions.samples_of_image(samples, pixels).max(1))) as u64
+    }
+
+    /// The light of no light path yet.
+    fn no_splats(&self) -> Splats {
+        Splats::new(if self.light_tracer.is_some() { self.engine.pixel_count() as usize } else { 0 })
+    }
+
+    /// Traces as many light paths as go with so many samples, over all pixels, or fewer if the control says stop. Returns whether all are
+    /// traced.
+    fn trace_light(&mut self, samples: u64, control: &mut RenderControl<'_>) -> Result<bool, RenderError> {
+        match &self.light_tracer {
+            Some(tracer) => tracer.keep_up(&mut self.engine, &mut self.splats, samples, control),
+            None => Ok(true),
+        }
+    }
+
+    /// The same when paths are over, for which there is a limit of its own.
+    fn trace_last_light(&mut self, samples: u64, control: &mut RenderControl<'_>) -> Result<bool, RenderError> {
+        if self.light_tracer.is_some() {
+            control.set_limit(self.settings.time_limit);
+        }
+        self.trace_light(samples, control)
+    }
+
+    /// The image of what is on the device, and of the light paths.
+    fn develop(&mut self) -> Result<Film, RenderError> {
+        let film = self.engine.read_film()?;
+        let gradients = match &self.decisions.gradients {
+            Some(plan) => {
+                let mut sums = GradientSums::new(self.engine.size());
+                let spans = self.engine.whole_film();
+                self.engine.read_gradients(&spans, |first, slots| sums.read_slots(first, slots))?;
+                Some((plan, sums))
+            }
+            None => None,
+        };
+        let developed = develop(film, gradients, &self.decisions.sample_map, &self.splats);
+        self.engine.statistics.gradients = developed.from_gradients;
+        Ok(developed.film)
     }
 }
 
@@ -340,8 +431,4 @@ fn check_size(prepared: &Prepared<'_>) -> Result<(), RenderError> {
         )));
     }
     Ok(())
-}
-
-pub(crate) fn push_constants(scene: &Scene, settings: &RenderSettings) -> Push {
-    Push { width: scene.film.width, height: scene.film.height, seed: settings.seed, ..Push::zeroed() }
 }

@@ -4,41 +4,47 @@
 //! again on the film that it has left. What precedes the samples is found again, and has to be the same.
 
 use std::ops::ControlFlow;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
+use crate::render::engine::Engine;
+use crate::render::engine::control::Checkpointer;
 use crate::render::error::RenderError;
 use crate::render::film::Film;
 use crate::render::film::checkpoint::{Checkpoint, Figures};
 use crate::render::kernel::LIGHT_TRACE;
 use crate::render::kernel::layout::FilmSlot;
 use crate::render::light_tracing::splats::Splats;
-use crate::render::renderer::Renderer;
-use crate::render::renderer::pass::RenderControl;
+use crate::render::renderer::techniques::Decisions;
+use crate::render::renderer::{Position, Renderer};
 use crate::render::statistics::Progress;
 
-/// What had been done when the rendering that goes on was stopped.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Before {
-    /// Samples, over all pixels, of the part of the rendering, with groups of pixels in one place, that was being done.
-    pub samples_of_phase: u64,
-    /// Of rendering.
-    pub seconds: f64,
-}
-
-/// Who keeps what is done of a rendering from time to time.
-pub(super) struct Checkpointer<'a> {
-    every: Duration,
-    last: Instant,
-    /// Samples, over all pixels, that have been kept.
-    kept: u64,
-    keep: &'a mut dyn FnMut(Checkpoint),
-}
-
-impl Checkpointer<'_> {
-    /// Whether it is time, if there are so many samples.
-    pub fn is_due(&self, samples: u64) -> bool {
-        samples > self.kept && self.last.elapsed() >= self.every
+/// What has been done of a rendering, in which splats are what light paths have lit.
+///
+/// # Errors
+/// The device fails.
+pub(super) fn checkpoint(
+    engine: &mut Engine,
+    decisions: &Decisions,
+    splats: &Splats,
+    position: Position,
+    render_seconds: f64,
+) -> Result<Checkpoint, RenderError> {
+    let spans = engine.whole_film();
+    let (mut film, mut gradients) = (Vec::new(), Vec::new());
+    engine.read_slots(&spans, |_, slots| film.extend_from_slice(slots))?;
+    if decisions.gradients.is_some() {
+        engine.read_gradients(&spans, |_, slots| gradients.extend_from_slice(slots))?;
     }
+    let Splats { light_paths, sums } = splats.clone();
+    let done = u64::from(position.phase_begin);
+    let figures = Figures::new(&engine.statistics, stages(engine));
+    let figures = Figures { done, light_paths, render_seconds, ..figures };
+    Ok(Checkpoint { figures, film, gradients, light_paths: sums })
+}
+
+/// The names of its stages, and of light tracing.
+fn stages(engine: &Engine) -> [&'static str; 2] {
+    [engine.stage(), LIGHT_TRACE.name]
 }
 
 impl Renderer {
@@ -49,10 +55,11 @@ impl Renderer {
     /// Nothing has been rendered; the rendering is to a noise; a Vulkan call fails.
     pub fn checkpoint(&mut self) -> Result<Checkpoint, RenderError> {
         self.check_may_resume()?;
-        if self.statistics.samples == 0 {
+        if self.engine.statistics.samples == 0 {
             return Err(RenderError::Settings("nothing has been rendered that could be gone on with".to_owned()));
         }
-        self.done_so_far(self.statistics.render_seconds)
+        let seconds = self.engine.statistics.render_seconds;
+        checkpoint(&mut self.engine, &self.decisions, &self.splats, self.position, seconds)
     }
 
     /// Renders as [`Self::render`] does, but goes on from where another rendering of the same scene with the same settings on the
@@ -83,8 +90,7 @@ impl Renderer {
     ) -> Result<Film, RenderError> {
         self.check_may_resume()?;
         let kept = from.map_or(0, Checkpoint::samples);
-        let keeping = Checkpointer { every, last: Instant::now(), kept, keep: &mut keep };
-        self.render_from(from, Some(keeping), &mut on_progress)
+        self.render_from(from, Some(Checkpointer::new(every, kept, &mut keep)), &mut on_progress)
     }
 
     fn check_may_resume(&self) -> Result<(), RenderError> {
@@ -94,50 +100,22 @@ impl Renderer {
         }
     }
 
-    /// Hands out what is done. No submission is in flight.
-    pub(super) fn keep(&mut self, watch: &mut RenderControl<'_>) -> Result<(), RenderError> {
-        let done = self.done_so_far(self.before.seconds + watch.elapsed().as_secs_f64())?;
-        if let Some(keeping) = &mut watch.keeping {
-            keeping.kept = done.samples();
-            (keeping.keep)(done);
-            keeping.last = Instant::now();
-        }
-        Ok(())
-    }
-
-    fn done_so_far(&mut self, render_seconds: f64) -> Result<Checkpoint, RenderError> {
-        let spans = self.whole_film();
-        let (mut film, mut gradients) = (Vec::new(), Vec::new());
-        self.read_slots(&spans, |_, slots| film.extend_from_slice(slots))?;
-        if self.makes_gradients() {
-            self.read_gradients(&spans, |_, slots| gradients.extend_from_slice(slots))?;
-        }
-        let Splats { light_paths, sums } = self.light.clone();
-        let done = u64::from(self.phase_begin);
-        let figures = Figures { done, light_paths, render_seconds, ..Figures::of(&self.statistics, self.stages()) };
-        Ok(Checkpoint { figures, film, gradients, light_paths: sums })
-    }
-
-    fn stages(&self) -> [&'static str; 2] {
-        [self.stage, LIGHT_TRACE.name]
-    }
-
     /// The film being empty, takes over a checkpoint. Returns the samples per pixel from which on to sample.
     pub(super) fn restore(&mut self, checkpoint: &Checkpoint) -> Result<u32, RenderError> {
         let Checkpoint { figures, film, gradients, light_paths } = checkpoint;
         let other = |what: &str| RenderError::Settings(format!("the checkpoint is of another rendering: {what}"));
-        let spans = self.whole_film();
-        let recorded = if self.makes_gradients() { film.len() } else { 0 };
+        let spans = self.engine.whole_film();
+        let recorded = if self.decisions.gradients.is_some() { film.len() } else { 0 };
         let slots: u64 = spans.iter().map(|span| u64::from(span.slots())).sum();
         if film.len() as u64 != slots {
             return Err(other("its image has another size"));
         }
-        if gradients.len() != recorded || light_paths.len() != self.light.sums.len() {
+        if gradients.len() != recorded || light_paths.len() != self.splats.sums.len() {
             return Err(other("its image is made in another way"));
         }
         // How many samples each pixel gets.
         let mut same = true;
-        self.read_slots(&spans, |first, slots: &[FilmSlot]| {
+        self.engine.read_slots(&spans, |first, slots: &[FilmSlot]| {
             same &=
                 slots.iter().zip(&film[first as usize..]).all(|(empty, slot)| empty.multipliers == slot.multipliers);
         })?;
@@ -145,19 +123,19 @@ impl Renderer {
             return Err(other("pixels are sampled in another way"));
         }
         let done = u32::try_from(figures.done).ok().filter(|&done| done <= self.settings.samples);
-        let begun = done.map(|done| (done, self.samples_of_image(done)));
+        let begun = done.map(|done| (done, self.decisions.samples_of_image(done, self.engine.pixel_count())));
         let begun = begun.filter(|(_, samples)| *samples <= figures.samples);
         let (done, samples) = begun.ok_or_else(|| other("it has other numbers of samples"))?;
-        self.fill_film(&spans, |slot| film[slot as usize])?;
+        self.engine.fill_film(&spans, |slot| film[slot as usize])?;
         if recorded > 0 {
-            self.fill_gradients(&spans, |slot| gradients[slot as usize])?;
+            self.engine.fill_gradients(&spans, |slot| gradients[slot as usize])?;
         }
-        let stages = self.stages();
-        figures.restore(&mut self.statistics, stages);
+        let stages = stages(&self.engine);
+        figures.restore(&mut self.engine.statistics, stages);
         if !light_paths.is_empty() {
-            self.light = Splats { light_paths: figures.light_paths, sums: light_paths.clone() };
+            self.splats = Splats { light_paths: figures.light_paths, sums: light_paths.clone() };
         }
-        self.before.samples_of_phase = figures.samples - samples;
+        self.position.samples_of_phase = figures.samples - samples;
         Ok(done)
     }
 }

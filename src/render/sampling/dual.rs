@@ -2,7 +2,8 @@
 //! (Rousselle, Knaus and Zwicker, "Adaptive rendering with non-local means filtering", ACM Trans. Graph. 31(6), 2012).
 
 use crate::image::metrics::RELATIVE_OFFSET;
-use crate::render::film::{Film, TILE, pixel_of_slot, slot_count};
+use crate::render::film::Film;
+use crate::render::film::tiling::{TILE, pixel_of_slot, slot_count};
 
 /// What each half counts in the mean of a pixel. Where one half has no sample, it counts nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

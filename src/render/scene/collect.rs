@@ -9,8 +9,8 @@ use crate::scene;
 use crate::scene::{Bsdf, Material, Mesh, Rgb, Scene, Sphere, Surface};
 
 use crate::render::kernel::layout::bsdf as kind;
+use crate::render::light::emitter::{Light, LightShape};
 use crate::render::light::list::LightList;
-use crate::render::light::table::{Light, LightShape};
 use crate::render::scene::containment::Emitters;
 use crate::render::scene::geometry;
 use crate::render::scene::geometry::{Geometry, SphereShape, triangle_texels};
@@ -81,6 +81,16 @@ impl SceneGeometry {
     /// How many constant spheres and polygons there are: the number of the BVH's first primitive.
     pub fn constants_count(&self) -> usize {
         self.constant_spheres.len() + self.polygons.len()
+    }
+
+    /// Whether spheres are left for the tree.
+    pub fn has_bvh_spheres(&self) -> bool {
+        !self.other_spheres.is_empty()
+    }
+
+    /// Whether triangles are.
+    pub fn has_bvh_triangles(&self) -> bool {
+        self.are_polygons.iter().any(|are_polygons| !are_polygons)
     }
 
     fn add_constant_spheres(&mut self, scene: &Scene, space: &RenderSpace) {

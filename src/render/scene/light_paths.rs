@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::scene::Scene;
 
 use crate::render::light::alias::{Column, alias_table};
-use crate::render::light::table::{Light, LightShape};
+use crate::render::light::emitter::{Light, LightShape};
 use crate::render::scene::casters::{Target, targets, without_inner};
 use crate::render::space::RenderSpace;
 use crate::render::space::bounds::corners_around;

@@ -11,9 +11,10 @@ use crate::accel::{Aabb, BvhStatistics, Leaf, Packed, Primitive};
 use crate::scene::Scene;
 
 use crate::render::kernel::layout::SceneValues;
+use crate::render::light::emitter::{Light, LightShape};
 use crate::render::light::screen_bounds::emitter_bounds;
 use crate::render::light::solid_angle;
-use crate::render::light::table::{Light, LightShape, LightTable};
+use crate::render::light::table::LightTable;
 use crate::render::scene::collect::{Origin, SceneGeometry, rgb};
 use crate::render::scene::geometry::GeometryTexels;
 use crate::render::scene::light_paths::CasterTable;
@@ -61,11 +62,15 @@ pub(crate) struct Tables {
     pub polygons: Vec<InlinePolygon>,
     /// Bit n: polygon n may lie between two points of the scene. The others bound its convex hull.
     pub polygon_occluders: u32,
+    /// Whether spheres and triangles are left for the tree.
+    pub bvh_spheres: bool,
+    pub bvh_triangles: bool,
     hidden_lights: usize,
 }
 
 impl Tables {
-    pub fn of(scene: &Scene, space: &RenderSpace, settings: &RenderSettings) -> Self {
+    /// Compiles a scene.
+    pub fn new(scene: &Scene, space: &RenderSpace, settings: &RenderSettings) -> Self {
         let mut geometry = SceneGeometry::constants(scene, space, settings);
         let start = Instant::now();
         geometry.add_what_is_in_the_tree(scene, space);
@@ -78,6 +83,7 @@ impl Tables {
             tree.as_ref().map_or_else(Packed::nothing, |tree| accel::pack(tree, &leaves, primitives, first_primitive));
         let build_seconds = start.elapsed().as_secs_f64();
 
+        let (bvh_spheres, bvh_triangles) = (geometry.has_bvh_spheres(), geometry.has_bvh_triangles());
         let points = geometry.points;
         let lights = geometry.lights.into_vec();
         let mut light_table = LightTable::of(&lights, |light| solid_angle::looks_large(light, scene, space));
@@ -113,6 +119,8 @@ impl Tables {
             constant_origins: geometry.constant_origins,
             constant_spheres: geometry.constant_spheres,
             polygon_occluders: polygons::occluders(&geometry.polygons, scene, space),
+            bvh_spheres,
+            bvh_triangles,
             polygons: geometry.polygons,
             hidden_lights: geometry.hidden_lights,
         }
@@ -229,7 +237,7 @@ mod tests {
     #[test]
     fn terrain_is_seen_from_outside() {
         let from_outside =
-            |scene: &Scene| Tables::of(scene, &RenderSpace::of(scene), &RenderSettings::of(scene)).seen_from_outside;
+            |scene: &Scene| Tables::new(scene, &RenderSpace::of(scene), &RenderSettings::of(scene)).seen_from_outside;
         let terrain = generate::terrain(2000);
         assert!(from_outside(&terrain));
         let position = terrain.meshes[0].positions[terrain.meshes[0].positions.len() / 2];

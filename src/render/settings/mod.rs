@@ -9,9 +9,9 @@ pub(crate) mod techniques;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use crate::render::error::RenderError;
 use crate::scene::Scene;
 
+use crate::render::error::RenderError;
 use crate::render::settings::feature::Feature;
 
 /// Which random numbers are used.

@@ -7,8 +7,6 @@ use glam::DVec3;
 use crate::accel::Aabb;
 use crate::scene::{Scene, unit};
 
-use crate::render::light::table::{Light, LightShape};
-
 /// Points of the picture, along either side, from which the part that shows something is estimated; or cells.
 const GRID: u32 = 32;
 
@@ -28,7 +26,7 @@ pub(crate) struct View {
     /// To its centre: a unit vector.
     pub forward: DVec3,
     /// Pixels of the picture, in columns and rows.
-    size: [f64; 2],
+    pub size: [f64; 2],
 }
 
 impl View {
@@ -79,17 +77,6 @@ impl View {
         has_point.iter().filter(|&&has_point| has_point).count() as f64 / f64::from(GRID * GRID)
     }
 
-    /// The pixels that may show a light's surface, or a little more; none if it is turned away or beyond one of the picture's sides.
-    pub fn pixels_of(&self, light: &Light) -> Option<Rectangle> {
-        let faces = match light.shape {
-            LightShape::Point(_) => false,
-            LightShape::Triangle([a, b, c]) | LightShape::Parallelogram([a, b, c]) => (b - a).cross(c - a).dot(a) < 0.0,
-            LightShape::Sphere { .. } => true,
-        };
-        let (lo, hi) = light.bounds();
-        if faces { self.pixels_of_box(lo, hi) } else { None }
-    }
-
     /// The pixels that may show what is in a box, or a little more; none if that is beyond one of the picture's sides.
     pub fn pixels_of_box(&self, lo: DVec3, hi: DVec3) -> Option<Rectangle> {
         if self.is_beyond_a_side(lo, hi) {
@@ -130,13 +117,6 @@ mod tests {
         DVec3::new(x, y, z)
     }
 
-    fn square(center: DVec3, half: f64) -> Light {
-        // Faces +z.
-        let corner = center - v(half, half, 0.0);
-        let shape = LightShape::Parallelogram([corner, corner + 2.0 * half * DVec3::X, corner + 2.0 * half * DVec3::Y]);
-        Light { shape, radiance: [1.0; 3] }
-    }
-
     #[test]
     fn a_box_covers_its_part_of_the_picture() {
         let view = View { right: DVec3::X, up: 0.5 * DVec3::Y, forward: DVec3::NEG_Z, size: [100.0; 2] };
@@ -165,55 +145,5 @@ mod tests {
         let none = [v(0.1, 0.1, 4.0), DVec3::ZERO, v(4.1, 0.0, -4.0), v(0.0, -2.1, -4.0), DVec3::NAN];
         assert_eq!(view.part_with(none.into_iter()), 0.0);
         assert_eq!(view.part_with(std::iter::repeat_n(v(0.1, 0.1, -4.0), 9)), 1.0 / 1024.0);
-    }
-
-    #[test]
-    fn emitters_beyond_a_side_are_not_shown() {
-        let view = View { right: DVec3::X, up: 0.5 * DVec3::Y, forward: DVec3::NEG_Z, size: [200.0, 100.0] };
-        // At a distance of 10 the image reaches 10 to the sides and 5 up and down.
-        for (x, y, shown) in [
-            (0.0, 0.0, true),
-            (10.5, 0.0, true),
-            (-10.5, 0.0, true),
-            (12.5, 0.0, false),
-            (-12.5, 0.0, false),
-            (0.0, 5.5, true),
-            (0.0, -5.5, true),
-            (0.0, 7.5, false),
-            (0.0, -7.5, false),
-        ] {
-            assert_eq!(view.pixels_of(&square(v(x, y, -10.0), 1.0)).is_some(), shown, "{x} {y}");
-            let sphere = LightShape::Sphere { center: v(x, y, -10.0), radius: 1.0, inward: false };
-            assert_eq!(view.pixels_of(&Light { shape: sphere, radiance: [1.0; 3] }).is_some(), shown, "{x} {y}");
-        }
-        // Behind the camera, and seen from behind.
-        assert!(view.pixels_of(&square(v(0.0, 0.0, 10.0), 1.0)).is_none());
-        let mut turned = square(v(0.0, 0.0, -10.0), 1.0);
-        if let LightShape::Parallelogram([_, b, c]) = &mut turned.shape {
-            std::mem::swap(b, c);
-        }
-        assert!(view.pixels_of(&turned).is_none());
-        // All around it.
-        let around = LightShape::Sphere { center: DVec3::ZERO, radius: 3.0, inward: true };
-        assert!(view.pixels_of(&Light { shape: around, radiance: [1.0; 3] }).is_some());
-        assert!(view.pixels_of(&Light { shape: LightShape::Point(v(0.0, 0.0, -1.0)), radiance: [1.0; 3] }).is_none());
-    }
-
-    #[test]
-    fn the_pixels_of_an_emitter_are_around_it() {
-        let view = View { right: DVec3::X, up: 0.5 * DVec3::Y, forward: DVec3::NEG_Z, size: [200.0, 100.0] };
-        // At a distance of 10 a unit is 10 pixels; row 0 is the highest.
-        assert_eq!(view.pixels_of(&square(v(5.0, 2.0, -10.0), 1.0)), Some([137..163, 17..43]));
-        assert_eq!(view.pixels_of(&square(v(9.5, -4.5, -10.0), 1.0)), Some([182..200, 82..100]));
-        assert_eq!(view.pixels_of(&square(v(12.5, 0.0, -10.0), 1.0)), None);
-        // What is nearer is larger.
-        let tilted = [v(-0.99, 0.0, -10.0), v(0.99, 0.0, -10.0), v(-0.99, 0.99, -20.0)];
-        let tilted = Light { shape: LightShape::Parallelogram(tilted), radiance: [1.0; 3] };
-        assert_eq!(view.pixels_of(&tilted), Some([87..113, 37..53]));
-        // Beside the camera, and all around it.
-        for z in [0.0, 0.5] {
-            let beside = LightShape::Sphere { center: v(0.5, 0.0, z), radius: 1.0, inward: false };
-            assert_eq!(view.pixels_of(&Light { shape: beside, radiance: [1.0; 3] }), Some([0..200, 0..100]));
-        }
     }
 }

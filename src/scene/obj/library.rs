@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use crate::scene::description::Surface;
 use crate::scene::error::Location;
 use crate::scene::materials::MaterialList;
+use crate::scene::obj::model::Obj;
 use crate::scene::obj::mtl::{GREY, parse_mtl};
 use crate::scene::obj::names::{file_names, find_file, loose};
-use crate::scene::obj::parse::Obj;
 use crate::scene::read::{no_folder, read_file};
 
 /// Name of the surface of faces whose material is not known.

@@ -7,6 +7,7 @@
 
 mod library;
 mod mesh;
+mod model;
 mod mtl;
 mod names;
 mod parse;
@@ -14,8 +15,9 @@ mod polygon;
 mod preview;
 mod statement;
 
+pub use crate::scene::obj::model::{ASTRAY, Corner, Face, NONE, Obj};
 pub use crate::scene::obj::mtl::{MtlMaterial, parse_mtl};
-pub use crate::scene::obj::parse::{ASTRAY, Corner, Face, NONE, Obj, parse_obj};
+pub use crate::scene::obj::parse::parse_obj;
 
 pub(super) use crate::scene::obj::mesh::{MaterialSource, MeshRequest, NormalsChoice};
 pub(super) use crate::scene::obj::preview::preview;

@@ -2,58 +2,16 @@
 
 use std::collections::{HashMap, HashSet};
 
-use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::scene::error::SceneError;
+use crate::scene::obj::model::{ASTRAY, Corner, Face, NONE, Obj};
 use crate::scene::obj::polygon::cut_concave;
 use crate::scene::obj::statement::{Lines, Statement, decoded, quoted, split_lines};
 
 /// Least bytes for a task of its own, and tasks for each thread, at most: lines of one kind take longer than those of another.
 const CHUNK: usize = 1 << 18;
 const TASKS: usize = 16;
-
-/// Stands for an index that is not there.
-pub const NONE: u32 = u32::MAX;
-
-/// Stands for an index of a normal that the file does not have.
-pub const ASTRAY: u32 = u32::MAX - 1;
-
-/// What an OBJ file says about surfaces. Points, lines, curves, groups, smoothing groups and texture coordinates are
-/// left out.
-#[derive(Debug, Clone, Default)]
-pub struct Obj {
-    /// `v`, without weights and colours.
-    pub positions: Vec<DVec3>,
-    /// `vn`; zero where a file has no finite numbers.
-    pub normals: Vec<DVec3>,
-    /// Of all triangles, face by face.
-    pub triangles: Vec<[Corner; 3]>,
-    /// `f`.
-    pub faces: Vec<Face>,
-    /// Names that `usemtl` gave, each once, in order of first use, with the line of that.
-    pub material_names: Vec<(String, u32)>,
-    /// What `mtllib` names, each once, with the line.
-    pub libraries: Vec<(String, u32)>,
-}
-
-/// A corner of a triangle: indices into what the file defines.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Corner {
-    /// Into [`Obj::positions`].
-    pub position: u32,
-    /// Into [`Obj::normals`], or [`NONE`], or [`ASTRAY`].
-    pub normal: u32,
-}
-
-/// A polygon, cut into triangles: a fan around its first corner, where that covers it once.
-#[derive(Debug, Clone, Copy)]
-pub struct Face {
-    /// At least 1.
-    pub triangles: u32,
-    /// Into [`Obj::material_names`]; `None` before the first `usemtl`.
-    pub material: Option<u32>,
-}
 
 /// Reads an OBJ file that is in memory. Statements that are not known are ignored.
 ///
@@ -321,6 +279,8 @@ fn append<T>(to: &mut Vec<T>, mut from: Vec<T>) {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
 
     /// Statements whose meaning depends on those before them.

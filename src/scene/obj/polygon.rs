@@ -4,7 +4,7 @@ use earcut::Earcut;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use crate::scene::obj::parse::{Corner, Face, Obj};
+use crate::scene::obj::model::{Corner, Face, Obj};
 
 /// Cuts again the polygons whose triangles around the first corner would overlap or lie outside: those that are not convex, as most
 /// of them are. Of four or more corners that lie in no plane, what is seen along their mean normal decides.

@@ -6,16 +6,16 @@ mod reflect;
 use std::collections::BTreeMap;
 use std::mem::offset_of;
 
-use crate::render::film;
+use crate::render::film::tiling;
 use crate::render::kernel::layout::{
     Counters, FilmSlot, GradientSlot, POLYGON_CONSTANTS, Push, SPHERE_CONSTANTS, SceneValues, SplatRecord, binding,
     bsdf, constant, flag, mode, multiplier, queue,
 };
 use crate::render::kernel::layout_tests::reflect::{Interface, interface};
+use crate::render::kernel::sobol;
 use crate::render::kernel::specialization::{self, id};
 use crate::render::kernel::{LIGHT_TRACE, PATH_KERNELS};
 use crate::render::light::table;
-use crate::render::sampling::sobol;
 use crate::render::scene::spheres::MAX_CONSTANT_SPHERES;
 use crate::render::scene::tables;
 use crate::render::settings::mutation::Mutation;
@@ -155,7 +155,7 @@ fn records() {
     assert_eq!((offset_of!(FilmSlot, residue), size_of::<FilmSlot>()), (32, 48));
     let order = include_str!("../../../../shaders/lib/pixel_order.glsl");
     assert!(order.contains(&format!("const uint TILE_BITS = {}u;", queue::TILE.ilog2())));
-    assert!(order.contains(&format!("const uint MEMBERS = {}u;", film::MEMBERS)));
+    assert!(order.contains(&format!("const uint MEMBERS = {}u;", tiling::MEMBERS)));
     let sampler = include_str!("../../../../shaders/lib/sampler.glsl");
     assert!(sampler.contains(&format!("const uint LEVEL_BITS = {}u;", sobol::LEVEL_BITS)));
     assert!(sampler.contains(&format!("const uint COLUMN_GAP = {}u;", sobol::COLUMN_GAP)));

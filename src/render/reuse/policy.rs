@@ -4,7 +4,35 @@ use crate::scene::Scene;
 
 use crate::render::kernel::driver_traits::{DriverTraits, Sharers};
 use crate::render::kernel::features::{Features, glass_fills_view};
+use crate::render::reuse::decision::ReuseDecision;
 use crate::render::settings::{RenderSettings, Reuse};
+
+/// When paths serve several pixels.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ReusePolicy {
+    /// What is asked for, where the kernel can.
+    mode: Reuse,
+    /// Samples per pixel from which on.
+    fewest_samples: u32,
+    /// By how much variance must fall in the pilot pass.
+    pub worth: f64,
+}
+
+impl ReusePolicy {
+    /// Of a scene that needs these features, on such a device, if the kernel is one that can reuse paths or not.
+    pub fn new(needed: &Features, settings: &RenderSettings, traits: &DriverTraits, can: bool) -> Self {
+        Self {
+            mode: if can { settings.reuse } else { Reuse::Off },
+            fewest_samples: fewest_samples(needed, settings.reuse, traits),
+            worth: worth(needed, traits),
+        }
+    }
+
+    /// What is decided before a rendering of so many samples per pixel.
+    pub fn before(&self, samples: u32) -> ReuseDecision {
+        if samples >= self.fewest_samples { ReuseDecision::from_mode(self.mode) } else { ReuseDecision::Never }
+    }
+}
 
 /// Whether paths may serve several pixels, in a scene that needs these features, on such a device. It depends on neither
 /// scheduler nor on what else is compiled, so that the image does not.
@@ -16,7 +44,7 @@ use crate::render::settings::{RenderSettings, Reuse};
 /// On GPUs the host's part of it takes time: for each pixel what 100 to 600 samples take without a tree, and 30 to 100 with one.
 /// Threads that choose among lights and traverse a BVH hold too much: with emitters a sample takes 7 to 20 times the time (H100). Where glass
 /// fills the picture it takes 4 times the time, for less than half of the variance at best.
-pub(super) fn may_reuse(scene: &Scene, needed: &Features, settings: &RenderSettings, traits: &DriverTraits) -> bool {
+pub(crate) fn may_reuse(scene: &Scene, needed: &Features, settings: &RenderSettings, traits: &DriverTraits) -> bool {
     needed.can_reuse()
         && !needed.brute_force
         && traits.groups_fit
@@ -34,7 +62,7 @@ pub(super) fn may_reuse(scene: &Scene, needed: &Features, settings: &RenderSetti
 }
 
 /// Samples per pixel that a rendering has at least for it to be tried.
-pub(super) fn fewest_samples(needed: &Features, reuse: Reuse, traits: &DriverTraits) -> u32 {
+fn fewest_samples(needed: &Features, reuse: Reuse, traits: &DriverTraits) -> u32 {
     match (reuse, traits.reuse) {
         (Reuse::Auto, Sharers::Threads) if needed.tree => 64,
         (Reuse::Auto, Sharers::Threads) => 512,
@@ -48,7 +76,7 @@ pub(super) fn fewest_samples(needed: &Features, reuse: Reuse, traits: &DriverTra
 /// time, but the kernel that could reuse paths and does not takes 1.2 times that of one that could not.
 ///
 /// On GPUs a sample takes 2.4 to 4 times the time; a room of balls, one of glass, gains 3, one of diffuse balls and a mirror 4.1 to 8.
-pub(super) fn worth(needed: &Features, traits: &DriverTraits) -> f64 {
+fn worth(needed: &Features, traits: &DriverTraits) -> f64 {
     match traits.reuse {
         Sharers::Threads => 4.0,
         _ if needed.tree => 1.4,

@@ -4,8 +4,8 @@ use std::ops::Add;
 
 use rayon::prelude::*;
 
-use crate::render::film::MEMBERS;
-use crate::render::renderer::pilot_statistics::{Noise, PilotGroup};
+use crate::render::film::tiling::MEMBERS;
+use crate::render::reuse::pilot_statistics::{Noise, PilotGroup};
 use crate::render::settings::Reuse;
 
 /// The greatest part of variance that may be of light which is not shared for gradients to pay: they lower the rest only, and
@@ -76,7 +76,7 @@ impl ReuseDecision {
     }
 
     /// Before a rendering.
-    pub fn of(reuse: Reuse) -> Self {
+    pub fn from_mode(reuse: Reuse) -> Self {
         match reuse {
             Reuse::Auto => Self::Pending,
             Reuse::Always => Self::Always,

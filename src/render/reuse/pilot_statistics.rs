@@ -2,7 +2,8 @@
 
 use std::ops::Add;
 
-use crate::render::film::{MEMBERS, TILE, TILE_GROUPS};
+use crate::render::film::tiling::{MEMBERS, TILE, TILE_GROUPS, pixel_of_slot};
+use crate::render::gradient::surfaces::Side;
 use crate::render::kernel::layout::{FilmSlot, GradientSlot};
 
 /// Neighbours on the right and below that a pixel has in its group, in the mean.
@@ -87,6 +88,25 @@ impl PilotGroup {
         }
     }
 
+    /// The neighbours in it, in an image of such a size. Samples that were not finite tell nothing.
+    pub fn pairs(&self, [width, height]: [u32; 2]) -> impl Iterator<Item = PilotPair> {
+        let square = |x: f32| f64::from(x).powi(2);
+        let of_member = move |member: usize| {
+            let slot = &self.gradients[member];
+            // The neighbours on the right and below are the next member of the group, and the fourth.
+            let right = (member % 4 < 3).then_some((Side::Right, member + 1, slot.pilot_right));
+            let down = (member < 4).then_some((Side::Down, member + 4, slot.pilot_down));
+            let pixel = pixel_of_slot(self.slot(member), width, height);
+            right.into_iter().chain(down).filter_map(move |(side, neighbour, difference)| {
+                let values = (square(slot.pilot_light) + square(self.gradients[neighbour].pilot_light)) / 2.0;
+                let difference = square(difference);
+                let finite = values.is_finite() && difference.is_finite();
+                pixel.filter(|_| finite).map(|pixel| PilotPair { pixel, side, values, difference })
+            })
+        };
+        (0..MEMBERS).flat_map(of_member)
+    }
+
     /// What samples are allocated by.
     pub fn noise_of_pixels(&self) -> GroupNoise {
         let members = || (0..MEMBERS).filter(|member| !self.left_out[*member]);
@@ -95,6 +115,17 @@ impl PilotGroup {
         let cost = self.film.iter().map(|slot| f64::from(slot.sum[0].to_bits())).sum();
         GroupNoise { tile: self.tile(), pixels: pixels as u32, noise, cost }
     }
+}
+
+/// What two neighbours of a group show after the pilot pass.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PilotPair {
+    pub pixel: usize,
+    /// Where its neighbour is.
+    pub side: Side,
+    /// Squares: of their values, in the mean, and of the difference.
+    pub values: f64,
+    pub difference: f64,
 }
 
 /// What the samples of a group's pixels have of variance, and what they cost.

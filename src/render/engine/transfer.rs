@@ -6,31 +6,27 @@ use bytemuck::Pod;
 use rayon::prelude::*;
 
 use crate::gpu::{Access, Buffer};
+use crate::render::engine::Engine;
+use crate::render::engine::buffers::{Band, IN_FLIGHT, Passage, mapped, unmapped};
 use crate::render::error::RenderError;
-use crate::render::film::{Film, to_pixels};
+use crate::render::film::Film;
+use crate::render::film::tiling::to_pixels;
 use crate::render::kernel::layout::{FilmSlot, GradientSlot};
 use crate::render::plan::dispatch::Span;
-use crate::render::renderer::buffers::{Band, Passage};
-use crate::render::renderer::pass::{mapped, unmapped};
-use crate::render::renderer::{IN_FLIGHT, Renderer};
 
 /// Parts of a passage: one is copied while the other is filled or read.
 const HALVES: usize = 2;
 // Each is in a submission of its own.
 const _: () = assert!(HALVES <= IN_FLIGHT);
 
-impl Renderer {
+impl Engine {
     /// Fills spans of the film with what `slot` gives for each slot. The device must be idle.
-    pub(crate) fn fill_film(
-        &mut self,
-        spans: &[Span],
-        slot: impl Fn(u32) -> FilmSlot + Sync,
-    ) -> Result<(), RenderError> {
+    pub fn fill_film(&mut self, spans: &[Span], slot: impl Fn(u32) -> FilmSlot + Sync) -> Result<(), RenderError> {
         self.fill(|band| &mut band.film, spans, slot)
     }
 
     /// Fills spans of what neighbours have in common, likewise.
-    pub(crate) fn fill_gradients(
+    pub fn fill_gradients(
         &mut self,
         spans: &[Span],
         slot: impl Fn(u32) -> GradientSlot + Sync,
@@ -91,35 +87,32 @@ impl Renderer {
     }
 
     /// Reads the whole film.
-    pub(crate) fn read_film(&mut self) -> Result<Film, RenderError> {
-        let mut film = Film::new(self.width, self.height);
+    pub fn read_film(&mut self) -> Result<Film, RenderError> {
+        let [width, height] = self.size();
+        let mut film = Film::new(width, height);
         self.read_slots(&self.whole_film(), |first, slots| film.read_slots(first, slots))?;
         Ok(film)
     }
 
     /// Reads spans of the film, and hands their slots to the pixels of an image, row by row, that they stand for.
-    pub(crate) fn read_pixels<P: Send>(
+    pub fn read_pixels<P: Send>(
         &mut self,
         spans: &[Span],
         pixels: &mut [P],
         put: impl Fn(&mut P, &FilmSlot) + Sync,
     ) -> Result<(), RenderError> {
-        let width = self.width;
+        let width = self.push.width;
         self.read_slots(spans, |first, slots| to_pixels(first, slots, pixels, width, &put))
     }
 
     /// Reads slots of the film; `visit` gets the slots of each span, in order, and the number of the first one: at once, or, of a long
     /// span, in parts.
-    pub(crate) fn read_slots(
-        &mut self,
-        spans: &[Span],
-        visit: impl FnMut(u32, &[FilmSlot]),
-    ) -> Result<(), RenderError> {
+    pub fn read_slots(&mut self, spans: &[Span], visit: impl FnMut(u32, &[FilmSlot])) -> Result<(), RenderError> {
         self.read(|band| &band.film, spans, visit)
     }
 
     /// Reads what neighbours have in common, likewise.
-    pub(crate) fn read_gradients(
+    pub fn read_gradients(
         &mut self,
         spans: &[Span],
         visit: impl FnMut(u32, &[GradientSlot]),

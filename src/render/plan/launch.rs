@@ -3,36 +3,48 @@
 use crate::gpu::{Device, DeviceKind, Specialization};
 
 use crate::render::error::RenderError;
-use crate::render::film::{slot_count, slots_of_row};
+use crate::render::film::tiling::slot_count;
 use crate::render::kernel::Schedule;
 use crate::render::kernel::driver_traits::DriverTraits;
-use crate::render::kernel::features::Features;
 use crate::render::kernel::layout::{FilmSlot, queue};
 use crate::render::kernel::specialization::{Compiled, LaunchConstants};
 use crate::render::plan::dispatch::{Pace, Rounds};
-use crate::render::renderer::buffers::Shape;
-use crate::render::renderer::distribution::WorkDistribution;
-use crate::render::renderer::scheduler::Job;
-use crate::render::renderer::split;
-use crate::render::renderer::split::Split;
-use crate::render::renderer::{emitter_edges, light_tracing, reuse_policy, sample_map};
-use crate::render::scene::Prepared;
+use crate::render::plan::distribution::WorkDistribution;
+use crate::render::plan::exclusions::Combination;
+use crate::render::plan::prepared::Prepared;
+use crate::render::plan::scheduler::Job;
+use crate::render::plan::split;
+use crate::render::plan::split::Split;
 use crate::render::settings::RenderSettings;
-use crate::render::space::view::{Rectangle, View};
+use crate::render::space::view::View;
 
 /// What an invocation of path_interleaved.comp keeps where its workgroup shares memory: a slot of the film.
 const KEPT_BYTES: u32 = size_of::<FilmSlot>() as u32;
 
-/// What is decided before anything is made on the device.
-pub(super) struct Launch {
-    pub traits: DriverTraits,
-    /// What the scene needs, even if the kernel is to be a general one.
-    pub needed: Features,
-    pub schedule: Schedule,
-    /// Whether paths may serve several pixels.
+/// What the kernel can do besides tracing the paths of a scene.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct KernelOptions {
+    /// Paths may serve several pixels.
     pub reuse: bool,
+    /// Neighbours are compared.
+    pub gradients: bool,
     /// Light samples where a path first meets a diffuse surface.
     pub light_samples: u32,
+    /// What is seen through glass gets more samples.
+    pub glass: bool,
+    /// Numbers of samples may differ between pixels.
+    pub sample_map: bool,
+    /// Targets of light paths, which paths have to know of; 0 without light paths.
+    pub casters: u32,
+    /// Levels of the sampler's table.
+    pub sobol_levels: u32,
+}
+
+/// What is decided before anything is made on the device.
+pub(crate) struct Launch {
+    pub traits: DriverTraits,
+    pub kernel: KernelOptions,
+    pub schedule: Schedule,
     pub split: Split,
     /// Invocations of a workgroup, and those of them that are a subgroup.
     pub workgroup: u32,
@@ -42,16 +54,6 @@ pub(super) struct Launch {
     /// Who gets the pieces of work, and how many slots of the film one is.
     pub distribution: WorkDistribution,
     pub slots_per_work_item: u32,
-    /// Levels of the sampler's table.
-    pub sobol_levels: u32,
-    /// The pixels that may show the edges of emitters; none where nobody is to look for them.
-    pub emitter_bounds: Vec<Rectangle>,
-    /// Targets that light paths go to; 0 without light paths.
-    pub casters: u32,
-    /// Whether glass and mirrors that the camera sees get more samples.
-    pub glass: bool,
-    /// Whether numbers of samples may differ between pixels.
-    pub sample_map: bool,
     /// Workgroups of a dispatch, at most.
     most_workgroups: u32,
     /// Threads of a CPU device.
@@ -59,20 +61,18 @@ pub(super) struct Launch {
 }
 
 impl Launch {
-    /// For such a device.
+    /// Of a kernel with these options, for a device of which this is known.
     ///
     /// # Errors
     /// A workgroup of the size that is asked for is not possible.
-    pub fn of(device: &Device, prepared: &Prepared<'_>) -> Result<Self, RenderError> {
-        let Prepared { scene, settings, features, tables, .. } = prepared;
-        let traits = DriverTraits::of(&device.info).with(settings);
-        let needed = if settings.general || settings.unneeded.is_some() {
-            Features::of(scene, &RenderSettings { general: false, unneeded: None, ..(*settings).clone() })
-        } else {
-            features.clone()
-        };
-        let casters = light_tracing::targets(&needed, tables, settings);
-        let reuse = reuse_policy::may_reuse(scene, &needed, settings, &traits) && casters == 0;
+    pub fn new(
+        device: &Device,
+        traits: DriverTraits,
+        prepared: &Prepared<'_>,
+        kernel: KernelOptions,
+    ) -> Result<Self, RenderError> {
+        let Prepared { scene, settings, features, needed, tables, .. } = prepared;
+        let reuse = kernel.reuse;
         let job = Job {
             features,
             traits: &traits,
@@ -82,9 +82,6 @@ impl Launch {
             samples: f64::from(scene.film.width) * f64::from(scene.film.height) * f64::from(settings.samples),
             reuse,
         };
-        let glass = emitter_edges::looks_for_glass(&needed, casters);
-        let sample_map =
-            sample_map::wants_sample_map(settings) && (reuse || glass || !tables.emitter_bounds.is_empty());
         let schedule = job.schedule(settings.scheduler);
         let (limits, subgroup) = (&device.limits, device.info.subgroup_size);
         // Of invocations in a workgroup: what they keep there has to fit too.
@@ -140,25 +137,29 @@ impl Launch {
             Some(2..) if may_draw => WorkDistribution::DrawnOnce { most: most_workgroups },
             _ => WorkDistribution::ToWorkgroups,
         };
+        let combination = Combination {
+            schedule,
+            brute_force: features.brute_force,
+            split: split != Split::NONE,
+            reuse,
+            gradients: kernel.gradients,
+            light_samples: kernel.light_samples,
+            light_tracing: kernel.casters > 0,
+            glass: kernel.glass,
+        };
+        combination.check()?;
         Ok(Self {
             traits,
+            kernel,
             schedule,
-            reuse,
-            light_samples: if reuse { tables.light_samples(settings.light_samples) } else { 1 },
             split,
             workgroup,
             subgroup,
             loop_budget,
             distribution,
             slots_per_work_item: if schedule == Schedule::Queue { queue::TILE } else { workgroup / split.invocations },
-            sobol_levels: sample_map::levels_of_table(features, settings, sample_map),
-            emitter_bounds: tables.emitter_bounds.clone(),
-            casters,
-            glass,
-            sample_map,
             most_workgroups,
             cpu_threads,
-            needed,
         })
     }
 
@@ -168,25 +169,13 @@ impl Launch {
     }
 
     /// Workgroups of the queue that may run at one time; 0 without the queue.
-    fn regions(&self) -> u32 {
+    pub fn regions(&self) -> u32 {
         if self.is_queued() { self.traits.queue_regions } else { 0 }
     }
 
-    /// What decides about the sizes of buffers for an image of such a size.
-    pub fn shape(&self, [width, height]: [u32; 2], settings: &RenderSettings) -> Shape {
-        let slots = slot_count(width, height);
-        let covered =
-            u64::from(self.distribution.most_work_items(self.most_workgroups)) * u64::from(self.slots_per_work_item);
-        Shape {
-            slots,
-            row_slots: slots_of_row(width),
-            covered,
-            regions: self.regions(),
-            split_samples: self.split.recorded(slots.min(covered)),
-            reuse: self.reuse,
-            notes: self.is_queued() && self.reuse,
-            passage: settings.passage,
-        }
+    /// Slots that a dispatch may cover.
+    pub fn most_slots(&self) -> u64 {
+        u64::from(self.distribution.most_work_items(self.most_workgroups)) * u64::from(self.slots_per_work_item)
     }
 
     /// What the kernel is specialised for.
@@ -206,12 +195,12 @@ impl Launch {
             regions: self.regions(),
             enough_lanes: enough,
             split: self.split.invocations,
-            light_samples: self.light_samples,
-            casters: self.casters,
-            sobol_levels: self.sobol_levels,
+            light_samples: self.kernel.light_samples,
+            casters: self.kernel.casters,
+            sobol_levels: self.kernel.sobol_levels,
             persistent_threads: self.distribution.is_drawn(),
-            reuse: self.reuse,
-            sample_map: self.sample_map,
+            reuse: self.kernel.reuse,
+            sample_map: self.kernel.sample_map,
             threads: traits.threads,
             shuffles: traits.shuffles,
         };
@@ -226,11 +215,6 @@ impl Launch {
             None => Rounds::on_gpu(),
         };
         Pace::new(settings.samples_per_dispatch, most_samples, rounds)
-    }
-
-    /// Invocations of a workgroup that traces light paths: small ones, of which few light paths still make many.
-    pub fn light_tracing_workgroup(&self) -> u32 {
-        if self.traits.threads { self.subgroup.clamp(32, 128) } else { self.traits.workgroup_size }
     }
 }
 

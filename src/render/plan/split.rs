@@ -14,7 +14,7 @@ const NOTED: u64 = 1 << 22;
 
 /// Who takes the samples of a pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Split {
+pub(crate) struct Split {
     /// Invocations, a power of two.
     pub invocations: u32,
     /// Samples of a pixel in a dispatch, at most.
@@ -22,7 +22,7 @@ pub(super) struct Split {
 }
 
 /// What bounds the choice.
-pub(super) struct Bounds {
+pub(crate) struct Bounds {
     /// Whether some pixels take much longer than others, because their rays traverse a BVH.
     pub uneven: bool,
     /// Invocations for a pixel that a workgroup has room for.

@@ -7,7 +7,7 @@ pub use crate::scene::MAX_SAMPLES;
 
 use crate::accel::Texel;
 
-use crate::render::film::MEMBERS;
+use crate::render::film::tiling::MEMBERS;
 
 /// Dimensions of the table.
 const DIMENSIONS: usize = 64;

@@ -5,12 +5,11 @@ use bytemuck::zeroed_vec;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use crate::render::engine::Engine;
 use crate::render::error::RenderError;
 use crate::render::kernel::layout::{FilmSlot, mode};
-use crate::render::renderer::Renderer;
-use crate::render::renderer::decision::ReuseDecision;
 
-/// Classes of pairs of pixels, see [`Places::class`].
+/// Classes of pairs of pixels, see [`FirstHits::class`].
 pub(crate) const CLASSES: usize = 8;
 
 /// A pixel's neighbour.
@@ -22,7 +21,7 @@ pub(crate) enum Side {
 
 /// The places of diffuse surfaces that pixels show, in render space, row by row; 0 where there is none.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Places {
+pub(crate) struct FirstHits {
     pub width: usize,
     all: Vec<Vec3>,
     /// How much the ways from a pixel's place to those of its neighbours differ, along a row and along a column: see [`curvature`]. NaN where
@@ -30,7 +29,7 @@ pub(crate) struct Places {
     bends: Vec<[f32; 2]>,
 }
 
-impl Places {
+impl FirstHits {
     /// Of pixels in rows of such a width.
     pub fn new(width: usize, all: Vec<Vec3>) -> Self {
         let rows: Vec<_> = all.chunks_exact(width).collect();
@@ -92,22 +91,19 @@ fn curvature(places: [Vec3; 3]) -> f32 {
     if cos.is_finite() { 2.0 - 2.0 * cos } else { 4.0 }
 }
 
-impl Renderer {
-    /// Before a rendering: surveys the surfaces at the pixels' centres. The film is left to the caller.
-    pub(crate) fn survey(&mut self) -> Result<(), RenderError> {
-        self.clear_film()?;
-        let whole = self.whole_film();
-        self.beforehand(|renderer| {
-            renderer.push.modes |= mode::SURVEY;
-            renderer.reuse = ReuseDecision::Never;
-            renderer.take_samples(&whole, 1)
-        })?;
-        let mut all: Vec<Vec3> = zeroed_vec(self.width as usize * self.height as usize);
-        let place = |slot: &FilmSlot| DVec3::from_array(std::array::from_fn(|axis| slot.total(axis))).as_vec3();
-        self.read_pixels(&whole, &mut all, |at, slot| *at = place(slot))?;
-        self.places = Places::new(self.width as usize, all);
-        Ok(())
-    }
+/// Before a rendering: finds the surfaces at the pixels' centres. The film is left to the caller.
+///
+/// # Errors
+/// The device fails.
+pub(crate) fn find_first_hits(engine: &mut Engine) -> Result<FirstHits, RenderError> {
+    engine.clear_film()?;
+    let whole = engine.whole_film();
+    engine.look(|push| push.modes |= mode::SURVEY, |engine| engine.take_samples(&whole, 1))?;
+    let [width, height] = engine.size().map(|size| size as usize);
+    let mut all: Vec<Vec3> = zeroed_vec(width * height);
+    let place = |slot: &FilmSlot| DVec3::from_array(std::array::from_fn(|axis| slot.total(axis))).as_vec3();
+    engine.read_pixels(&whole, &mut all, |at, slot| *at = place(slot))?;
+    Ok(FirstHits::new(width, all))
 }
 
 #[cfg(test)]
@@ -119,7 +115,7 @@ mod tests {
         let class = |heights: [f32; 4]| {
             let place = |(x, y): (usize, &f32)| Vec3::new(x as f32 + 1.0, *y, -5.0);
             let all: Vec<_> = heights.iter().enumerate().map(place).collect();
-            let (row, column) = (Places::new(4, all.clone()), Places::new(1, all));
+            let (row, column) = (FirstHits::new(4, all.clone()), FirstHits::new(1, all));
             assert_eq!(row.class(1, Side::Right), column.class(1, Side::Down));
             row.class(1, Side::Right)
         };
@@ -132,7 +128,7 @@ mod tests {
     #[test]
     fn pairs_need_two_places() {
         let all = vec![Vec3::X, Vec3::new(1.0, 0.0, 1.0), Vec3::ZERO, Vec3::Z];
-        let places = Places::new(2, all);
+        let places = FirstHits::new(2, all);
         // Nothing tells of a plane.
         assert_eq!(places.class(0, Side::Right), Some(CLASSES - 1));
         assert_eq!((places.class(0, Side::Down), places.class(2, Side::Right)), (None, None));

@@ -86,7 +86,9 @@ mod tests {
     use crate::bench::generate::terrain;
     use crate::check::scenes::{Build, divided_room, emitters, glass, room, v};
     use crate::render::kernel::driver_traits::Sharers;
+    use crate::render::scene::tables::Tables;
     use crate::render::settings::RenderSettings;
+    use crate::render::space::RenderSpace;
     use crate::scene::Scene;
 
     const GPU: DriverTraits = DriverTraits {
@@ -104,6 +106,11 @@ mod tests {
     /// A CPU.
     const LANES: DriverTraits = DriverTraits { queue: true, reuse: Sharers::Lanes, threads: false, ..GPU };
 
+    fn features_of(scene: &Scene) -> Features {
+        let settings = RenderSettings::of(scene);
+        Features::new(scene, &Tables::new(scene, &RenderSpace::of(scene), &settings), &settings)
+    }
+
     fn chosen(scene: &Scene, traits: &DriverTraits, reuse: bool, scheduler: Scheduler) -> Schedule {
         chosen_for_walks_of(20.0, 1.0, scene, traits, reuse, scheduler)
     }
@@ -117,7 +124,7 @@ mod tests {
         reuse: bool,
         scheduler: Scheduler,
     ) -> Schedule {
-        let features = Features::of(scene, &RenderSettings::of(scene));
+        let features = features_of(scene);
         let sah_cost = features.tree.then_some(records);
         let seen_from_outside = false;
         let samples = 1e9;
@@ -158,7 +165,7 @@ mod tests {
     #[test]
     fn rays_wait_if_that_gains_what_the_larger_kernel_takes_longer_to_start() {
         let scene = divided_room();
-        let features = &Features::of(&scene, &RenderSettings::of(&scene));
+        let features = &features_of(&scene);
         // With so many records beyond those of traversals that are too short.
         let waits = |records: f64, samples| {
             let job = Job {
@@ -181,7 +188,7 @@ mod tests {
     fn rays_do_not_wait_where_a_scene_is_seen_from_outside() {
         let mut scene = terrain(2000);
         let waits = |scene: &Scene, reuse| {
-            let features = &Features::of(scene, &RenderSettings::of(scene));
+            let features = &features_of(scene);
             let job = Job {
                 features,
                 traits: &LANES,

@@ -1,18 +1,22 @@
-//! What a renderer keeps on the device.
+//! What an engine keeps on the device.
 
 use std::sync::Arc;
 
 use crate::accel::Texel;
 use crate::gpu::{Access, BindingKind, BindingLayout, BindingSet, Buffer, Device, Timeline, Usage};
 use crate::render::error::RenderError;
+use crate::render::film::tiling::{SET_SLOTS, slot_count, slots_of_row};
 use crate::render::kernel::bindings::TableBuffers;
 use crate::render::kernel::layout::{Counters, FilmSlot, GradientSlot, binding, queue};
-use crate::render::renderer::IN_FLIGHT;
-use crate::render::renderer::pilot::SET_SLOTS;
+use crate::render::plan::launch::Launch;
 use crate::render::scene::tables::Tables;
+use crate::render::settings::RenderSettings;
+
+/// Submissions in flight, but for one that is repeated meanwhile.
+pub(crate) const IN_FLIGHT: usize = 2;
 
 /// What the path tracer's kernels see, besides what all do.
-pub(super) const BINDINGS: [(u32, BindingKind); 5] = [
+pub(crate) const BINDINGS: [(u32, BindingKind); 5] = [
     (binding::PATHS, BindingKind::Array),
     (binding::QUEUE_POOL, BindingKind::Array),
     (binding::PATH_TEXELS, BindingKind::StorageTexels),
@@ -25,7 +29,7 @@ const MOST_BAND_SLOTS: u64 = (1 << 27) / size_of::<FilmSlot>() as u64;
 const _: () = assert!(size_of::<GradientSlot>() <= size_of::<FilmSlot>(), "gradients are bound like the film");
 
 /// What decides about sizes, besides the tables.
-pub(super) struct Shape {
+pub(crate) struct Shape {
     /// Of the film.
     pub slots: u64,
     /// Slots of a row of blocks, of which bands of the film are made if that is possible.
@@ -44,8 +48,26 @@ pub(super) struct Shape {
     pub passage: Option<u32>,
 }
 
+impl Shape {
+    /// For an image of such a size.
+    pub fn new(launch: &Launch, [width, height]: [u32; 2], settings: &RenderSettings) -> Self {
+        let slots = slot_count(width, height);
+        let covered = launch.most_slots();
+        Self {
+            slots,
+            row_slots: slots_of_row(width),
+            covered,
+            regions: launch.regions(),
+            split_samples: launch.split.recorded(slots.min(covered)),
+            reuse: launch.kernel.reuse,
+            notes: launch.is_queued() && launch.kernel.reuse,
+            passage: settings.passage,
+        }
+    }
+}
+
 /// A part of the film that fits into one texel buffer.
-pub(super) struct Band {
+pub(crate) struct Band {
     pub first: u32,
     pub slots: u32,
     pub set: BindingSet,
@@ -56,7 +78,7 @@ pub(super) struct Band {
 
 /// What slots of bands go through on their way, a part of a band at a time, where these are not mapped or it is asked for. (Memory
 /// that the host sees is handed out slowly: .25 ms for a MiB, where a H100 copies as much in .05.)
-pub(super) struct Passage {
+pub(crate) struct Passage {
     pub to_device: Buffer,
     pub from_device: Buffer,
     /// Slots that there is room for, or in each half if a film has more: whole rows of blocks, unless these are long.
@@ -87,8 +109,8 @@ impl Passage {
     }
 }
 
-/// All buffers of a renderer.
-pub(super) struct Buffers {
+/// All buffers of an engine.
+pub(crate) struct Buffers {
     pub bands: Vec<Band>,
     pub passage: Option<Passage>,
     pub counters: Buffer,
@@ -102,11 +124,6 @@ pub(super) struct Buffers {
 }
 
 impl Buffers {
-    /// Whether bands consist of whole rows of blocks of so many slots.
-    pub fn has_whole_rows(&self, row_slots: u64) -> bool {
-        self.bands.iter().all(|band| u64::from(band.slots).is_multiple_of(row_slots))
-    }
-
     /// Makes them all and fills the tables.
     ///
     /// # Errors
@@ -181,4 +198,14 @@ impl Buffers {
             band.gradients.touch();
         }
     }
+}
+
+/// The bytes of a buffer that the host reads.
+pub(crate) fn mapped(buffer: &Buffer) -> Result<&[u8], RenderError> {
+    buffer.mapped().ok_or_else(unmapped)
+}
+
+/// Why there are none.
+pub(crate) fn unmapped() -> RenderError {
+    RenderError::Driver("it does not map memory that the host reads or writes".to_owned())
 }

@@ -1,6 +1,6 @@
 //! How the work of a dispatch is handed out (shaders/lib/work.glsl).
 
-use crate::render::film::BLOCK_TILES;
+use crate::render::film::tiling::BLOCK_TILES;
 use crate::render::kernel::driver_traits::DriverTraits;
 use crate::render::kernel::layout::queue;
 

@@ -4,16 +4,14 @@
 use bytemuck::zeroed_vec;
 use rayon::prelude::*;
 
+use crate::render::engine::Engine;
 use crate::render::error::RenderError;
-use crate::render::film::{SIDE, TILE, pixel_of_slot, pixels_in, slot_count, tile_of_pixel, tiles_around};
+use crate::render::film::tiling::{SIDE, TILE, pixel_of_slot, pixels_in, slot_count, tile_of_pixel, tiles_around};
 use crate::render::kernel::features::Features;
-use crate::render::kernel::layout::{FilmSlot, mode};
+use crate::render::kernel::layout::{FilmSlot, Push, mode};
 use crate::render::plan::dispatch::{Span, Work};
-use crate::render::renderer::Renderer;
-use crate::render::renderer::decision::ReuseDecision;
-use crate::render::renderer::sample_map::greatest_multiplier;
-use crate::render::sampling::sample_map::Multiplier;
-use crate::render::settings::mutation::Mutation;
+use crate::render::sampling::multiplier::Multiplier;
+use crate::render::sampling::sample_map_decision::greatest_multiplier;
 use crate::render::space::view::Rectangle;
 
 /// Samples of a pixel from which edges are found.
@@ -84,103 +82,113 @@ type Seen = [f32; 3];
 
 /// Whether glass and mirrors that the camera sees get more samples, in a scene that needs these features and with so many targets of
 /// light that is traced from emitters.
-pub(super) fn looks_for_glass(needed: &Features, casters: u32) -> bool {
+pub(crate) fn looks_for_glass(needed: &Features, casters: u32) -> bool {
     casters > 0 && needed.dielectric
 }
 
-impl Renderer {
-    /// The least multiplier of each pixel, row by row, for what it sees; `None` if that was not looked for. Takes an empty film, and leaves
-    /// it with samples if it was.
-    pub(super) fn look_for_edges(&mut self) -> Result<Option<Vec<Multiplier>>, RenderError> {
-        let size = [self.width, self.height];
-        let tiles = if self.launch.glass {
-            (0..slot_count(self.width, self.height) as usize / TILE).collect()
-        } else {
-            tiles_of(&self.launch.emitter_bounds, size)
-        };
-        let pays = self.launch.glass || pays(tiles.len(), size, self.settings.samples);
-        if tiles.is_empty() || !pays || !self.may_map_samples() {
-            return Ok(None);
-        }
-        let found = self.beforehand(|renderer| {
-            if renderer.settings.mutation != Some(Mutation::OwnSampleMap) {
-                renderer.push.seed ^= SEED;
-            }
-            renderer.reuse = ReuseDecision::Never;
-            renderer.multipliers_of_seen(&tiles)
-        })?;
-        Ok(Some(found))
-    }
+/// Where pixels are looked for.
+pub(crate) struct EdgeSearch<'a> {
+    /// The pixels that may show the edges of emitters.
+    pub emitter_bounds: &'a [Rectangle],
+    /// Whether glass and mirrors that the camera sees get more samples.
+    pub glass: bool,
+    /// Samples of the rendering, per pixel.
+    pub samples: u32,
+    /// Tests only: with the random numbers of the image.
+    pub own_seed: bool,
+}
 
-    /// What these tiles may show decides.
-    fn multipliers_of_seen(&mut self, tiles: &[usize]) -> Result<Vec<Multiplier>, RenderError> {
-        let (width, height) = (self.width, self.height);
-        let spans = self.spans_of(tiles.iter().copied());
-        let samples = FIRST_SAMPLES.min(self.settings.samples);
-        let modes = self.push.modes;
-        self.push.modes |= mode::EMITTERS;
-        self.take_samples(&spans, samples)?;
-        self.push.modes = modes;
-        // Of both only what is written takes memory.
-        let pixels = width as usize * height as usize;
-        let (mut seen, mut multipliers) = (zeroed_vec::<Seen>(pixels), zeroed_vec::<Multiplier>(pixels));
-        self.read_pixels(&spans, &mut seen, |seen, slot| {
-            let [emitted, mirrors, glass] = [0, 1, 2].map(|channel| slot.total(channel) as f32);
-            *seen = [emitted / samples as f32, mirrors, glass];
-        })?;
-        if self.launch.glass {
-            multipliers.par_iter_mut().zip(&seen).for_each(|(multiplier, &[_, mirrors, glass])| {
-                *multiplier = match (mirrors > 0.0, glass > 0.0) {
-                    (_, true) => THROUGH_GLASS,
-                    (true, false) => BY_MIRRORS,
-                    (false, false) => Multiplier::ONE,
-                };
-            });
-        }
-        let edges = edges(&seen, width as usize, &pixels_around(tiles, width, height));
-        if !edges.is_empty() {
-            let rest = self.mean_of_rest(&seen)?;
-            let at_edges: Vec<_> =
-                edges.iter().map(|(pixel, contrast)| (*pixel, multiplier_at_edge(contrast / rest))).collect();
-            let budget = MOST_AT_EDGES * multipliers.len() as f64;
-            let greatest = greatest_within(&at_edges, greatest_multiplier(self.settings.samples), budget);
-            for (pixel, multiplier) in at_edges {
-                multipliers[pixel] = multiplier.min(greatest).max(multipliers[pixel]);
-            }
-        }
-        Ok(multipliers)
+/// The least multiplier of each pixel, row by row, for what it sees; `None` if that was not looked for. Takes an empty film, and leaves
+/// it with samples if it was.
+///
+/// # Errors
+/// The device fails.
+pub(crate) fn look_for_edges(
+    engine: &mut Engine,
+    search: &EdgeSearch<'_>,
+) -> Result<Option<Vec<Multiplier>>, RenderError> {
+    let size @ [width, height] = engine.size();
+    let tiles = if search.glass {
+        (0..slot_count(width, height) as usize / TILE).collect()
+    } else {
+        tiles_of(search.emitter_bounds, size)
+    };
+    if tiles.is_empty() || !(search.glass || pays(tiles.len(), size, search.samples)) {
+        return Ok(None);
     }
+    let reseed = |push: &mut Push| push.seed ^= if search.own_seed { 0 } else { SEED };
+    engine.look(reseed, |engine| multipliers_of_seen(engine, search, &tiles)).map(Some)
+}
 
-    /// The mean brightness of the image where no emitters are `seen`.
-    fn mean_of_rest(&mut self, seen: &[Seen]) -> Result<f64, RenderError> {
-        self.clear_film()?;
-        let (width, height) = (self.width, self.height);
-        let tiles = slot_count(width, height) as usize / TILE;
-        let step = rest_step(tiles);
-        for span in self.whole_film() {
-            // The same tiles in however many bands.
-            let first_slot = (span.first_slot as usize / TILE).next_multiple_of(step) * TILE;
-            let span = Span { first_slot: first_slot as u32, ..span };
-            if span.first_slot < span.end_slot {
-                let of_tile = |slot: u32| pixels_in(slot, span.end_slot.min(slot + TILE as u32), width, height);
-                let pixels: u64 = (span.first_slot..span.end_slot).step_by(step * TILE).map(of_tile).sum();
-                let work = Work { spans: vec![span], tile_step: step as u32, target_samples: 1, new_samples: 1 };
-                self.work_until(work, self.statistics.samples + pixels)?;
+/// What these tiles may show decides.
+fn multipliers_of_seen(
+    engine: &mut Engine,
+    search: &EdgeSearch<'_>,
+    tiles: &[usize],
+) -> Result<Vec<Multiplier>, RenderError> {
+    let [width, height] = engine.size();
+    let spans = engine.spans_of(tiles.iter().copied());
+    let samples = FIRST_SAMPLES.min(search.samples);
+    engine.with_push(|push| push.modes |= mode::EMITTERS, |engine| engine.take_samples(&spans, samples))?;
+    // Of both only what is written takes memory.
+    let pixels = width as usize * height as usize;
+    let (mut seen, mut multipliers) = (zeroed_vec::<Seen>(pixels), zeroed_vec::<Multiplier>(pixels));
+    engine.read_pixels(&spans, &mut seen, |seen, slot| {
+        let [emitted, mirrors, glass] = [0, 1, 2].map(|channel| slot.total(channel) as f32);
+        *seen = [emitted / samples as f32, mirrors, glass];
+    })?;
+    if search.glass {
+        multipliers.par_iter_mut().zip(&seen).for_each(|(multiplier, &[_, mirrors, glass])| {
+            *multiplier = match (mirrors > 0.0, glass > 0.0) {
+                (_, true) => THROUGH_GLASS,
+                (true, false) => BY_MIRRORS,
+                (false, false) => Multiplier::ONE,
+            };
+        });
+    }
+    let edges = edges(&seen, width as usize, &pixels_around(tiles, width, height));
+    if !edges.is_empty() {
+        let rest = mean_of_rest(engine, &seen)?;
+        let at_edges: Vec<_> =
+            edges.iter().map(|(pixel, contrast)| (*pixel, multiplier_at_edge(contrast / rest))).collect();
+        let budget = MOST_AT_EDGES * multipliers.len() as f64;
+        let greatest = greatest_within(&at_edges, greatest_multiplier(search.samples), budget);
+        for (pixel, multiplier) in at_edges {
+            multipliers[pixel] = multiplier.min(greatest).max(multipliers[pixel]);
+        }
+    }
+    Ok(multipliers)
+}
+
+/// The mean brightness of the image where no emitters are `seen`.
+fn mean_of_rest(engine: &mut Engine, seen: &[Seen]) -> Result<f64, RenderError> {
+    engine.clear_film()?;
+    let [width, height] = engine.size();
+    let tiles = slot_count(width, height) as usize / TILE;
+    let step = rest_step(tiles);
+    for span in engine.whole_film() {
+        // The same tiles in however many bands.
+        let first_slot = (span.first_slot as usize / TILE).next_multiple_of(step) * TILE;
+        let span = Span { first_slot: first_slot as u32, ..span };
+        if span.first_slot < span.end_slot {
+            let of_tile = |slot: u32| pixels_in(slot, span.end_slot.min(slot + TILE as u32), width, height);
+            let pixels: u64 = (span.first_slot..span.end_slot).step_by(step * TILE).map(of_tile).sum();
+            let work = Work { spans: vec![span], tile_step: step as u32, target_samples: 1, new_samples: 1 };
+            engine.work_until(work, engine.statistics.samples + pixels)?;
+        }
+    }
+    let spans = engine.spans_of((0..tiles).step_by(step));
+    let (mut sum, mut count) = (0.0, 0);
+    engine.read_slots(&spans, |first, slots| {
+        for (slot, number) in slots.iter().zip(first..) {
+            let unlit = pixel_of_slot(number, width, height).is_some_and(|pixel| seen[pixel][0] == 0.0);
+            if unlit {
+                sum += brightness(slot);
+                count += 1;
             }
         }
-        let spans = self.spans_of((0..tiles).step_by(step));
-        let (mut sum, mut count) = (0.0, 0);
-        self.read_slots(&spans, |first, slots| {
-            for (slot, number) in slots.iter().zip(first..) {
-                let unlit = pixel_of_slot(number, width, height).is_some_and(|pixel| seen[pixel][0] == 0.0);
-                if unlit {
-                    sum += brightness(slot);
-                    count += 1;
-                }
-            }
-        })?;
-        Ok(if count > 0 { sum / f64::from(count) } else { 0.0 })
-    }
+    })?;
+    Ok(if count > 0 { sum / f64::from(count) } else { 0.0 })
 }
 
 /// Of the sum of a slot's samples.
