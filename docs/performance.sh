@@ -17,7 +17,7 @@ scenes=assets/scenes
 plot samplers $scenes/spheres.toml $scenes/cornell.toml $scenes/cat.toml --size 96x96 --samples 1..64 \
     --vary sampler=sobol,independent,pcg
 table features $scenes/spheres.toml $scenes/cat.toml --size 64x64 --samples 8,16 --seeds 5 \
-    --vary features=specialised,+mirror,+dielectric,+emitter,+background,+smooth-normals,+tree,+sampler-levels,general
+    --vary features=specialised,+mirror,+dielectric,+emitter,+background,+smooth-normals,+bvh,+sampler-levels,general
 plot roulette $scenes/indirect.toml --size 96x96 --samples 4..64 --vary roulette=off,3,5,8
 plot scheduler $scenes/cat.toml --size 64x64 --samples 8..32 --vary scheduler=queue,inline --vary reuse=off \
     --vary intersection=watertight,moller-trumbore

@@ -79,7 +79,7 @@ fn independent_numbers_converge_with_one_half_and_sobol_faster() {
     let line = "scene.toml --samples 1..64 --vary sampler=independent,sobol --json --csv a.csv --plot a.svg \
                 --markdown a.md --section small";
     let found = json(&bench(folder.path(), line));
-    assert_eq!(found["schema"], "photolith-bench-1");
+    assert_eq!(found["schema"], "photolith-bench-2");
     for field in ["device", "driver", "version", "date"] {
         assert!(!found[field].as_str().unwrap().is_empty(), "{field}");
     }
@@ -162,7 +162,7 @@ fn the_reports_generator_is_as_good_as_the_hash() {
 #[test]
 fn a_feature_that_is_not_needed_costs_time_and_no_bits() {
     let folder = folder();
-    let line = "scene.toml --samples 4 --seeds 2 --vary features=specialised,+dielectric,+tree,general --json";
+    let line = "scene.toml --samples 4 --seeds 2 --vary features=specialised,+dielectric,+bvh,general --json";
     let found = json(&bench(folder.path(), line));
     let all = found["scenes"][0]["configurations"].as_array().unwrap();
     assert_eq!(all.len(), 4);
@@ -341,7 +341,7 @@ fn bad_input_is_code_2_and_says_why() {
         ("scene.toml --reference bare.pfm", "carries no estimate of its noise"),
         ("scene.toml --reference bare.pfm --reference-noise 0.1 --size 8x8", "24x16"),
         ("scene.toml scene.toml --reference bare.pfm", "for one scene, found 2"),
-        ("scene.toml --vary features=+halo", "expected specialised, general, or + and one of"),
+        ("scene.toml --vary features=+halo", "expected specialised, general, +diffuse"),
         ("scene.toml scene.toml --rays --dump-rays a.bin", "for one scene, found 2"),
         ("scene.toml --rays --plot a.svg", "nothing to draw"),
         ("scene.toml --dump-rays a.bin", "expected --rays"),

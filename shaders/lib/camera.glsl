@@ -17,15 +17,14 @@ vec2 filter_offset(vec2 u) {
 // Density of one coordinate of that offset, if normally distributed.
 float normal_density(float x) { return 0.7978846 * exp(-2.0 * x * x); }
 
-// What the directions of camera rays need of the frame. To be fetched once: lavapipe 22 fetches a push constant in a
-// loop for each lane on its own, thirty instructions for each number.
+// What the directions of camera rays need of the frame. To be fetched once, not for each ray.
 struct Camera {
     vec3 right, up, forward;
     float column, row;      // distance of two pixels, half the image being 1
 };
 
 Camera frame_camera() {
-    return Camera(camera_right, camera_up.xyz, camera_forward.xyz, 2.0 / float(width), 2.0 / float(height));
+    return Camera(camera_right.xyz, camera_up.xyz, camera_forward.xyz, 2.0 / float(width), 2.0 / float(height));
 }
 
 // Unit direction of the camera ray through a point of the pixel at column and row `at`.

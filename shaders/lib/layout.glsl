@@ -1,5 +1,5 @@
 // What host and shader share: specialization constants, bindings, push constants, record layouts.
-// src/render/layout.rs holds the same numbers; a test compares the two by SPIR-V reflection.
+// src/render/kernel/ holds the same numbers; a test compares the two by SPIR-V reflection.
 //
 // Render space: the camera is the origin, and one unit is the power of two near the scene's size, so that
 // scenes far from their origin, huge or tiny, are traced with the same bits as ordinary ones.
@@ -7,47 +7,60 @@
 #ifndef LAYOUT_GLSL
 #define LAYOUT_GLSL
 
-// ---- specialization constants: features. Code depends on them, data layout never does.
-layout(constant_id = 2) const uint FILTER = 0u;            // 0 box, 1 Gaussian
-layout(constant_id = 3) const uint SAMPLER = 0u;           // 0 Owen-scrambled Sobol, 1 independent, 2 PCG
-layout(constant_id = 4) const uint MAX_DEPTH = 8u;         // surface hits of a path
-layout(constant_id = 5) const uint ROULETTE_DEPTH = 0u;    // first hit that may end a path; 0: off
-layout(constant_id = 6) const bool INDIRECT = true;        // follow paths beyond a diffuse surface
+// ---- specialization constants: code depends on them, data layout never does. Id 0 is the size of a workgroup; the spheres and polygons
+// that are written out have blocks of ids of their own (intersect/sphere.glsl from 64, intersect/polygon.glsl from 256).
+// src/render/kernel/specialization.rs and features.rs say what they follow from.
+layout(constant_id = 1) const uint FILTER = 0u;             // 0 box, 1 Gaussian
+layout(constant_id = 2) const uint SAMPLER = 0u;            // 0 Owen-scrambled Sobol, 1 independent, 2 PCG
+layout(constant_id = 3) const uint SOBOL_LEVELS = 1u;       // table levels: samples <= 2^10, 2^20, 2^29
+layout(constant_id = 4) const uint MAX_DEPTH = 8u;          // surface hits of a path
+layout(constant_id = 5) const uint ROULETTE_DEPTH = 0u;     // first hit that may end a path; 0: off
+layout(constant_id = 6) const bool INDIRECT = true;         // follow paths beyond a diffuse surface
 layout(constant_id = 7) const bool HAS_DIFFUSE = true;
 layout(constant_id = 8) const bool HAS_MIRROR = true;
 layout(constant_id = 9) const bool HAS_DIELECTRIC = true;
 layout(constant_id = 10) const bool HAS_EMITTER = true;
 layout(constant_id = 11) const bool HAS_BACKGROUND = true;
-layout(constant_id = 12) const uint SPHERE_COUNT = 0u;     // constant spheres, see intersect/sphere.glsl
-layout(constant_id = 13) const bool HAS_BVH = false;      // triangles, or more spheres than fit into constants
-layout(constant_id = 14) const bool BVH_SPHERES = false;  // the tree has sphere leaves
-layout(constant_id = 32) const bool BVH_TRIANGLES = true; // the tree has triangle leaves
-layout(constant_id = 15) const bool BRUTE_FORCE = false;   // test every leaf record instead of traversing the BVH
-layout(constant_id = 16) const bool MOLLER_TRUMBORE = false;
-layout(constant_id = 17) const bool SMOOTH_NORMALS = false;
-layout(constant_id = 18) const uint LIGHT_COUNT = 0u;      // lights: points and emitters
-layout(constant_id = 19) const uint SOBOL_LEVELS = 1u;     // table levels: samples <= 2^10, 2^20, 2^29
-layout(constant_id = 20) const uint LOOP_BUDGET = 0u;      // loop iterations of an invocation; 0: no bound
-layout(constant_id = 21) const uint ROOT_BOX_COUNT = 0u;   // boxes around the children of the BVH's root
-layout(constant_id = 23) const uint STACK_LEVELS = 64u;     // entries that its traversal needs on the stack
-layout(constant_id = 24) const uint MUTATION = 0u;         // tests only: breaks one thing, see render/mutation.rs
-layout(constant_id = 25) const uint EMITTER_COUNT = 0u;    // emitters among them
-const bool SINGLE_POINT = LIGHT_COUNT == 1u && EMITTER_COUNT == 0u;        // the only light is a point
-layout(constant_id = 22) const uint LIGHT_KINDS = 0u;      // kinds of lights that there are, a bit each, see light/light.glsl
-layout(constant_id = 27) const uint REGIONS = 64u;         // for notes of paths, which workgroups share; a multiple of 32
-layout(constant_id = 28) const uint ENOUGH_LANES = 5u;     // with fewer at work, a subgroup turns to what else there is
-layout(constant_id = 62) const bool SAMPLE_MAP = false;    // numbers of samples differ between pixels, see sample_map.glsl
-layout(constant_id = 57) const bool REUSE = false;         // paths serve several pixels, see reuse.glsl
-layout(constant_id = 202) const uint LIGHT_SAMPLES = 1u;   // where such paths first meet a diffuse surface: up to 4
-layout(constant_id = 31) const uint POLYGON_COUNT = 0u;      // constant flat polygons, see intersect/polygon.glsl
-layout(constant_id = 30) const uint LIGHT_LOOPS = 0u;      // loop iterations that choosing lights takes at a hit
-layout(constant_id = 26) const bool PATH_STATS = false;    // count rays and traversal steps
-layout(constant_id = 35) const bool THREADS = false;       // lanes are threads of a GPU, see intersect/bvh/traversal.glsl
-layout(constant_id = 36) const bool SHUFFLES = false;      // lanes read each other's registers in one instruction; without THREADS there are eight
-layout(constant_id = 33) const bool PERSISTENT_THREADS = false;    // pieces of work are drawn, see work.glsl
-layout(constant_id = 58) const uint SUBGROUP_LANES = 8u;   // of each subgroup; where paths are reused, whole groups
+layout(constant_id = 12) const bool HAS_BVH = false;        // triangles, or more spheres than fit into constants
+layout(constant_id = 13) const bool BVH_SPHERES = false;    // the BVH has sphere leaves
+layout(constant_id = 14) const bool BVH_TRIANGLES = true;   // the BVH has triangle leaves
+layout(constant_id = 15) const bool SMOOTH_NORMALS = false;
+layout(constant_id = 16) const bool BRUTE_FORCE = false;    // test every leaf record instead of traversing the BVH
+layout(constant_id = 17) const bool MOLLER_TRUMBORE = false;
+layout(constant_id = 18) const uint SPHERE_COUNT = 0u;      // constant spheres, see intersect/sphere.glsl
+layout(constant_id = 19) const uint POINT_INSIDE = 0u;      // bit n: the only light, a point, is inside of sphere n
+layout(constant_id = 20) const uint POLYGON_COUNT = 0u;     // constant flat polygons, see intersect/polygon.glsl
+layout(constant_id = 21) const uint POLYGON_OCCLUDERS = 0xffffffffu;    // bit n: polygon n may lie between two points of the scene
+layout(constant_id = 22) const uint POLYGONS_ACROSS_X = 0u; // bit n: the normal of polygon n is closest to the x axis
+layout(constant_id = 23) const uint POLYGONS_ACROSS_Y = 0u; // to the y axis
+layout(constant_id = 24) const uint ROOT_BOX_COUNT = 0u;    // boxes around the children of the BVH's root
+layout(constant_id = 25) const uint STACK_LEVELS = 64u;     // entries that its traversal needs on the stack
+layout(constant_id = 26) const uint LIGHT_COUNT = 0u;       // lights: points and emitters
+layout(constant_id = 27) const uint EMITTER_COUNT = 0u;     // emitters among them
+layout(constant_id = 28) const uint LIGHT_KINDS = 0u;       // kinds of lights that there are, a bit each, see light/light.glsl
+layout(constant_id = 29) const uint LIGHT_NODES = 0u;       // texels before those of the lights, see light/choice.glsl
+layout(constant_id = 30) const uint LIGHT_ENTRIES = 1u;     // of a cell of the lights' grid: a power of two
+layout(constant_id = 31) const uint LIGHT_CELLS = 1u;       // along an axis
+layout(constant_id = 32) const uint LIGHT_DEPTH = 0u;       // levels of the light tree below what an entry stands for
+layout(constant_id = 33) const uint LIGHT_LOOPS = 0u;       // loop iterations that choosing lights takes at a hit
+layout(constant_id = 34) const bool REUSE = false;          // paths serve several pixels, see reuse.glsl
+layout(constant_id = 35) const uint LIGHT_SAMPLES = 1u;     // where such paths first meet a diffuse surface: up to 4
+layout(constant_id = 36) const bool SAMPLE_MAP = false;     // numbers of samples differ between pixels, see sample_map.glsl
+layout(constant_id = 37) const uint CASTER_COUNT = 0u;      // bodies of glass and mirrors that light paths go to; 0: no light paths
+layout(constant_id = 38) const uint CASTER_TEXELS = 0u;     // texels of lights before theirs
+layout(constant_id = 39) const bool THREADS = false;        // lanes are threads of a GPU, see intersect/bvh/traversal.glsl
+layout(constant_id = 40) const bool SHUFFLES = false;       // lanes read each other's registers in one instruction; without THREADS there are eight
+layout(constant_id = 41) const uint SUBGROUP_LANES = 8u;    // of each subgroup; where paths are reused, whole groups
+layout(constant_id = 42) const bool PERSISTENT_THREADS = false;     // pieces of work are drawn, see work.glsl
+layout(constant_id = 43) const uint SPLIT = 1u;             // invocations for a pixel, see split.glsl
+layout(constant_id = 44) const uint REGIONS = 64u;          // for notes of paths, which workgroups share; a multiple of 32
+layout(constant_id = 45) const uint ENOUGH_LANES = 5u;      // with fewer at work, a subgroup turns to what else there is
+layout(constant_id = 46) const uint LOOP_BUDGET = 0u;       // loop iterations of an invocation; 0: no bound
+layout(constant_id = 47) const bool PATH_STATS = false;     // count rays and traversal steps
+layout(constant_id = 48) const uint MUTATION = 0u;          // tests only: breaks one thing, see src/render/settings/mutation.rs
+const bool SINGLE_POINT = LIGHT_COUNT == 1u && EMITTER_COUNT == 0u;     // the only light is a point
 
-// Values of MUTATION (render/mutation.rs): errors in transport, then numerical protections taken away.
+// Values of MUTATION (src/render/settings/mutation.rs): errors in transport, then numerical protections taken away.
 const uint MUTATE_ALBEDO = 1u;
 const uint MUTATE_COSINE = 2u;
 const uint MUTATE_IOR = 3u;
@@ -109,6 +122,10 @@ layout(std140, binding = 11) uniform SceneValues {
     vec4 point_position;        // of the only light, if that is a point
     vec4 point_intensity;
     vec4 light_grid;            // centre of the lights' grid, and its size
+    vec4 camera_right;          // xyz: half the image plane's width at distance 1
+    vec4 camera_up;             // xyz: half its height
+    vec4 camera_forward;        // xyz: unit
+    vec4 background;            // rgb radiance
     uint record_count;          // of the tree
     uint root_order;            // last word of the root's record: in which order to visit its children, see node.glsl
     uint first_material;        // texels of the table of primitives, see geometry.glsl
@@ -116,7 +133,7 @@ layout(std140, binding = 11) uniform SceneValues {
     uint first_normal;
 };
 
-// What is counted (src/render/layout.rs).
+// What is counted (src/render/kernel/layout.rs).
 const uint COUNT_SAMPLES = 0u;     // samples committed by this dispatch
 const uint COUNT_BAD = 1u;         // samples that were NaN or infinite
 const uint COUNT_RAYS = 2u;        // closest-hit rays
@@ -128,12 +145,9 @@ const uint COUNTERS = 7u;          // so many of every invocation
 const uint COUNT_SUBGROUP_MISMATCHES = 7u;     // subgroups that are not as large as was asked for
 const uint COUNT_WORK_ITEMS = 8u;       // pieces of work, or parts of them, that have been drawn, see work.glsl
 
+// What changes from dispatch to dispatch.
 layout(push_constant, std430) uniform Push {
-    vec3 camera_right;      // half the image plane's width at distance 1
-    uint work_items;            // of the dispatch's work, see work.glsl
-    vec4 camera_up;         // xyz: half its height
-    vec4 camera_forward;    // xyz: unit
-    vec4 background;        // rgb radiance
+    uint work_items;        // of the dispatch's work, see work.glsl
     uint width;
     uint height;
     uint seed;
@@ -143,11 +157,11 @@ layout(push_constant, std430) uniform Push {
     uint max_new_samples;   // per pixel, in this dispatch
     uint band_first;        // first slot of the film buffer
     uint tile_step;         // every n-th tile of 64 slots is worked on
-    uint work_item_stride;      // piece i of n of the work is that of number i·stride mod n, see work.glsl
+    uint work_item_stride;  // piece i of n of the work is that of number i·stride mod n, see work.glsl
     uint modes;             // MODE_…
     uint band_rows;         // of pixels, in the film buffer, if groups may be shifted
     uint other_samples;     // of the samples per pixel, those in groups that lie elsewhere, see sample_map.glsl
-    float light_path_scale;       // 0: paths leave no light to light paths, see light_tracing.glsl
+    float light_path_scale; // 0: paths leave no light to light paths, see light_tracing.glsl
     uint tile_bits;         // log2 of the tiles of a workgroup of path_queue.comp
 };
 

@@ -32,9 +32,6 @@
 #include "light/choice.glsl"
 #include "bsdf/diffuse.glsl"
 
-layout(constant_id = 214) const uint CASTER_COUNT = 0u;     // 0: no light paths
-layout(constant_id = 215) const uint CASTER_TEXELS = 0u;
-
 const bool LIGHT_TRACING = CASTER_COUNT > 0u;
 // Loop iterations at each hit: for choosing lights, and the one in which the loop over targets ends. Those of its others are
 // counted where a lane goes through it.

@@ -10,8 +10,6 @@
 #include "film.glsl"
 #include "work.glsl"
 
-layout(constant_id = 37) const uint SPLIT = 1u;     // invocations for a pixel
-
 // Pixels of a workgroup, the invocation's number among those of the dispatch, and which of its pixel's invocations it is.
 uint split_pixels() { return gl_WorkGroupSize.x / SPLIT; }
 uint split_number() {

@@ -2,10 +2,7 @@
 
 use std::str::FromStr;
 
-use crate::render::{
-    Accel, Adaptive, Choice, Feature, Gradients, LightSamples, LightTracing, RenderSettings, Reuse, SampleMap, Sampler,
-    Scheduler, TriangleTest,
-};
+use crate::render::{Adaptive, Audience, RenderSettings, Setting};
 
 use crate::bench::error::BenchError;
 
@@ -31,10 +28,8 @@ impl Configuration {
 
 /// A setting and the values it takes, written `KEY=VALUE,VALUE…`.
 ///
-/// Keys and values are those of the options of `photolith render` (`sampler`, `accel`, `intersection`, `scheduler`, `reuse`,
-/// `gradients`, `sample-map`, `light-samples`, `light-tracing`: see [`Choice`]), and `sampling` (uniform, dual: in two
-/// independent halves), `features` (specialised, general, or `+` and one of [`Feature::ALL`] that is compiled although not
-/// needed), `roulette` (off, or the first hit), `device` (index, name or UUID).
+/// Keys and values are those of the table of settings ([`Setting::ALL`], but for the seed), and `sampling` (uniform, dual: in two
+/// independent halves), `roulette` (off, or the first hit), `device` (index, name or UUID).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Vary {
     key: Key,
@@ -43,112 +38,58 @@ pub struct Vary {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Key {
-    Sampler,
-    Accel,
-    Intersection,
-    Scheduler,
-    Reuse,
-    Gradients,
-    SampleMap,
-    LightSamples,
-    LightTracing,
+    Setting(&'static Setting),
     Sampling,
-    Features,
     Roulette,
     Device,
 }
 
-const KEYS: [(&str, Key); 13] = [
-    ("sampler", Key::Sampler),
-    ("accel", Key::Accel),
-    ("intersection", Key::Intersection),
-    ("scheduler", Key::Scheduler),
-    ("reuse", Key::Reuse),
-    ("gradients", Key::Gradients),
-    ("sample-map", Key::SampleMap),
-    ("light-samples", Key::LightSamples),
-    ("light-tracing", Key::LightTracing),
-    ("sampling", Key::Sampling),
-    ("features", Key::Features),
-    ("roulette", Key::Roulette),
-    ("device", Key::Device),
-];
-
-/// The names of a setting's values: `a, b or c`.
-fn one_of<T: Choice>() -> String {
-    let names: Vec<_> = T::ALL.iter().map(|value| value.0).collect();
-    let (last, others) = names.split_last().unwrap_or((&"", &[]));
-    format!("{} or {last}", others.join(", "))
-}
-
-/// Gives a setting the value of that name; false if it has none.
-fn choose<T: Choice>(setting: &mut T, name: &str) -> bool {
-    T::named(name).map(|value| *setting = value).is_some()
-}
-
 impl Key {
-    fn name(self) -> &'static str {
-        KEYS.iter().find(|k| k.1 == self).map_or("", |k| k.0)
+    fn all() -> impl Iterator<Item = Self> {
+        let varied = |setting: &&Setting| setting.audience != Audience::Everyone;
+        let settings = Setting::ALL.iter().filter(varied).map(Self::Setting);
+        settings.chain([Self::Sampling, Self::Roulette, Self::Device])
     }
 
-    /// What its values are.
-    fn expected(self) -> String {
+    fn name(self) -> &'static str {
         match self {
-            Self::Sampler => one_of::<Sampler>(),
-            Self::Accel => one_of::<Accel>(),
-            Self::Intersection => one_of::<TriangleTest>(),
-            Self::Scheduler => one_of::<Scheduler>(),
-            Self::Reuse => one_of::<Reuse>(),
-            Self::Gradients => one_of::<Gradients>(),
-            Self::SampleMap => one_of::<SampleMap>(),
-            Self::LightSamples => one_of::<LightSamples>(),
-            Self::LightTracing => one_of::<LightTracing>(),
-            Self::Sampling => "uniform or dual".to_owned(),
-            Self::Features => {
-                let names = Feature::ALL.map(|(name, _)| name).join(", ");
-                format!("specialised, general, or + and one of {names}")
-            }
-            Self::Roulette => "off or the first hit that may end a path, at least 1".to_owned(),
-            Self::Device => "an index, a name or a UUID".to_owned(),
+            Self::Setting(setting) => setting.name,
+            Self::Sampling => "sampling",
+            Self::Roulette => "roulette",
+            Self::Device => "device",
         }
     }
 
-    /// Sets `value`; false if it is none of this key's.
-    fn set(self, value: &str, c: &mut Configuration) -> bool {
-        let s = &mut c.settings;
+    /// Sets `value`.
+    ///
+    /// # Errors
+    /// What was expected, if it is none of this key's.
+    fn set(self, value: &str, c: &mut Configuration) -> Result<(), String> {
+        let expected = |what: &str| Err(what.to_owned());
         match (self, value) {
-            (Self::Sampler, name) => return choose(&mut s.sampler, name),
-            (Self::Accel, name) => return choose(&mut s.accel, name),
-            (Self::Intersection, name) => return choose(&mut s.triangle_test, name),
-            (Self::Scheduler, name) => return choose(&mut s.scheduler, name),
-            (Self::Reuse, name) => return choose(&mut s.reuse, name),
-            (Self::Gradients, name) => return choose(&mut s.gradients, name),
-            (Self::SampleMap, name) => return choose(&mut s.sample_map, name),
-            (Self::LightSamples, name) => return choose(&mut s.light_samples, name),
-            (Self::LightTracing, name) => return choose(&mut s.light_tracing, name),
-            (Self::Sampling, "uniform") => s.adaptive = None,
+            (Self::Setting(setting), _) => return setting.set(&mut c.settings, value),
+            (Self::Sampling, "uniform") => c.settings.adaptive = None,
             // All samples, in two halves.
-            (Self::Sampling, "dual") => s.adaptive = Some(Adaptive { noise: 0.0 }),
-            (Self::Features, "specialised") => (s.general, s.unneeded) = (false, None),
-            (Self::Features, "general") => (s.general, s.unneeded) = (true, None),
-            (Self::Features, feature) => {
-                let found = Feature::ALL.iter().find(|(name, _)| feature.strip_prefix('+') == Some(*name));
-                let Some(&(_, feature)) = found else { return false };
-                (s.general, s.unneeded) = (false, Some(feature));
-            }
+            (Self::Sampling, "dual") => c.settings.adaptive = Some(Adaptive { noise: 0.0 }),
+            (Self::Sampling, _) => return expected("uniform or dual"),
             (Self::Roulette, "off") => c.roulette = Some(None),
             (Self::Roulette, first) => match first.parse() {
                 Ok(first) if first > 0 => c.roulette = Some(Some(first)),
-                _ => return false,
+                _ => return expected("off or the first hit that may end a path, at least 1"),
             },
-            (Self::Device, device) if !device.is_empty() => c.device = Some(device.to_owned()),
-            _ => return false,
+            (Self::Device, "") => return expected("an index, a name or a UUID"),
+            (Self::Device, device) => c.device = Some(device.to_owned()),
         }
-        true
+        Ok(())
     }
 }
 
 impl Vary {
+    /// The keys, with commas between them.
+    pub fn keys() -> String {
+        Key::all().map(Key::name).collect::<Vec<_>>().join(", ")
+    }
+
     /// Checks settings that are to be varied together: each once.
     ///
     /// # Errors
@@ -174,22 +115,20 @@ impl FromStr for Vary {
 
     fn from_str(text: &str) -> Result<Self, BenchError> {
         let error = |problem: String| BenchError::Vary { text: text.to_owned(), problem };
-        let names = || KEYS.map(|k| k.0).join(", ");
-        let (key, values) =
-            text.split_once('=').ok_or_else(|| error(format!("expected KEY=VALUE,VALUE with one of {}", names())))?;
-        let &(_, key) = KEYS
-            .iter()
-            .find(|k| k.0 == key)
-            .ok_or_else(|| error(format!("unknown setting '{key}', expected one of {}", names())))?;
+        let (key, values) = text
+            .split_once('=')
+            .ok_or_else(|| error(format!("expected KEY=VALUE,VALUE with one of {}", Self::keys())))?;
+        let key = Key::all()
+            .find(|k| k.name() == key)
+            .ok_or_else(|| error(format!("unknown setting '{key}', expected one of {}", Self::keys())))?;
         let values: Vec<_> = values.split(',').map(|v| v.trim().to_owned()).collect();
         let mut scratch = Configuration::plain(&RenderSettings::default());
         for (i, value) in values.iter().enumerate() {
             if values[..i].contains(value) {
                 return Err(error(format!("the value '{value}' twice, expected different ones")));
             }
-            if !key.set(value, &mut scratch) {
-                return Err(error(format!("the value '{value}', expected {}", key.expected())));
-            }
+            key.set(value, &mut scratch)
+                .map_err(|expected| error(format!("the value '{value}', expected {expected}")))?;
         }
         Ok(Self { key, values })
     }
@@ -207,7 +146,7 @@ pub fn combine(settings: &RenderSettings, varied: &[Vary]) -> Vec<Configuration>
                 vary.values.iter().map(|value| {
                     let mut c = base.clone();
                     // Values were checked when they were parsed.
-                    vary.key.set(value, &mut c);
+                    let _ = vary.key.set(value, &mut c);
                     if vary.values.len() > 1 || !several {
                         let comma = if c.label.is_empty() { "" } else { ", " };
                         c.label = format!("{}{comma}{}={value}", c.label, vary.key.name());
@@ -228,6 +167,7 @@ pub fn combine(settings: &RenderSettings, varied: &[Vary]) -> Vec<Configuration>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::render::Sampler;
 
     #[test]
     fn all_combinations_in_order() {
@@ -258,7 +198,7 @@ mod tests {
             ("sampler=sobol,halton", "'halton', expected sobol, independent or pcg"),
             ("scheduler=fast", "'fast', expected auto, inline, interleaved or queue"),
             ("roulette=0", "'0', expected off or the first hit"),
-            ("features=+halo", "'+halo', expected specialised, general, or + and one of"),
+            ("features=+halo", "'+halo', expected specialised, general, +diffuse"),
             ("device=", "'', expected an index"),
             ("sampler=sobol,pcg,sobol", "the value 'sobol' twice"),
         ] {

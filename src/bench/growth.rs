@@ -120,7 +120,7 @@ pub struct GrowthRow {
     /// Bytes of the tree, for each of its primitives.
     pub bytes_per_primitive: Option<f64>,
     /// Depth of the tree.
-    pub tree_depth: Option<u32>,
+    pub bvh_depth: Option<u32>,
     /// Steps through the tree per ray.
     pub steps_per_ray: Option<f64>,
     /// Rays per sample.
@@ -242,7 +242,7 @@ fn row(
         build_s: tree.map(|t| t.build_seconds),
         mprimitives_per_s: tree.map(|t| t.primitives as f64 / t.build_seconds / 1e6),
         bytes_per_primitive: tree.map(|t| t.bytes as f64 / t.primitives as f64),
-        tree_depth: tree.map(|t| t.depth),
+        bvh_depth: tree.map(|t| t.depth),
         steps_per_ray,
         rays_per_sample: rays / samples,
         render_s,

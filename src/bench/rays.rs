@@ -16,7 +16,7 @@ use crate::check::CheckError;
 use crate::check::probe::{BATCH, PathInput, Query, RayInput, RayProbe, Traced, Traversal};
 use crate::oracle::Pcg64;
 use crate::render::RenderSettings;
-use crate::render::plan::prepared::push_constants;
+use crate::render::space::view::View;
 use crate::scene::Scene;
 
 use crate::bench::error::BenchError;
@@ -194,9 +194,8 @@ fn make(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<[
 
 /// A ray through a random point of each pixel, tile by tile.
 fn camera_rays(scene: &Scene, settings: &RenderSettings) -> Vec<RayInput> {
-    let push = push_constants(scene, settings);
-    let vector = |v: [f32; 4]| Vec3::new(v[0], v[1], v[2]);
-    let (right, up, forward) = (Vec3::from(push.camera_right), vector(push.camera_up), vector(push.camera_forward));
+    let view = View::of(scene);
+    let [right, up, forward] = [view.right, view.up, view.forward].map(|v| v.as_vec3());
     let (width, height) = (scene.film.width, scene.film.height);
     let mut random = Pcg64::for_pixel(u64::from(settings.seed), 0);
     let mut uniform = move || random.uniform() as f32;

@@ -14,7 +14,7 @@ use crate::bench::reference::{Origin, Reference};
 use crate::bench::summary::{ConfigurationSummary, Row, TimeToTarget};
 
 /// Version of the JSON that a [`Report`] becomes.
-pub const SCHEMA: &str = "photolith-bench-1";
+pub const SCHEMA: &str = "photolith-bench-2";
 
 /// Everything that was measured in one run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -108,7 +108,7 @@ const GROWTH_COLUMNS: [Column<GrowthRow>; 11] = [
     ("build s", |r| significant(r.build_s)),
     ("Mprimitives/s", |r| significant(r.mprimitives_per_s)),
     ("bytes each", |r| significant(r.bytes_per_primitive)),
-    ("tree depth", |r| r.tree_depth.map_or_else(|| "-".to_owned(), |d| d.to_string())),
+    ("BVH depth", |r| r.bvh_depth.map_or_else(|| "-".to_owned(), |d| d.to_string())),
     ("steps/ray", |r| significant(r.steps_per_ray)),
     ("rays/sample", |r| significant(Some(r.rays_per_sample))),
     ("wall s", |r| significant(Some(r.render_s))),
@@ -157,7 +157,7 @@ impl Report {
     pub fn csv(&self) -> String {
         let mut out = String::new();
         if let Some(growth) = &self.growth {
-            out.push_str("grows,size,setup_s,build_s,bytes_per_primitive,tree_depth,steps_per_ray,rays_per_sample,");
+            out.push_str("grows,size,setup_s,build_s,bytes_per_primitive,bvh_depth,steps_per_ray,rays_per_sample,");
             out.push_str("render_s,ns_per_sample,mrays_per_s,device_bytes\n");
             for r in &growth.rows {
                 let _ = writeln!(
@@ -168,7 +168,7 @@ impl Report {
                     cell(r.setup_s),
                     cell(r.build_s),
                     cell(r.bytes_per_primitive),
-                    cell(r.tree_depth.map(f64::from)),
+                    cell(r.bvh_depth.map(f64::from)),
                     cell(r.steps_per_ray),
                     cell(r.rays_per_sample),
                     cell(r.render_s),
@@ -268,7 +268,7 @@ impl SceneReport {
         );
         for c in &self.configurations {
             let steps =
-                c.steps_per_ray.map_or_else(String::new, |s| format!("; {} tree steps a ray", significant(Some(s))));
+                c.steps_per_ray.map_or_else(String::new, |s| format!("; {} BVH steps a ray", significant(Some(s))));
             let rays = c.rows.last().map_or(0.0, |r| r.rays_per_sample);
             let slope =
                 c.slope.as_ref().map_or_else(String::new, |s| format!("; RMSE ∝ samples^({})", exponent(Some(s))));
@@ -347,8 +347,8 @@ impl GrowthReport {
         type Quantity = fn(&GrowthRow) -> Option<f64>;
         let quantities: [(&str, Quantity); 3] = [
             ("time per sample (ns)", |r| Some(r.ns_per_sample)),
-            ("tree build (s)", |r| r.build_s),
-            ("tree steps per ray", |r| r.steps_per_ray.filter(|&s| s > 0.0)),
+            ("BVH build (s)", |r| r.build_s),
+            ("BVH steps per ray", |r| r.steps_per_ray.filter(|&s| s > 0.0)),
         ];
         quantities
             .into_iter()

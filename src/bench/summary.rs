@@ -73,7 +73,7 @@ pub struct ConfigurationSummary {
     /// The pipeline's part of it.
     pub compile_s: f64,
     /// The tree's part of it.
-    pub tree_build_s: Option<f64>,
+    pub bvh_build_s: Option<f64>,
     /// Steps through the tree per ray.
     pub steps_per_ray: Option<f64>,
     /// RMSE against samples.
@@ -102,7 +102,7 @@ impl ConfigurationSummary {
             driver,
             setup_s: contender.setup.setup_seconds,
             compile_s: contender.setup.compile_seconds,
-            tree_build_s: contender.tree.map(|t| t.build_seconds),
+            bvh_build_s: contender.tree.map(|t| t.build_seconds),
             steps_per_ray: contender.steps_per_ray,
             slope: PowerLaw::fit(&errors),
             relative_time: relative_time(index, measurements),
@@ -279,7 +279,7 @@ mod tests {
             driver: String::new(),
             setup_s: 0.0,
             compile_s: 0.0,
-            tree_build_s: None,
+            bvh_build_s: None,
             steps_per_ray: None,
             slope: None,
             relative_time: None,

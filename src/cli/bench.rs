@@ -17,19 +17,22 @@ use photolith::bench::rays::{self, RayKind};
 use photolith::bench::report::{self, ReferenceReport, Report, SceneReport};
 use photolith::bench::{self, BenchError, ConfigurationSummary, Machine, Origin, Reference, Vary};
 use photolith::image::metrics::flip;
+use photolith::render::Techniques;
 use photolith::scene::Scene;
 use photolith::{Context, RenderSettings, user_cache};
 
 use super::interrupt::Interrupt;
 use super::numbers::{pixels_per_degree, positive};
 use super::options::{DeviceOptions, SceneOptions, Size, check_memory};
+use super::setting_options::{SettingOptions, explain_techniques};
 use super::text::printable;
 use super::{exit, output};
 use growth::{GrowthArg, Series};
 use samples::SampleCounts;
 
 /// Options of run time against error, which mean nothing where another thing is measured.
-const OF_ERRORS: [&str; 8] = ["vary", "target", "seeds", "ppd", "reference", "reference_noise", "oracle", "cache"];
+const OF_ERRORS: [&str; 9] =
+    ["vary", "techniques", "target", "seeds", "ppd", "reference", "reference_noise", "oracle", "cache"];
 
 /// Measure run time against error, or cost against size
 ///
@@ -62,11 +65,10 @@ pub struct BenchArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65535), allow_negative_numbers = true)]
     max_depth: Option<u32>,
 
-    /// Set a setting, or several values of it side by side; may be repeated. Keys: sampler, accel, intersection,
-    /// scheduler (auto, inline, interleaved, queue), reuse (auto, always, off), gradients, sample-map, light-tracing (auto,
-    /// off), light-samples (auto, one), sampling (uniform, dual), features (specialised, general, +mirror and the like),
-    /// roulette (off, N), device
-    #[arg(long, value_name = "KEY=VALUE,...")]
+    #[arg(long, value_name = "LIST", allow_hyphen_values = true, help = explain_techniques())]
+    techniques: Option<Techniques>,
+
+    #[arg(long, value_name = "KEY=VALUE,...", help = explain_vary())]
     vary: Vec<Vary>,
 
     /// Also print the time to this root mean square error [default: the smallest that all configurations reach]
@@ -105,7 +107,7 @@ pub struct BenchArgs {
     #[command(flatten)]
     device: DeviceOptions,
 
-    /// Print one line of JSON (schema photolith-bench-1) on stdout instead of tables
+    /// Print one line of JSON (schema photolith-bench-2) on stdout instead of tables
     #[arg(long)]
     json: bool,
 
@@ -146,6 +148,10 @@ struct ReferenceOptions {
     /// Where references are kept [default: photolith/references in the user's cache folder]
     #[arg(long, value_name = "DIR")]
     cache: Option<PathBuf>,
+}
+
+fn explain_vary() -> String {
+    format!("Set a setting, or several values of it side by side; may be repeated. Keys: {}", Vary::keys())
 }
 
 /// Measures and prints.
@@ -252,7 +258,8 @@ fn sample_counts(args: &BenchArgs) -> anyhow::Result<Vec<u32>> {
 }
 
 fn load(args: &BenchArgs, path: &Path) -> anyhow::Result<(Scene, RenderSettings)> {
-    let options = SceneOptions { size: args.size, max_depth: args.max_depth, ..SceneOptions::default() };
+    let settings = SettingOptions::of(args.techniques.clone());
+    let options = SceneOptions { size: args.size, max_depth: args.max_depth, settings, ..SceneOptions::default() };
     let (scene, settings) = options.load(path)?;
     check_memory(&scene)?;
     Ok((scene, RenderSettings { spirv_folder: args.spirv.clone(), ..settings }))

@@ -6,12 +6,13 @@ use std::process::ExitCode;
 
 use clap::Args;
 use glam::DVec3;
+use photolith::RenderSettings;
 use photolith::accel::BvhStatistics;
-use photolith::render::{Features, Prepared};
+use photolith::render::{Audience, Features, Prepared, Setting, explain};
 use photolith::scene::{Bsdf, Scene, Surface};
 use serde_json::json;
 
-use super::options::SceneOptions;
+use super::options::{SceneOptions, heading};
 use super::text::{bytes, counted};
 use super::{exit, output};
 
@@ -19,14 +20,15 @@ use super::{exit, output};
 #[derive(Args)]
 pub struct InfoArgs {
     /// Scene file (.toml) or mesh (.obj), or - for either of them from standard input
+    #[arg(help_heading = heading::SCENE, display_order = 0)]
     scene: PathBuf,
+
+    /// Print one line of JSON on stdout
+    #[arg(long, help_heading = heading::OUTPUT)]
+    json: bool,
 
     #[command(flatten)]
     options: SceneOptions,
-
-    /// Print one line of JSON on stdout
-    #[arg(long)]
-    json: bool,
 }
 
 /// Describes the scene. Needs no device.
@@ -34,8 +36,11 @@ pub fn run(args: &InfoArgs) -> anyhow::Result<ExitCode> {
     let (scene, settings) = args.options.load(&args.scene)?;
     let prepared = Prepared::of(&scene, &settings)?;
     let (features, tree) = (prepared.features(), prepared.tree());
-    let text =
-        if args.json { format!("{}\n", as_json(&scene, features, tree)) } else { as_text(&scene, features, tree) };
+    let text = if args.json {
+        format!("{}\n", as_json(&scene, &settings, features, tree))
+    } else {
+        as_text(&scene, &settings, features, tree)
+    };
     output::print(&text)?;
     Ok(ExitCode::from(exit::OK))
 }
@@ -61,7 +66,7 @@ fn kind(surface: &Surface) -> &'static str {
     }
 }
 
-fn as_text(scene: &Scene, features: &Features, tree: Option<&BvhStatistics>) -> String {
+fn as_text(scene: &Scene, settings: &RenderSettings, features: &Features, tree: Option<&BvhStatistics>) -> String {
     let b = bounds(scene);
     let film = &scene.film;
     let mut out = String::new();
@@ -98,7 +103,7 @@ fn as_text(scene: &Scene, features: &Features, tree: Option<&BvhStatistics>) -> 
     if let Some(t) = tree {
         let _ = writeln!(
             out,
-            "  tree       {}, {} of {}, depth {}, SAH cost {:.2}, {}, built in {:.3} s",
+            "  BVH        {}, {} of {}, depth {}, SAH cost {:.2}, {}, built in {:.3} s",
             counted(t.nodes, "node", "nodes"),
             counted(t.leaves, "leaf", "leaves"),
             counted(t.primitives, "primitive", "primitives"),
@@ -108,7 +113,10 @@ fn as_text(scene: &Scene, features: &Features, tree: Option<&BvhStatistics>) -> 
             t.build_seconds
         );
     }
-    let features = features.explain();
+    let techniques = Setting::ALL.iter().filter(|setting| matches!(setting.audience, Audience::Technique { .. }));
+    let techniques: Vec<_> = techniques.map(|setting| format!("{} {}", setting.name, setting.get(settings))).collect();
+    let _ = writeln!(out, "  techniques {}", techniques.join(", "));
+    let features = explain(features);
     for (heading, compiled) in [("pipeline is specialised for", true), ("left out", false)] {
         let _ = writeln!(out, "  {heading}");
         for (name, _, why) in features.iter().filter(|f| f.1 == compiled) {
@@ -118,15 +126,21 @@ fn as_text(scene: &Scene, features: &Features, tree: Option<&BvhStatistics>) -> 
     out
 }
 
-fn as_json(scene: &Scene, features: &Features, tree: Option<&BvhStatistics>) -> serde_json::Value {
+fn as_json(
+    scene: &Scene,
+    settings: &RenderSettings,
+    features: &Features,
+    tree: Option<&BvhStatistics>,
+) -> serde_json::Value {
     let b = bounds(scene);
-    let explained: serde_json::Map<_, _> = features
-        .explain()
+    let explained: serde_json::Map<_, _> = explain(features)
         .into_iter()
         .map(|(name, on, why)| (name.to_owned(), json!({ "compiled": on, "why": why })))
         .collect();
+    let settings: serde_json::Map<_, _> =
+        Setting::ALL.iter().map(|setting| (setting.name.to_owned(), json!(setting.get(settings)))).collect();
     json!({
-        "schema": "photolith-info-1",
+        "schema": "photolith-info-2",
         "scene": scene.source,
         "width": scene.film.width,
         "height": scene.film.height,
@@ -141,10 +155,11 @@ fn as_json(scene: &Scene, features: &Features, tree: Option<&BvhStatistics>) -> 
             .collect::<Vec<_>>(),
         "point_lights": scene.lights.len(),
         "bounds": [b.lo.to_array(), b.hi.to_array()],
-        "tree": tree.map(|t| json!({
+        "bvh": tree.map(|t| json!({
             "nodes": t.nodes, "leaves": t.leaves, "primitives": t.primitives, "depth": t.depth,
             "sah_cost": t.sah_cost, "bytes": t.bytes, "build_s": t.build_seconds,
         })),
+        "settings": settings,
         "features": explained,
     })
 }

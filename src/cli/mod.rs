@@ -16,6 +16,7 @@ mod output;
 mod paths;
 mod progress;
 mod render;
+mod setting_options;
 mod signals;
 mod text;
 

@@ -47,11 +47,6 @@ pub fn seconds(text: &str) -> Result<Duration, String> {
         .ok_or_else(|| "expected a number of seconds above 0 and below 1.8e19".to_owned())
 }
 
-/// Any number of 32 bits.
-pub fn seed(text: &str) -> Result<u32, String> {
-    text.parse().map_err(|_| format!("expected an integer from 0 to {}", u32::MAX))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -63,15 +58,9 @@ mod tests {
         for error in [finite("inf"), not_negative("-1"), positive("0"), probability("1"), pixels_per_degree("0.5")] {
             assert!(error.is_err_and(|e| e.starts_with("expected a number")));
         }
-        assert_eq!((count("3").map(usize::from), seed("4294967295")), (Ok(3), Ok(u32::MAX)));
+        assert_eq!(count("3").map(usize::from), Ok(3));
         assert_eq!(seconds("0.25"), Ok(Duration::from_millis(250)));
-        for error in [
-            count("0").err(),
-            seconds("nan").err(),
-            seconds("0").err(),
-            seconds("1e30").err(),
-            seed("4294967296").err(),
-        ] {
+        for error in [count("0").err(), seconds("nan").err(), seconds("0").err(), seconds("1e30").err()] {
             assert!(error.is_some_and(|e| e.starts_with("expected a")));
         }
     }

@@ -4,29 +4,35 @@ use std::path::Path;
 use std::str::FromStr;
 
 use anyhow::Context as _;
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use photolith::host::available_memory;
-use photolith::render::{
-    Accel, Choice, Gradients, LightSamples, LightTracing, MAX_SAMPLES, Reuse, SampleMap, Sampler, Scheduler,
-    TriangleTest,
-};
+use photolith::render::MAX_SAMPLES;
 use photolith::scene::Scene;
 use photolith::{ContextOptions, RenderSettings, Validation, user_cache};
 
 use super::input;
-use super::numbers::seed;
+use super::setting_options::SettingOptions;
 use super::text::{bytes, counted};
+
+/// Headings of groups of options.
+pub mod heading {
+    pub const SCENE: &str = "Scene";
+    pub const IMAGE: &str = "Image";
+    pub const QUALITY: &str = "Quality and time";
+    pub const DEVICE: &str = "Device";
+    pub const OUTPUT: &str = "Output";
+    pub const DEVELOPERS: &str = "For developers of the renderer";
+}
 
 /// Which device, and whether it is watched.
 #[derive(Args, Clone)]
 pub struct DeviceOptions {
-    /// Vulkan device: index, UUID or part of the name that is no number (see `photolith devices`)
-    #[arg(long, value_name = "INDEX|NAME|UUID")]
+    /// Vulkan device: index, UUID or part of its name (see `photolith devices`)
+    #[arg(long, value_name = "INDEX|NAME|UUID", help_heading = heading::DEVICE)]
     pub device: Option<String>,
 
     /// Run with Vulkan validation layers; any message makes the exit code 4
-    #[arg(long, value_name = "WHICH", num_args = 0..=1, default_missing_value = "core")]
+    #[arg(long, value_name = "WHICH", num_args = 0..=1, default_missing_value = "core", help_heading = heading::DEVICE)]
     pub validate: Option<ValidateArg>,
 }
 
@@ -60,70 +66,36 @@ impl DeviceOptions {
 #[derive(Args, Clone, Default)]
 pub struct SceneOptions {
     /// Image size instead of the scene's
-    #[arg(long, value_name = "WxH")]
+    #[arg(long, value_name = "WxH", help_heading = heading::IMAGE)]
     pub size: Option<Size>,
 
-    /// Samples per pixel instead of the scene's; with `render --noise`, the most that a pixel gets [default: 16384]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)), allow_negative_numbers = true)]
+    /// Samples per pixel instead of the scene's; with --noise the most that a pixel gets [default: 16384]
+    #[arg(
+        long,
+        value_name = "N",
+        value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)),
+        allow_negative_numbers = true,
+        help_heading = heading::QUALITY,
+        display_order = 0
+    )]
     pub samples: Option<u32>,
 
-    /// Surface hits of a path instead of the scene's (1: direct light only)
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65535), allow_negative_numbers = true)]
+    /// Surfaces that light may meet on its way, instead of the scene's number (1: direct light only)
+    #[arg(
+        long,
+        value_name = "N",
+        value_parser = clap::value_parser!(u32).range(1..=65535),
+        allow_negative_numbers = true,
+        help_heading = heading::SCENE
+    )]
     pub max_depth: Option<u32>,
 
-    /// Selects the random numbers
-    #[arg(long, value_name = "N", value_parser = seed, allow_negative_numbers = true, default_value_t = 0)]
-    pub seed: u32,
-
-    /// Random numbers
-    #[arg(long, value_parser = choice::<Sampler>(), default_value = Sampler::default().name())]
-    pub sampler: Sampler,
-
-    /// Ray–triangle test
-    #[arg(long, value_parser = choice::<TriangleTest>(), default_value = TriangleTest::default().name())]
-    pub intersection: TriangleTest,
-
-    /// How triangles are found; `none` tests every one
-    #[arg(long, value_parser = choice::<Accel>(), default_value = Accel::default().name())]
-    pub accel: Accel,
-
-    /// How rays that need the tree are scheduled (changes no bit of the image)
-    #[arg(long, value_parser = choice::<Scheduler>(), default_value = Scheduler::default().name())]
-    pub scheduler: Scheduler,
-
-    /// Whether paths serve several pixels: a third of the noise, part of it shared by blocks of eight pixels
-    #[arg(long, value_parser = choice::<Reuse>(), default_value = Reuse::default().name())]
-    pub reuse: Reuse,
-
-    /// Whether differences between neighbouring pixels are used, where paths serve several: half the noise again
-    #[arg(long, value_parser = choice::<Gradients>(), default_value = Gradients::default().name())]
-    pub gradients: Gradients,
-
-    /// Whether noisy parts of the image, edges of emitters and what is seen through glass get more samples than the rest
-    #[arg(long, value_parser = choice::<SampleMap>(), default_value = SampleMap::default().name())]
-    pub sample_map: SampleMap,
-
-    /// How many samples of lights paths take where they first meet a diffuse surface
-    #[arg(long, value_parser = choice::<LightSamples>(), default_value = LightSamples::default().name())]
-    pub light_samples: LightSamples,
-
-    /// Whether light is also traced from emitters, through glass and by mirrors
-    #[arg(long, value_parser = choice::<LightTracing>(), default_value = LightTracing::default().name())]
-    pub light_tracing: LightTracing,
-
-    /// Compile every feature, needed or not (changes no bit of the image)
-    #[arg(long)]
-    pub general: bool,
-
     /// Warnings are errors: end with code 2
-    #[arg(long)]
+    #[arg(long, help_heading = heading::SCENE)]
     pub strict: bool,
-}
 
-/// A parser of the names of values, which lists them and what they do.
-fn choice<T: Choice>() -> impl TypedValueParser<Value = T> {
-    let values = T::ALL.iter().map(|&(name, _, what)| PossibleValue::new(name).help(what));
-    PossibleValuesParser::new(values).map(|name| T::named(&name).unwrap_or_default())
+    #[command(flatten)]
+    pub settings: SettingOptions,
 }
 
 impl SceneOptions {
@@ -146,20 +118,8 @@ impl SceneOptions {
             scene.integrator.max_depth = depth;
         }
         scene.validate().context("after the options were applied")?;
-        let settings = RenderSettings {
-            seed: self.seed,
-            sampler: self.sampler,
-            triangle_test: self.intersection,
-            accel: self.accel,
-            scheduler: self.scheduler,
-            reuse: self.reuse,
-            gradients: self.gradients,
-            light_samples: self.light_samples,
-            sample_map: self.sample_map,
-            light_tracing: self.light_tracing,
-            general: self.general,
-            ..RenderSettings::of(&scene)
-        };
+        let mut settings = RenderSettings::of(&scene);
+        self.settings.apply(&mut settings);
         Ok((scene, settings))
     }
 }

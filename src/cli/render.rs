@@ -9,7 +9,7 @@ use anyhow::Context as _;
 use clap::Args;
 use photolith::files::check_writable;
 use photolith::image::{Format, Metadata, Variance};
-use photolith::render::{Adaptive, Choice as _, Prepared, Progress, RenderStatistics, shaders_hash};
+use photolith::render::{Adaptive, Prepared, Progress, RenderStatistics, Setting, shaders_hash};
 use photolith::scene::{Scene, fingerprint};
 use photolith::{Context, Image, RenderError, RenderSettings, Renderer, Validation};
 use serde_json::json;
@@ -18,7 +18,7 @@ use super::checkpoint::Keeper;
 use super::image_output::{self, ImageOutput};
 use super::interrupt::Interrupt;
 use super::numbers::seconds;
-use super::options::{DeviceOptions, SceneOptions, check_memory};
+use super::options::{DeviceOptions, SceneOptions, check_memory, heading};
 use super::progress::Bar;
 use super::{exit, input, output, paths};
 
@@ -26,65 +26,63 @@ use super::{exit, input, output, paths};
 #[derive(Args)]
 pub struct RenderArgs {
     /// Scene file (.toml) or mesh (.obj), or - for either of them from standard input
+    #[arg(help_heading = heading::SCENE, display_order = 0)]
     scene: PathBuf,
 
-    /// Image to write: .png (8 bit), .exr, .hdr or .pfm (linear), or - for standard output. Without it: the scene's name with .png,
-    /// here
-    #[arg(short, long, value_name = "FILE")]
+    /// Image to write: .png, .exr, .hdr, .pfm, or - for standard output [default: the scene's name with .png, here]
+    #[arg(short, long, value_name = "FILE", help_heading = heading::IMAGE)]
     output: Option<PathBuf>,
 
     /// Format of the image, whatever its name; needed for standard output
-    #[arg(long, value_parser = image_output::format())]
+    #[arg(long, value_parser = image_output::format(), help_heading = heading::IMAGE)]
     format: Option<Format>,
 
-    #[command(flatten)]
-    scene_options: SceneOptions,
+    /// Render until the image has no more noise than this: 0.1 is a preview, 0.01 is low noise
+    ///
+    /// The noise is the root mean square, over pixels and channels, of the standard error relative to √(radiance² + 0.01). Two
+    /// independent halves of the samples tell it.
+    #[arg(long, value_name = "TARGET", value_parser = noise, allow_negative_numbers = true, help_heading = heading::QUALITY)]
+    noise: Option<f64>,
+
+    /// Stop after so many seconds and write what there is, which is a sample of every pixel at least
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true, help_heading = heading::QUALITY)]
+    time_limit: Option<Duration>,
+
+    /// Save what is done in this file, and go on from it if it is there
+    ///
+    /// It is written from time to time and when the rendering is stopped, and removed when the image is complete. The image has the
+    /// same bits as if it had been rendered at once.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["noise", "spirv"], help_heading = heading::QUALITY)]
+    checkpoint: Option<PathBuf>,
+
+    /// How often the checkpoint is written
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        value_parser = seconds,
+        allow_negative_numbers = true,
+        default_value = "600",
+        requires = "checkpoint",
+        help_heading = heading::QUALITY
+    )]
+    checkpoint_every: Duration,
 
     #[command(flatten)]
     device: DeviceOptions,
 
-    /// Render two independent halves until their mean has this noise: the root mean square, over pixels and channels, of the standard error
-    /// relative to √(radiance² + 0.01). 0.1 is a preview, 0.01 is low noise
-    #[arg(long, value_name = "TARGET", value_parser = noise, allow_negative_numbers = true)]
-    noise: Option<f64>,
-
-    /// Stop after so many seconds of rendering and write what there is: a sample of every pixel at least
-    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
-    time_limit: Option<Duration>,
-
-    /// Keep what is done in this file, from time to time and when stopped; if it is there, go on from it. It is removed when
-    /// the image is complete, which has the same bits as if it had been rendered at once
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["noise", "spirv"])]
-    checkpoint: Option<PathBuf>,
-
-    /// How often it is written
-    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true, default_value = "600", requires = "checkpoint")]
-    checkpoint_every: Duration,
-
-    /// Samples per pixel of one dispatch instead of the measured number (changes no bit of the image)
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
-    samples_per_dispatch: Option<u32>,
-
-    /// Invocations of a workgroup (changes no bit of the image)
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024), allow_negative_numbers = true)]
-    workgroup: Option<u32>,
-
-    /// Loop iterations of an invocation, 0 for no bound (changes no bit of the image, unless it is too small to try paths)
-    #[arg(long, value_name = "N")]
-    loop_budget: Option<u32>,
-
-    /// Use path_trace.spv, path_interleaved.spv, path_queue.spv or light_trace.spv of this folder instead of the built-in shaders (compile an edited shader
-    /// with `glslc --target-env=vulkan1.2`, and re-run)
-    #[arg(long, value_name = "FOLDER")]
-    spirv: Option<PathBuf>,
-
-    /// Count steps through the tree
-    #[arg(long)]
-    count_steps: bool,
-
     /// Print one line of JSON about the rendering on stdout
-    #[arg(long)]
+    #[arg(long, help_heading = heading::OUTPUT)]
     json: bool,
+
+    #[command(flatten)]
+    scene_options: SceneOptions,
+
+    /// Use the shaders of this folder instead of the built-in ones, where it has them
+    ///
+    /// Their names are path_trace.spv, path_interleaved.spv, path_queue.spv and light_trace.spv. Compile an edited shader with
+    /// `glslc --target-env=vulkan1.2`, and render again.
+    #[arg(long, value_name = "FOLDER", help_heading = heading::DEVELOPERS, hide_short_help = true)]
+    spirv: Option<PathBuf>,
 }
 
 /// Seconds that the driver takes for a kernel that it finds in its cache: what is not there it compiles, and drivers may still be
@@ -125,10 +123,6 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         settings.samples = args.scene_options.samples.unwrap_or(MOST_SAMPLES);
     }
     settings.time_limit = args.time_limit;
-    settings.samples_per_dispatch = args.samples_per_dispatch;
-    settings.workgroup_size = args.workgroup;
-    settings.loop_budget = args.loop_budget;
-    settings.count_steps = args.count_steps;
     settings.spirv_folder = args.spirv.clone();
 
     check_memory(&scene)?;
@@ -296,7 +290,6 @@ fn identity(scene: &Scene, settings: &RenderSettings, context: &Context) -> Meta
     m.push("Samples", settings.samples);
     push_settings(&mut m, scene, settings, context);
     m.push("TimeLimit", if settings.time_limit.is_some() { "some" } else { "none" });
-    m.push("LoopBudget", settings.loop_budget.map_or("auto".to_owned(), |budget| budget.to_string()));
     m.push("Scene", format!("{:016x}", fingerprint(scene)));
     m
 }
@@ -305,15 +298,11 @@ fn push_settings(m: &mut Metadata, scene: &Scene, settings: &RenderSettings, con
     m.push("MaxDepth", scene.integrator.max_depth);
     m.push("Indirect", scene.integrator.indirect);
     m.push("RussianRoulette", scene.integrator.russian_roulette.map_or("off".to_owned(), |hit| hit.to_string()));
-    m.push("Seed", settings.seed);
-    m.push("Sampler", settings.sampler.name());
-    m.push("Intersection", settings.triangle_test.name());
-    m.push("Accel", settings.accel.name());
-    m.push("Reuse", settings.reuse.name());
-    m.push("Gradients", settings.gradients.name());
-    m.push("SampleMap", settings.sample_map.name());
-    m.push("LightSamples", settings.light_samples.name());
-    m.push("LightTracing", settings.light_tracing.name());
+    for setting in Setting::ALL {
+        if let Some(key) = setting.metadata {
+            m.push(key, setting.get(settings));
+        }
+    }
     m.push("Filter", format!("{:?}", scene.film.filter));
     m.push("Device", &context.info().name);
     m.push("Driver", &context.info().driver);
@@ -330,7 +319,7 @@ fn report(
     let per_second = |n: u64| if s.render_seconds > 0.0 { n as f64 / s.render_seconds / 1e6 } else { 0.0 };
     let stages: serde_json::Map<_, _> = s.stages.iter().map(|t| (t.stage.to_owned(), json!(t.seconds))).collect();
     json!({
-        "schema": "photolith-render-1",
+        "schema": "photolith-render-2",
         "output": output.display().to_string(),
         "setup_s": setup_seconds,
         "render_s": s.render_seconds,
@@ -353,7 +342,7 @@ fn report(
         "gradients": s.gradients,
         "light_paths": s.light_paths,
         "reuse_gain": s.reuse_gain,
-        "tree_steps": s.bvh_steps,
+        "bvh_steps": s.bvh_steps,
         "bad_samples": s.bad_samples,
         "msamples_per_s": per_second(s.samples),
         "mrays_per_s": per_second(s.rays + s.shadow_rays),

@@ -23,11 +23,14 @@ pub use crate::render::film::checkpoint::{Checkpoint, CheckpointError};
 pub use crate::render::kernel::features::Features;
 pub use crate::render::kernel::shaders_hash;
 pub use crate::render::kernel::sobol::MAX_SAMPLES;
+pub use crate::render::kernel::specialization::explain;
 pub use crate::render::plan::prepared::Prepared;
 pub use crate::render::renderer::Renderer;
-pub use crate::render::settings::feature::Feature;
+pub use crate::render::settings::feature::{Feature, FeatureFlags};
 pub use crate::render::settings::mutation::Mutation;
 pub use crate::render::settings::named::Choice;
+pub use crate::render::settings::table::{Audience, Setting, Values};
+pub use crate::render::settings::techniques::Techniques;
 pub use crate::render::settings::{
     Accel, Adaptive, Gradients, LightSamples, LightTracing, RenderSettings, Reuse, SampleMap, Sampler, Scheduler,
     TriangleTest,

@@ -41,7 +41,7 @@ fn a_rendering_in_several_starts_is_that_of_one() {
 fn checkpoints_of_other_renderings_are_refused_and_stay() {
     let directory = directory();
     let d = directory.path();
-    let in_parts = "render ball.toml --size 16x16 --samples 9 --samples-per-dispatch 1 --reuse off --time-limit 0.000001 \
+    let in_parts = "render ball.toml --size 16x16 --samples 9 --samples-per-dispatch 1 --techniques -reuse --time-limit 0.000001 \
                     --checkpoint rest -o out.png";
     assert_eq!(run(d, in_parts).status.code(), Some(0));
     let kept = fs::read(d.join("rest")).unwrap();

@@ -62,6 +62,8 @@ fn bad_options_are_code_2() {
         ("compare a.pfm a.pfm --heatmap map.jpg", &["map.jpg: an error map is written as .png"]),
         ("render ball.toml --accel grid", &["grid", "bvh", "none"]),
         ("render ball.toml --intersection fast", &["fast", "watertight", "moller-trumbore"]),
+        ("render ball.toml --techniques fast", &["'fast' is no technique", "auto, none, all", "reuse, gradients"]),
+        ("render ball.toml --techniques none,+gradients", &["'+gradients' needs reuse"]),
         ("render ball.toml -o out.jpg", &["out.jpg", ".png, .exr, .hdr, .pfm"]),
         ("render ball.toml -o out", &["out", ".png, .exr, .hdr, .pfm"]),
         ("render ball.toml -o gone/out.png", &["gone/out.png", "No such file"]),

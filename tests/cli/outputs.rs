@@ -95,7 +95,7 @@ fn render_reports_json() {
     let output = run(directory.path(), &arguments);
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     let json = one_line(&output);
-    assert_eq!(json["schema"], "photolith-render-1");
+    assert_eq!(json["schema"], "photolith-render-2");
     assert_eq!((&json["output"], &json["spp_done"], &json["stopped"]), (&"out.png".into(), &4.into(), &false.into()));
     assert_eq!((&json["samples"], &json["bad_samples"]), (&(24 * 16 * 4).into(), &0.into()));
     for key in ["setup_s", "render_s", "rays", "shadow_rays", "msamples_per_s", "mrays_per_s", "peak_device_bytes"] {
@@ -174,10 +174,10 @@ fn info_and_devices() {
     let directory = directory();
     let d = directory.path();
     let json = one_line(&run(d, &format!("info {} --json", scene_path("glass").display())));
-    assert_eq!(json["schema"], "photolith-info-1");
+    assert_eq!(json["schema"], "photolith-info-2");
     assert_eq!((&json["spheres"], &json["triangles"], &json["point_lights"]), (&10.into(), &0.into(), &1.into()));
     assert_eq!((&json["width"], &json["samples"], &json["max_depth"]), (&1024.into(), &600.into(), &20.into()));
-    assert!(json["tree"].is_null());
+    assert!(json["bvh"].is_null());
     assert_eq!(json["features"]["dielectric"]["compiled"], true);
     assert_eq!(json["features"]["emitter"]["compiled"], false);
     let output = run(d, "info ball.toml");
@@ -209,10 +209,12 @@ fn info_and_devices() {
 fn vectors_of_any_width_give_the_same_bits() {
     let directory = directory();
     let scene = scene_path("spheres");
-    let image = |width: &str, reuse: &str| {
-        let output = format!("{width}-{reuse}.pfm");
+    let image = |width: &str, techniques: &str| {
+        let output = format!("{width}{techniques}.pfm");
         let mut command = program(directory.path());
-        command.args(["render", "--size", "40x24", "--samples", "4", "--reuse", reuse, "-o", &output]).arg(&scene);
+        command
+            .args(["render", "--size", "40x24", "--samples", "4", "--techniques", techniques, "-o", &output])
+            .arg(&scene);
         // The driver's cache does not tell widths apart: the program does.
         command.env_remove("MESA_SHADER_CACHE_DIR").env("LP_NATIVE_VECTOR_WIDTH", width);
         command.env("XDG_CACHE_HOME", directory.path().join("cache"));
@@ -220,10 +222,10 @@ fn vectors_of_any_width_give_the_same_bits() {
         assert!(found.status.success(), "{}", text(&found.stderr));
         fs::read(directory.path().join(output)).expect("an image")
     };
-    let [shared, own] = ["always", "off"].map(|reuse| image("256", reuse));
-    assert_eq!(image("512", "always"), shared);
-    assert_eq!(image("512", "off"), own);
+    let [shared, own] = ["+reuse", "-reuse"].map(|techniques| image("256", techniques));
+    assert_eq!(image("512", "+reuse"), shared);
+    assert_eq!(image("512", "-reuse"), own);
     // The four lanes of 128 bits have no room for groups of eight pixels.
     assert_ne!(shared, own);
-    assert_eq!(image("128", "always"), own);
+    assert_eq!(image("128", "+reuse"), own);
 }

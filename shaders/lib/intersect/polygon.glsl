@@ -85,10 +85,6 @@ struct QuickPolygon {
     vec4 plane;
 };
 
-// Bit n: the normal of polygon n is closest to the x axis, to the y axis.
-layout(constant_id = 208) const uint POLYGONS_ACROSS_X = 0u;
-layout(constant_id = 209) const uint POLYGONS_ACROSS_Y = 0u;
-
 // Where a ray meets the plane of a polygon.
 struct PlaneHit {
     float t;
@@ -112,19 +108,19 @@ PlaneHit plane_hit(QuickPolygon f, uint bit, vec3 o, vec3 d, float reach) {
 // Not less than the distance of any corner: in render space they are within a distance of 2 of the camera.
 float reach_from(vec3 o) { return length(o) + 2.0; }
 
-#define POLYGON_CONSTANTS(n, base)                                        \
-    layout(constant_id = base) const float FACET_##n##_AX = 0.0;         \
-    layout(constant_id = base + 1) const float FACET_##n##_AY = 0.0;     \
-    layout(constant_id = base + 2) const float FACET_##n##_BX = 0.0;     \
-    layout(constant_id = base + 3) const float FACET_##n##_BY = 0.0;     \
-    layout(constant_id = base + 4) const float FACET_##n##_CX = 0.0;     \
-    layout(constant_id = base + 5) const float FACET_##n##_CY = 0.0;     \
-    layout(constant_id = base + 6) const float FACET_##n##_DX = 0.0;     \
-    layout(constant_id = base + 7) const float FACET_##n##_DY = 0.0;     \
-    layout(constant_id = base + 8) const float FACET_##n##_NX = 0.0;     \
-    layout(constant_id = base + 9) const float FACET_##n##_NY = 0.0;     \
-    layout(constant_id = base + 10) const float FACET_##n##_NZ = 0.0;    \
-    vec4 polygon_edges_##n;                                                \
+#define POLYGON_CONSTANTS(n, base)                                      \
+    layout(constant_id = base) const float POLYGON_##n##_AX = 0.0;      \
+    layout(constant_id = base + 1) const float POLYGON_##n##_AY = 0.0;  \
+    layout(constant_id = base + 2) const float POLYGON_##n##_BX = 0.0;  \
+    layout(constant_id = base + 3) const float POLYGON_##n##_BY = 0.0;  \
+    layout(constant_id = base + 4) const float POLYGON_##n##_CX = 0.0;  \
+    layout(constant_id = base + 5) const float POLYGON_##n##_CY = 0.0;  \
+    layout(constant_id = base + 6) const float POLYGON_##n##_DX = 0.0;  \
+    layout(constant_id = base + 7) const float POLYGON_##n##_DY = 0.0;  \
+    layout(constant_id = base + 8) const float POLYGON_##n##_NX = 0.0;  \
+    layout(constant_id = base + 9) const float POLYGON_##n##_NY = 0.0;  \
+    layout(constant_id = base + 10) const float POLYGON_##n##_NZ = 0.0; \
+    vec4 polygon_edges_##n;                                             \
     float polygon_plane_##n;
 
 POLYGON_CONSTANTS(0, 256)
@@ -161,9 +157,9 @@ POLYGON_CONSTANTS(30, 736)
 POLYGON_CONSTANTS(31, 752)
 
 #define QUICK_POLYGON_OF(n)                                                                                            \
-    QuickPolygon(vec3(FACET_##n##_AX, FACET_##n##_AY, polygon_edges_##n.x), vec3(FACET_##n##_BX, FACET_##n##_BY, polygon_edges_##n.y), \
-               vec3(FACET_##n##_CX, FACET_##n##_CY, polygon_edges_##n.z), vec3(FACET_##n##_DX, FACET_##n##_DY, polygon_edges_##n.w), \
-               vec4(FACET_##n##_NX, FACET_##n##_NY, FACET_##n##_NZ, polygon_plane_##n))
+    QuickPolygon(vec3(POLYGON_##n##_AX, POLYGON_##n##_AY, polygon_edges_##n.x), vec3(POLYGON_##n##_BX, POLYGON_##n##_BY, polygon_edges_##n.y), \
+               vec3(POLYGON_##n##_CX, POLYGON_##n##_CY, polygon_edges_##n.z), vec3(POLYGON_##n##_DX, POLYGON_##n##_DY, polygon_edges_##n.w), \
+               vec4(POLYGON_##n##_NX, POLYGON_##n##_NY, POLYGON_##n##_NZ, polygon_plane_##n))
 
 // BODY(n) for each polygon.
 #define FOR_EACH_POLYGON(BODY) FOR_0_TO_15(POLYGON_COUNT, BODY) FOR_16_TO_31(POLYGON_COUNT, BODY)
@@ -227,10 +223,7 @@ void closest_polygon(vec3 o, vec3 d, int self_id, inout float t, inout int id) {
     id = nearest_id;
 }
 
-// Bit n: polygon n may lie between two points of the scene. The others bound its convex hull.
-layout(constant_id = 206) const uint POLYGON_OCCLUDERS = 0xffffffffu;
-
-// Whether a polygon lies between o and the point at `distance`; of a ray that is not `enabled`, what is quickly known. (Many of those run
+// Whether a polygon lies between o and the point at `distance`, those that bound the scene's convex hull left out; of a ray that is not `enabled`, what is quickly known. (Many of those run
 // along a polygon, and past its edges.)
 bool any_polygon(vec3 o, vec3 d, float distance, int self_id, bool enabled) {
     int first_id = int(SPHERE_COUNT);

@@ -123,9 +123,6 @@ int solid_occludes_point(vec4 from_point, vec3 d, float distance, int self_id) {
     return self_id == 0 ? occludes : 0;
 }
 
-// Bit n: that point is inside of sphere n.
-layout(constant_id = 200) const uint POINT_INSIDE = 0u;
-
 int either_side_occludes_point(vec4 from_point, bool inside, vec3 d, float distance, int self_id) {
     float k = from_point.w;
     float b = dot(from_point.xyz, d);

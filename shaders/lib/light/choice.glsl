@@ -17,10 +17,6 @@
 #include "triangle.glsl"
 #include "sphere.glsl"
 
-layout(constant_id = 59) const uint LIGHT_ENTRIES = 1u;     // of a cell: a power of two
-layout(constant_id = 60) const uint LIGHT_CELLS = 1u;       // along an axis
-layout(constant_id = 61) const uint LIGHT_DEPTH = 0u;       // levels of the tree below what an entry stands for
-
 const float BELOW_ONE = 0.99999994;
 
 // First entry of the cell around p.

@@ -11,8 +11,6 @@
 #include "../layout.glsl"
 #include "../math.glsl"
 
-layout(constant_id = 29) const uint LIGHT_NODES = 0u;       // texels before those of the lights, see choice.glsl
-
 const uint LIGHT_POINT = 0u;
 const uint LIGHT_TRIANGLE = 1u;
 const uint LIGHT_SPHERE = 2u;

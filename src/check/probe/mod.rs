@@ -16,9 +16,9 @@ use crate::gpu::{Access, BindingKind, BindingSet, Buffer, Context, Pipeline, Tim
 use crate::render::kernel::bindings;
 use crate::render::kernel::bindings::TableBuffers;
 use crate::render::kernel::driver_traits::DriverTraits;
-use crate::render::kernel::layout::{Counters, FilmSlot, Push, binding, constant};
+use crate::render::kernel::layout::{Counters, FilmSlot, Push, binding};
 use crate::render::kernel::sobol;
-use crate::render::kernel::specialization::specialization;
+use crate::render::kernel::specialization::{Compiled, LaunchConstants};
 use crate::render::scene::tables::Tables;
 use crate::render::space::RenderSpace;
 use crate::render::{Features, RenderSettings};
@@ -125,14 +125,17 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
         ]);
         let set = BindingSet::new(&layout, &bound)?;
         let counting = RenderSettings { count_steps: kernel.counts_steps, ..settings.clone() };
-        let mut specialization =
-            specialization(tables, &features, &counting, DriverTraits::of(&device.info).with(settings));
-        specialization
-            .uint(constant::WORKGROUP, kernel.workgroup)
-            .uint(constant::LOOP_BUDGET, kernel.loop_budget)
-            .uint(constant::ENOUGH_LANES, kernel.workgroup - kernel.workgroup / 4)
-            .uint(PROBE, kernel.function)
-            .uint(RUN, kernel.inputs);
+        let traits = DriverTraits::of(&device.info).with(settings);
+        let launch = LaunchConstants {
+            workgroup: kernel.workgroup,
+            loop_budget: kernel.loop_budget,
+            enough_lanes: kernel.workgroup - kernel.workgroup / 4,
+            threads: traits.threads,
+            shuffles: traits.shuffles,
+            ..LaunchConstants::default()
+        };
+        let mut specialization = Compiled { features: &features, tables, settings: &counting, launch }.specialization();
+        specialization.uint(PROBE, kernel.function).uint(RUN, kernel.inputs);
         let pipeline = Pipeline::new(device, kernel.name, &kernel.spirv, &specialization, &layout)?;
         let ticket = timeline.submit(|r| {
             r.clear(&film);

@@ -1,70 +1,23 @@
-//! What host and shader share: the numbers of shaders/lib/layout.glsl, and of geometry.glsl, sphere.glsl, polygon.glsl,
-//! light/light.glsl and choice.glsl.
+//! What host and shader share: bindings, records and push constants of shaders/lib/layout.glsl, and numbers of geometry.glsl, sphere.glsl
+//! and polygon.glsl. Specialization constants are in specialization.rs and features.rs.
 
 use bytemuck::{Pod, Zeroable};
 
 use crate::render::scene::spheres::MAX_CONSTANT_SPHERES;
 
-/// Ids of specialization constants.
+/// How many there is room for.
 pub(crate) mod constant {
-    pub const WORKGROUP: u32 = 0;
-    pub const FILTER: u32 = 2;
-    pub const SAMPLER: u32 = 3;
-    pub const MAX_DEPTH: u32 = 4;
-    pub const ROULETTE_DEPTH: u32 = 5;
-    pub const INDIRECT: u32 = 6;
-    pub const HAS_DIFFUSE: u32 = 7;
-    pub const HAS_MIRROR: u32 = 8;
-    pub const HAS_DIELECTRIC: u32 = 9;
-    pub const HAS_EMITTER: u32 = 10;
-    pub const HAS_BACKGROUND: u32 = 11;
-    pub const SPHERE_COUNT: u32 = 12;
-    pub const HAS_BVH: u32 = 13;
-    pub const BVH_SPHERES: u32 = 14;
-    pub const BVH_TRIANGLES: u32 = 32;
-    pub const BRUTE_FORCE: u32 = 15;
-    pub const MOLLER_TRUMBORE: u32 = 16;
-    pub const SMOOTH_NORMALS: u32 = 17;
-    pub const LIGHT_COUNT: u32 = 18;
-    pub const SOBOL_LEVELS: u32 = 19;
-    pub const LOOP_BUDGET: u32 = 20;
-    pub const ROOT_BOX_COUNT: u32 = 21;
-    pub const LIGHT_KINDS: u32 = 22;
-    pub const STACK_LEVELS: u32 = 23;
-    pub const MUTATION: u32 = 24;
-    pub const EMITTER_COUNT: u32 = 25;
-    pub const PATH_STATS: u32 = 26;
-    pub const REGIONS: u32 = 27;
-    pub const ENOUGH_LANES: u32 = 28;
-    pub const PERSISTENT_THREADS: u32 = 33;
-    pub const THREADS: u32 = 35;
-    pub const SHUFFLES: u32 = 36;
-    pub const SPLIT: u32 = 37;
-    pub const LIGHT_NODES: u32 = 29;
-    pub const LIGHT_LOOPS: u32 = 30;
-    pub const LIGHT_ENTRIES: u32 = 59;
-    pub const LIGHT_CELLS: u32 = 60;
-    pub const LIGHT_DEPTH: u32 = 61;
-    pub const SAMPLE_MAP: u32 = 62;
-    pub const REUSE: u32 = 57;
-    pub const SUBGROUP_LANES: u32 = 58;
-    pub const POLYGON_COUNT: u32 = 31;
-    /// Boxes around children of the BVH's root that there is room for.
+    /// Boxes around children of the BVH's root.
     pub const MAX_TREE_BOXES: usize = crate::accel::WIDTH;
-    /// Two ids a sphere: side, form.
-    pub const SPHERES: u32 = 64;
-    /// Sixteen ids a polygon, of which fifteen are in use: four corners (or edges, see polygon.glsl), unit normal.
-    pub const POLYGONS: u32 = 256;
     /// Polygons that there are constants for.
     pub const MAX_POLYGONS: usize = 32;
-    pub const POINT_INSIDE: u32 = 200;
-    pub const LIGHT_SAMPLES: u32 = 202;
-    pub const POLYGON_OCCLUDERS: u32 = 206;
-    pub const POLYGONS_ACROSS_X: u32 = 208;
-    pub const POLYGONS_ACROSS_Y: u32 = 209;
-    pub const CASTER_COUNT: u32 = 214;
-    pub const CASTER_TEXELS: u32 = 215;
 }
+
+/// First specialization constant of the spheres that are written out, two ids each: side, form.
+pub(crate) const SPHERE_CONSTANTS: u32 = 64;
+/// First specialization constant of the polygons that are written out, sixteen ids each, of which eleven are in use: four edges (see
+/// polygon.glsl), unit normal.
+pub(crate) const POLYGON_CONSTANTS: u32 = 256;
 
 /// Binding numbers.
 pub(crate) mod binding {
@@ -122,6 +75,11 @@ pub(crate) struct SceneValues {
     pub point_position: [f32; 4],
     pub point_intensity: [f32; 4],
     pub light_grid: [f32; 4],
+    /// Half the image plane's width at distance 1, half its height, and the unit vector to its centre.
+    pub camera_right: [f32; 4],
+    pub camera_up: [f32; 4],
+    pub camera_forward: [f32; 4],
+    pub background: [f32; 4],
     pub record_count: u32,
     /// The last word of the root's record, which says in which order to visit its children.
     pub root_order: u32,
@@ -132,15 +90,11 @@ pub(crate) struct SceneValues {
     pub unused: [u32; 3],
 }
 
-/// Push constants.
+/// Push constants: what changes from dispatch to dispatch.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, Default, PartialEq)]
 pub(crate) struct Push {
-    pub camera_right: [f32; 3],
     pub work_items: u32,
-    pub camera_up: [f32; 4],
-    pub camera_forward: [f32; 4],
-    pub background: [f32; 4],
     pub width: u32,
     pub height: u32,
     pub seed: u32,

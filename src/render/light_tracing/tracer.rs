@@ -15,7 +15,8 @@ use crate::render::kernel;
 use crate::render::kernel::LIGHT_TRACE;
 use crate::render::kernel::bindings;
 use crate::render::kernel::features::Features;
-use crate::render::kernel::layout::{Push, SplatRecord, binding, constant};
+use crate::render::kernel::layout::{Push, SplatRecord, binding};
+use crate::render::kernel::specialization::id;
 use crate::render::light_tracing::splats::{SplatRecords, Splats};
 use crate::render::plan::launch::Launch;
 use crate::render::plan::prepared::Prepared;
@@ -62,10 +63,7 @@ fn workgroup(launch: &Launch) -> u32 {
 /// What the kernel is specialised for.
 pub(crate) fn specialization(launch: &Launch, prepared: &Prepared<'_>) -> Specialization {
     let mut specialization = launch.specialization(prepared);
-    specialization
-        .uint(constant::WORKGROUP, workgroup(launch))
-        .bool(constant::SAMPLE_MAP, false)
-        .bool(constant::REUSE, false);
+    specialization.uint(id::WORKGROUP, workgroup(launch)).bool(id::SAMPLE_MAP, false).bool(id::REUSE, false);
     specialization
 }
 

@@ -6,10 +6,11 @@ use crate::render::error::RenderError;
 use crate::render::film::tiling::slot_count;
 use crate::render::kernel::Schedule;
 use crate::render::kernel::driver_traits::DriverTraits;
-use crate::render::kernel::layout::{FilmSlot, constant, queue};
-use crate::render::kernel::specialization::specialization;
+use crate::render::kernel::layout::{FilmSlot, queue};
+use crate::render::kernel::specialization::{Compiled, LaunchConstants};
 use crate::render::plan::dispatch::{Pace, Rounds};
 use crate::render::plan::distribution::WorkDistribution;
+use crate::render::plan::exclusions::Combination;
 use crate::render::plan::prepared::Prepared;
 use crate::render::plan::scheduler::Job;
 use crate::render::plan::split;
@@ -25,6 +26,12 @@ const KEPT_BYTES: u32 = size_of::<FilmSlot>() as u32;
 pub(crate) struct KernelOptions {
     /// Paths may serve several pixels.
     pub reuse: bool,
+    /// Neighbours are compared.
+    pub gradients: bool,
+    /// Light samples where a path first meets a diffuse surface.
+    pub light_samples: u32,
+    /// What is seen through glass gets more samples.
+    pub glass: bool,
     /// Numbers of samples may differ between pixels.
     pub sample_map: bool,
     /// Targets of light paths, which paths have to know of; 0 without light paths.
@@ -130,6 +137,17 @@ impl Launch {
             Some(2..) if may_draw => WorkDistribution::DrawnOnce { most: most_workgroups },
             _ => WorkDistribution::ToWorkgroups,
         };
+        let combination = Combination {
+            schedule,
+            brute_force: features.brute_force,
+            split: split != Split::NONE,
+            reuse,
+            gradients: kernel.gradients,
+            light_samples: kernel.light_samples,
+            light_tracing: kernel.casters > 0,
+            glass: kernel.glass,
+        };
+        combination.check()?;
         Ok(Self {
             traits,
             kernel,
@@ -170,22 +188,23 @@ impl Launch {
             Schedule::Interleaved => (self.subgroup / 2).max(1),
             Schedule::Inline | Schedule::Queue => (self.workgroup * 7 / 8).max(1),
         };
-        let light_samples = if self.kernel.reuse { tables.light_samples(settings.light_samples) } else { 1 };
-        let mut specialization = specialization(tables, features, settings, *traits);
-        specialization
-            .uint(constant::SOBOL_LEVELS, self.kernel.sobol_levels)
-            .uint(constant::SPLIT, self.split.invocations)
-            .uint(constant::WORKGROUP, self.workgroup)
-            .uint(constant::SUBGROUP_LANES, self.subgroup)
-            .uint(constant::LOOP_BUDGET, self.loop_budget)
-            .uint(constant::REGIONS, self.regions())
-            .uint(constant::ENOUGH_LANES, enough)
-            .uint(constant::LIGHT_SAMPLES, light_samples)
-            .uint(constant::CASTER_COUNT, self.kernel.casters)
-            .bool(constant::PERSISTENT_THREADS, self.distribution.is_drawn())
-            .bool(constant::REUSE, self.kernel.reuse)
-            .bool(constant::SAMPLE_MAP, self.kernel.sample_map);
-        specialization
+        let launch = LaunchConstants {
+            workgroup: self.workgroup,
+            subgroup: self.subgroup,
+            loop_budget: self.loop_budget,
+            regions: self.regions(),
+            enough_lanes: enough,
+            split: self.split.invocations,
+            light_samples: self.kernel.light_samples,
+            casters: self.kernel.casters,
+            sobol_levels: self.kernel.sobol_levels,
+            persistent_threads: self.distribution.is_drawn(),
+            reuse: self.kernel.reuse,
+            sample_map: self.kernel.sample_map,
+            threads: traits.threads,
+            shuffles: traits.shuffles,
+        };
+        Compiled { features, tables, settings, launch }.specialization()
     }
 
     /// How many samples a dispatch takes.

@@ -2,6 +2,7 @@
 
 pub(crate) mod dispatch;
 pub(crate) mod distribution;
+pub(crate) mod exclusions;
 pub(crate) mod launch;
 pub(crate) mod prepared;
 pub(crate) mod scheduler;

@@ -14,7 +14,6 @@ use crate::render::kernel::sobol;
 use crate::render::scene::tables::Tables;
 use crate::render::settings::RenderSettings;
 use crate::render::space::RenderSpace;
-use crate::render::space::view::View;
 
 /// A scene with its tree and its tables, for a renderer ([`Renderer::with`](crate::render::Renderer::with)). No device has a part in it, so
 /// that this can be made while one is opened.
@@ -78,19 +77,5 @@ fn check(settings: &RenderSettings) -> Result<(), RenderError> {
 
 /// The push constants of a rendering, before a dispatch adds its own.
 pub(crate) fn push_constants(scene: &Scene, settings: &RenderSettings) -> Push {
-    let view = View::of(scene);
-    let vector = |v: glam::DVec3| {
-        let v = v.as_vec3();
-        [v.x, v.y, v.z, 0.0]
-    };
-    Push {
-        camera_right: view.right.as_vec3().to_array(),
-        camera_up: vector(view.up),
-        camera_forward: vector(view.forward),
-        background: [scene.background[0] as f32, scene.background[1] as f32, scene.background[2] as f32, 0.0],
-        width: scene.film.width,
-        height: scene.film.height,
-        seed: settings.seed,
-        ..Push::zeroed()
-    }
+    Push { width: scene.film.width, height: scene.film.height, seed: settings.seed, ..Push::zeroed() }
 }

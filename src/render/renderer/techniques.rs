@@ -49,8 +49,16 @@ impl Techniques {
             emitter_bounds: tables.emitter_bounds.clone(),
             glass,
         };
-        let sobol_levels = levels_of_table(features, settings, sample_map);
-        (techniques, KernelOptions { reuse, sample_map, casters, sobol_levels })
+        let options = KernelOptions {
+            reuse,
+            gradients: techniques.gradients,
+            light_samples: if reuse { tables.light_samples(settings.light_samples) } else { 1 },
+            glass,
+            sample_map,
+            casters,
+            sobol_levels: levels_of_table(features, settings, sample_map),
+        };
+        (techniques, options)
     }
 
     /// Whether the image is made from gradients, that being decided about reuse.

@@ -43,6 +43,9 @@ pub(crate) struct Tables {
     /// Point lights and emitters; the latter follow the former.
     pub light_count: u32,
     pub point_count: u32,
+    /// The camera, and radiance of the background.
+    view: View,
+    background: [f64; 3],
     /// The pixels that may show emitters, directly or in mirrors.
     pub emitter_bounds: Vec<Rectangle>,
     /// The only light, if that is a point.
@@ -57,6 +60,7 @@ pub(crate) struct Tables {
     pub seen_from_outside: bool,
     pub constant_spheres: Vec<ConstantSphere>,
     pub polygons: Vec<InlinePolygon>,
+    /// Bit n: polygon n may lie between two points of the scene. The others bound its convex hull.
     pub polygon_occluders: u32,
     /// Whether spheres and triangles are left for the tree.
     pub bvh_spheres: bool,
@@ -106,6 +110,8 @@ impl Tables {
             lights: light_table,
             light_paths,
             splat_texels,
+            view,
+            background: scene.background,
             seen_from_outside,
             tree: tree.map(|_| BvhStatistics { build_seconds, ..packed.statistics }),
             packed,
@@ -195,6 +201,10 @@ impl Tables {
         }
         let grid = &self.lights.grid;
         values.light_grid = grid.center.extend(grid.size).as_vec4().to_array();
+        let View { right, up, forward, .. } = self.view;
+        [values.camera_right, values.camera_up, values.camera_forward] =
+            [right, up, forward].map(|v| v.extend(0.0).as_vec4().to_array());
+        values.background = rgb(self.background, 0.0);
         values
     }
 }

@@ -1,48 +1,148 @@
 //! What can be left out of the path tracer.
 
-/// A part of the path tracer that is left out where a scene does not need it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Feature {
+use crate::scene::{Scene, Surface};
+
+/// What features follow from.
+pub(crate) struct Needs<'a> {
+    scene: &'a Scene,
+    /// Which materials a primitive has.
+    used: Vec<bool>,
+    pub bvh: BvhNeeds,
+}
+
+/// What is left for the BVH, since not all is written out in the shaders.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BvhNeeds {
+    pub spheres: bool,
+    pub triangles: bool,
+}
+
+impl<'a> Needs<'a> {
+    pub fn new(scene: &'a Scene, bvh: BvhNeeds) -> Self {
+        let mut used = vec![false; scene.materials.len()];
+        for sphere in &scene.spheres {
+            used[sphere.material as usize] = true;
+        }
+        for mesh in &scene.meshes {
+            for &m in &mesh.triangle_materials {
+                used[m as usize] = true;
+            }
+        }
+        Self { scene, used, bvh }
+    }
+
+    fn uses(&self, is: fn(&Surface) -> bool) -> bool {
+        self.scene.materials.iter().zip(&self.used).any(|(m, &used)| used && is(&m.surface))
+    }
+
+    fn smooth_normals(&self) -> bool {
+        self.scene.meshes.iter().any(|m| !m.vertex_normals.is_empty())
+    }
+}
+
+/// What `info` says of a feature, and its constant in the shaders.
+pub(crate) struct FeatureRow {
+    pub name: &'static str,
+    /// The name with a plus: the value of the setting that compiles it in without need.
+    pub one_more: &'static str,
+    /// Id and name of the constant, for features that have one of their own.
+    pub constant: Option<(u32, &'static str)>,
+    pub is_on: fn(&FeatureFlags) -> bool,
+    /// Why it is compiled in, and why not.
+    pub why: [&'static str; 2],
+}
+
+/// The table of features: adding one is a row here and its line in layout.glsl.
+///
+/// `field Variant, "name", ID CONSTANT: when a scene needs it; why it is compiled in; why not`. Those without a constant of their own
+/// change that of something else (kernel/specialization.rs, kernel/features.rs).
+macro_rules! features {
+    ($($(#[$doc:meta])* $field:ident $variant:ident, $name:literal, $($id:literal $constant:ident)?:
+        |$n:ident| $needed:expr; $yes:literal; $no:literal;)*) => {
+        /// A part of the path tracer that is left out where a scene does not need it.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum Feature {
+            $($(#[$doc])* $variant,)*
+        }
+
+        impl Feature {
+            /// All of them, and their names.
+            pub const ALL: [(&'static str, Self); [$($name),*].len()] = [$(($name, Self::$variant)),*];
+        }
+
+        /// Which features are compiled in.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub struct FeatureFlags {
+            $($(#[$doc])* pub $field: bool,)*
+        }
+
+        impl FeatureFlags {
+            /// What the features are called, and why they are on or off.
+            pub(crate) const TABLE: &'static [FeatureRow] = &[$(FeatureRow {
+                name: $name,
+                one_more: concat!("+", $name),
+                constant: features!(@constant $($id $constant)?),
+                is_on: |flags| flags.$field,
+                why: [$yes, $no],
+            }),*];
+
+            /// Those that a scene needs, or is to have although it does not need them.
+            pub(crate) fn new(needs: &Needs<'_>, is_forced: impl Fn(Feature) -> bool) -> Self {
+                Self {
+                    $($field: is_forced(Feature::$variant) || {
+                        let $n = needs;
+                        $needed
+                    },)*
+                }
+            }
+        }
+    };
+    (@constant $id:literal $constant:ident) => { Some(($id, stringify!($constant))) };
+    (@constant) => { None };
+}
+
+features! {
     /// Diffuse surfaces, and light that falls on them.
-    Diffuse,
+    diffuse Diffuse, "diffuse", 7 HAS_DIFFUSE: |n| n.uses(Surface::is_diffuse);
+        "a surface uses it"; "no surface uses it";
     /// Mirrors.
-    Mirror,
+    mirror Mirror, "mirror", 8 HAS_MIRROR: |n| n.uses(Surface::is_mirror);
+        "a surface uses it"; "no surface uses it";
     /// Glass.
-    Dielectric,
+    dielectric Dielectric, "dielectric", 9 HAS_DIELECTRIC: |n| n.uses(Surface::is_dielectric);
+        "a surface uses it"; "no surface uses it";
     /// Surfaces that emit.
-    Emitter,
+    emitter Emitter, "emitter", 10 HAS_EMITTER: |n| n.uses(Surface::emits);
+        "a surface uses it"; "no surface uses it";
     /// Light from where a ray meets nothing.
-    Background,
-    /// A tree.
-    Tree,
-    /// Spheres in the tree.
-    BvhSpheres,
-    /// Triangles in the tree.
-    BvhTriangles,
-    /// A stack for trees of any depth.
-    DeepBvh,
-    /// Lights of all kinds, if there is any.
-    LightKinds,
+    background Background, "background", 11 HAS_BACKGROUND: |n| n.scene.background != [0.0; 3];
+        "background.radiance is not black"; "background.radiance is black";
+    /// A BVH: triangles, or spheres beyond the constants.
+    tree Tree, "bvh", 12 HAS_BVH: |n| n.bvh.triangles || n.bvh.spheres;
+        "triangles or many spheres"; "all triangles and spheres are constants";
+    /// Spheres held in the BVH, because constants are full.
+    bvh_spheres BvhSpheres, "bvh-spheres", 13 BVH_SPHERES: |n| n.bvh.spheres;
+        "more spheres than constants hold"; "all spheres are constants";
+    /// Triangles in the BVH.
+    bvh_triangles BvhTriangles, "bvh-triangles", 14 BVH_TRIANGLES: |n| n.bvh.triangles;
+        "meshes beyond the polygons"; "no mesh is in the BVH";
+    /// A stack for BVHs of any depth, whatever the depth of this one.
+    deep_bvh DeepBvh, "deep-bvh", : |_n| false;
+        "was asked for"; "the stack is as deep as the BVH";
+    /// Lights of all kinds, whatever those of the scene are.
+    light_kinds LightKinds, "light-kinds", : |_n| false;
+        "was asked for"; "kinds of lights that the scene has";
     /// Interpolated normals.
-    SmoothNormals,
+    smooth_normals SmoothNormals, "smooth-normals", 15 SMOOTH_NORMALS: |n| n.smooth_normals();
+        "a mesh has them"; "no mesh has them";
     /// All levels of the sampler's table.
-    SamplerLevels,
+    sampler_levels SamplerLevels, "sampler-levels", : |_n| false;
+        "was asked for"; "as many as the number of samples needs";
 }
 
 impl Feature {
-    /// All of them, and their names.
-    pub const ALL: [(&'static str, Self); 12] = [
-        ("diffuse", Self::Diffuse),
-        ("mirror", Self::Mirror),
-        ("dielectric", Self::Dielectric),
-        ("emitter", Self::Emitter),
-        ("background", Self::Background),
-        ("tree", Self::Tree),
-        ("tree-spheres", Self::BvhSpheres),
-        ("tree-triangles", Self::BvhTriangles),
-        ("deep-tree", Self::DeepBvh),
-        ("light-kinds", Self::LightKinds),
-        ("smooth-normals", Self::SmoothNormals),
-        ("sampler-levels", Self::SamplerLevels),
-    ];
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(_, feature)| *feature == self).map_or("", |row| row.0)
+    }
 }

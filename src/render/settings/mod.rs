@@ -3,6 +3,8 @@
 pub(crate) mod feature;
 pub(crate) mod mutation;
 pub(crate) mod named;
+pub(crate) mod table;
+pub(crate) mod techniques;
 
 use std::path::PathBuf;
 use std::time::Duration;

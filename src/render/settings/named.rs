@@ -23,73 +23,57 @@ pub trait Choice: Copy + PartialEq + Default + Send + Sync + 'static {
 impl Choice for Sampler {
     const ALL: &'static [(&'static str, Self, &'static str)] = &[
         ("sobol", Self::Sobol, "Owen-scrambled Sobol points"),
-        ("independent", Self::Independent, "Independent numbers"),
-        ("pcg", Self::Pcg, "PCG (O'Neill 2014), slower; for comparison"),
+        ("independent", Self::Independent, "A hash: independent numbers, with more noise"),
+        ("pcg", Self::Pcg, "PCG (O'Neill 2014), slower"),
     ];
 }
 
 impl Choice for TriangleTest {
     const ALL: &'static [(&'static str, Self, &'static str)] = &[
-        ("watertight", Self::Watertight, "Woop, Benthin and Wald: no leaks between triangles"),
+        ("watertight", Self::Watertight, "Woop, Benthin and Wald (2013): no leaks between triangles"),
         ("moller-trumbore", Self::MollerTrumbore, "Möller and Trumbore (1997); may leak at shared edges"),
     ];
 }
 
 impl Choice for Accel {
     const ALL: &'static [(&'static str, Self, &'static str)] =
-        &[("bvh", Self::Bvh, "Bounding volume hierarchy"), ("none", Self::None, "None")];
+        &[("bvh", Self::Bvh, "A bounding volume hierarchy"), ("none", Self::None, "Every triangle is tested")];
 }
 
 impl Choice for Scheduler {
     const ALL: &'static [(&'static str, Self, &'static str)] = &[
-        ("auto", Self::Auto, "What is faster on the device"),
-        ("inline", Self::Inline, "Each lane traverses the BVH at once"),
-        (
-            "interleaved",
-            Self::Interleaved,
-            "Lanes whose rays are done shade while others traverse the BVH (not where paths are reused)",
-        ),
-        ("queue", Self::Queue, "Paths that need the tree wait, until a whole subgroup traversals it together"),
+        ("auto", Self::Auto, "Whichever is fastest on the device"),
+        ("inline", Self::Inline, "Each lane traverses the BVH for each of its rays at once"),
+        ("interleaved", Self::Interleaved, "Lanes whose rays are done shade while others traverse; not with reuse"),
+        ("queue", Self::Queue, "Rays wait until a whole subgroup traverses the BVH together"),
     ];
 }
 
 impl Choice for Reuse {
     const ALL: &'static [(&'static str, Self, &'static str)] = &[
-        (
-            "auto",
-            Self::Auto,
-            "In scenes with indirect light on diffuse surfaces, if a few samples beforehand show that it pays; on GPUs in \
-             long renderings",
-        ),
-        ("always", Self::Always, "The same, whether it pays or not"),
+        ("auto", Self::Auto, "Where a pilot pass shows that it pays; on GPUs in long renderings only"),
+        ("always", Self::Always, "Wherever the scene and the device allow it"),
         ("off", Self::Off, "Never"),
     ];
 }
 
 impl Choice for Gradients {
     const ALL: &'static [(&'static str, Self, &'static str)] = &[
-        ("auto", Self::Auto, "From 2 samples per pixel on, where paths serve several pixels, if most noise is theirs"),
+        ("auto", Self::Auto, "With reuse, from 2 samples per pixel on, where the pilot pass shows that they pay"),
         ("off", Self::Off, "Never"),
     ];
 }
 
 impl Choice for SampleMap {
     const ALL: &'static [(&'static str, Self, &'static str)] = &[
-        (
-            "auto",
-            Self::Auto,
-            "Where it pays: half, twice or four times --samples, in the time of as many everywhere (with --samples 1 to 3 \
-             nowhere fewer, and up to 1.4 times as many in all); up to 32 times at edges of bright emitters",
-        ),
+        ("auto", Self::Auto, "Where it pays, in the time of as many samples everywhere"),
         ("off", Self::Off, "Never"),
     ];
 }
 
 impl Choice for LightSamples {
-    const ALL: &'static [(&'static str, Self, &'static str)] = &[
-        ("auto", Self::Auto, "Four, where paths serve several pixels and there is more than a point light"),
-        ("one", Self::One, "One"),
-    ];
+    const ALL: &'static [(&'static str, Self, &'static str)] =
+        &[("auto", Self::Auto, "Four, with reuse and more light than a point"), ("one", Self::One, "One")];
 }
 
 impl Choice for LightTracing {

@@ -8,11 +8,12 @@ use std::mem::offset_of;
 
 use crate::render::film::tiling;
 use crate::render::kernel::layout::{
-    Counters, FilmSlot, GradientSlot, Push, SceneValues, SplatRecord, binding, bsdf, constant, flag, mode, multiplier,
-    queue,
+    Counters, FilmSlot, GradientSlot, POLYGON_CONSTANTS, Push, SPHERE_CONSTANTS, SceneValues, SplatRecord, binding,
+    bsdf, constant, flag, mode, multiplier, queue,
 };
 use crate::render::kernel::layout_tests::reflect::{Interface, interface};
 use crate::render::kernel::sobol;
+use crate::render::kernel::specialization::{self, id};
 use crate::render::kernel::{LIGHT_TRACE, PATH_KERNELS};
 use crate::render::light::table;
 use crate::render::scene::spheres::MAX_CONSTANT_SPHERES;
@@ -21,66 +22,19 @@ use crate::render::settings::mutation::Mutation;
 
 /// Every specialization constant that the shaders may have, by name.
 fn expected_constants() -> BTreeMap<String, u32> {
-    let features = [
-        ("FILTER", constant::FILTER),
-        ("SAMPLER", constant::SAMPLER),
-        ("MAX_DEPTH", constant::MAX_DEPTH),
-        ("ROULETTE_DEPTH", constant::ROULETTE_DEPTH),
-        ("INDIRECT", constant::INDIRECT),
-        ("HAS_DIFFUSE", constant::HAS_DIFFUSE),
-        ("HAS_MIRROR", constant::HAS_MIRROR),
-        ("HAS_DIELECTRIC", constant::HAS_DIELECTRIC),
-        ("HAS_EMITTER", constant::HAS_EMITTER),
-        ("HAS_BACKGROUND", constant::HAS_BACKGROUND),
-        ("SPHERE_COUNT", constant::SPHERE_COUNT),
-        ("HAS_TREE", constant::HAS_BVH),
-        ("TREE_SPHERES", constant::BVH_SPHERES),
-        ("TREE_TRIANGLES", constant::BVH_TRIANGLES),
-        ("BRUTE_FORCE", constant::BRUTE_FORCE),
-        ("MOLLER_TRUMBORE", constant::MOLLER_TRUMBORE),
-        ("SMOOTH_NORMALS", constant::SMOOTH_NORMALS),
-        ("LIGHT_COUNT", constant::LIGHT_COUNT),
-        ("SOBOL_LEVELS", constant::SOBOL_LEVELS),
-        ("LOOP_BUDGET", constant::LOOP_BUDGET),
-        ("TREE_BOX_COUNT", constant::ROOT_BOX_COUNT),
-        ("LIGHT_KINDS", constant::LIGHT_KINDS),
-        ("TREE_LEVELS", constant::STACK_LEVELS),
-        ("MUTATION", constant::MUTATION),
-        ("EMITTER_COUNT", constant::EMITTER_COUNT),
-        ("PATH_STATS", constant::PATH_STATS),
-        ("REGIONS", constant::REGIONS),
-        ("SAMPLE_MAP", constant::SAMPLE_MAP),
-        ("REUSE", constant::REUSE),
-        ("SUBGROUP_LANES", constant::SUBGROUP_LANES),
-        ("DRAWS_WORK", constant::PERSISTENT_THREADS),
-        ("ENOUGH_LANES", constant::ENOUGH_LANES),
-        ("LIGHT_NODES", constant::LIGHT_NODES),
-        ("LIGHT_LOOPS", constant::LIGHT_LOOPS),
-        ("LIGHT_ENTRIES", constant::LIGHT_ENTRIES),
-        ("LIGHT_CELLS", constant::LIGHT_CELLS),
-        ("LIGHT_DEPTH", constant::LIGHT_DEPTH),
-        ("FACET_COUNT", constant::POLYGON_COUNT),
-        ("POINT_INSIDE", constant::POINT_INSIDE),
-        ("THREADS", constant::THREADS),
-        ("SHUFFLES", constant::SHUFFLES),
-        ("SPLIT", constant::SPLIT),
-        ("LIGHT_SAMPLES", constant::LIGHT_SAMPLES),
-        ("FACET_OCCLUDERS", constant::POLYGON_OCCLUDERS),
-        ("FACETS_ACROSS_X", constant::POLYGONS_ACROSS_X),
-        ("FACETS_ACROSS_Y", constant::POLYGONS_ACROSS_Y),
-        ("BEAM_TARGETS", constant::CASTER_COUNT),
-        ("BEAM_TEXELS", constant::CASTER_TEXELS),
-    ];
-    let mut all: BTreeMap<_, _> = features.into_iter().map(|(name, id)| (name.to_owned(), id)).collect();
+    let mut all: BTreeMap<_, _> = specialization::names().map(|(id, name)| (name.to_owned(), id)).collect();
+    // The size of the workgroup has no name in SPIR-V.
+    all.remove("WORKGROUP");
+    all.insert(String::new(), id::WORKGROUP);
     let mut add = |prefix: &str, base: u32, names: &[&str]| {
         all.extend(names.iter().zip(base..).map(|(name, id)| (format!("{prefix}_{name}"), id)));
     };
     for i in 0..MAX_CONSTANT_SPHERES {
-        add(&format!("SPHERE_{i}"), constant::SPHERES + 2 * i as u32, &["SIDE", "FORM"]);
+        add(&format!("SPHERE_{i}"), SPHERE_CONSTANTS + 2 * i as u32, &["SIDE", "FORM"]);
     }
     for i in 0..constant::MAX_POLYGONS {
         let names = ["AX", "AY", "BX", "BY", "CX", "CY", "DX", "DY", "NX", "NY", "NZ"];
-        add(&format!("FACET_{i}"), constant::POLYGONS + 16 * i as u32, &names);
+        add(&format!("POLYGON_{i}"), POLYGON_CONSTANTS + 16 * i as u32, &names);
     }
     all
 }
@@ -94,9 +48,7 @@ fn kernels() -> Vec<(&'static str, Interface)> {
 /// another number, and all together have all of them.
 #[test]
 fn specialization_constants() {
-    let mut expected = expected_constants();
-    // The size of the workgroup has no name in SPIR-V.
-    expected.insert(String::new(), constant::WORKGROUP);
+    let expected = expected_constants();
     let mut all = BTreeMap::new();
     for (kernel, interface) in kernels() {
         let found: BTreeMap<_, _> = interface.constants.iter().cloned().collect();
@@ -115,7 +67,7 @@ fn specialization_constants() {
 #[test]
 fn bindings() {
     let all = [
-        (binding::TREE, "tree_texels", false),
+        (binding::TREE, "bvh_texels", false),
         (binding::GEOMETRY, "geometry_texels", false),
         (binding::SOBOL, "sobol_texels", false),
         (binding::LIGHTS, "light_texels", false),
@@ -125,7 +77,7 @@ fn bindings() {
         (binding::QUEUE_POOL, "QueuePool", true),
         (binding::PATH_TEXELS, "path_texels", false),
         (binding::GRADIENTS, "gradient_texels", false),
-        (binding::LIGHT_PATHS, "beam_texels", false),
+        (binding::LIGHT_PATHS, "splat_texels", false),
         (binding::SCENE, "SceneValues", false),
         (binding::FILM_ROWS, "Film", true),
         (binding::FILM_ROWS, "FilmWords", true),
@@ -142,11 +94,7 @@ fn bindings() {
 #[test]
 fn push_constants() {
     let expected = [
-        ("camera_right", offset_of!(Push, camera_right)),
-        ("pieces", offset_of!(Push, work_items)),
-        ("camera_up", offset_of!(Push, camera_up)),
-        ("camera_forward", offset_of!(Push, camera_forward)),
-        ("background", offset_of!(Push, background)),
+        ("work_items", offset_of!(Push, work_items)),
         ("width", offset_of!(Push, width)),
         ("height", offset_of!(Push, height)),
         ("seed", offset_of!(Push, seed)),
@@ -156,11 +104,11 @@ fn push_constants() {
         ("max_new_samples", offset_of!(Push, max_new_samples)),
         ("band_first", offset_of!(Push, band_first)),
         ("tile_step", offset_of!(Push, tile_step)),
-        ("piece_stride", offset_of!(Push, work_item_stride)),
+        ("work_item_stride", offset_of!(Push, work_item_stride)),
         ("modes", offset_of!(Push, modes)),
         ("band_rows", offset_of!(Push, band_rows)),
         ("other_samples", offset_of!(Push, other_samples)),
-        ("beam_scale", offset_of!(Push, light_path_scale)),
+        ("light_path_scale", offset_of!(Push, light_path_scale)),
         ("tile_bits", offset_of!(Push, tile_bits)),
     ]
     .map(|(name, offset)| (name.to_owned(), offset));
@@ -177,11 +125,15 @@ fn push_constants() {
 fn scene_values() {
     let expected = [
         ("sphere_values", offset_of!(SceneValues, spheres)),
-        ("tree_box_values", offset_of!(SceneValues, root_boxes)),
-        ("facet_values", offset_of!(SceneValues, polygons)),
+        ("root_box_values", offset_of!(SceneValues, root_boxes)),
+        ("polygon_values", offset_of!(SceneValues, polygons)),
         ("point_position", offset_of!(SceneValues, point_position)),
         ("point_intensity", offset_of!(SceneValues, point_intensity)),
         ("light_grid", offset_of!(SceneValues, light_grid)),
+        ("camera_right", offset_of!(SceneValues, camera_right)),
+        ("camera_up", offset_of!(SceneValues, camera_up)),
+        ("camera_forward", offset_of!(SceneValues, camera_forward)),
+        ("background", offset_of!(SceneValues, background)),
         ("record_count", offset_of!(SceneValues, record_count)),
         ("root_order", offset_of!(SceneValues, root_order)),
         ("first_material", offset_of!(SceneValues, first_material)),
@@ -212,7 +164,7 @@ fn records() {
     assert!(notes.contains(&format!("const uint SLOT_BITS = {}u;", queue::PATHS.ilog2())));
     let layout = include_str!("../../../../shaders/lib/layout.glsl");
     let gradient = include_str!("../../../../shaders/lib/gradient.glsl");
-    assert!(gradient.contains(&format!("const uint TRIAL = {}u;", queue::PILOT_SAMPLES)));
+    assert!(gradient.contains(&format!("const uint PILOT_SAMPLES = {}u;", queue::PILOT_SAMPLES)));
     assert!(gradient.contains(&format!("const uint MOST_GRADIENTS = {}u;", queue::MOST_GRADIENTS)));
     assert_eq!((offset_of!(GradientSlot, right), offset_of!(GradientSlot, down)), (16, 32));
     assert!(layout.contains(&format!("const uint GRADIENT_ROWS = {}u;", size_of::<GradientSlot>() / 16)));
@@ -223,7 +175,7 @@ fn records() {
     assert!(map.contains("const int SHIFTED_MULTIPLIER = MULTIPLIER_BITS;") && multiplier::SHIFTED == multiplier::BITS);
     for (name, bit) in [
         ("MODE_SHIFTED", mode::SHIFTED),
-        ("MODE_ALIKE", mode::CORRELATED),
+        ("MODE_CORRELATED", mode::CORRELATED),
         ("MODE_SURVEY", mode::SURVEY),
         ("MODE_SCATTERED", mode::SCATTERED),
         ("MODE_REUSED", mode::REUSED),
@@ -237,7 +189,7 @@ fn records() {
     assert!(light_trace.contains(&format!("const uint NO_PIXEL = {:#x}u;", SplatRecord::NO_PIXEL)));
     assert!(light_trace.contains(&format!("const uint UNFINISHED = {:#x}u;", SplatRecord::UNFINISHED)));
     let light_path = include_str!("../../../../shaders/lib/light_tracing.glsl");
-    assert!(light_path.contains(&format!("const uint BEAM_HITS = {}u;", SplatRecord::MOST + 1)));
+    assert!(light_path.contains(&format!("const uint LIGHT_PATH_HITS = {}u;", SplatRecord::MOST + 1)));
     assert_eq!((offset_of!(SplatRecord, pixel), size_of::<SplatRecord>()), (12, 16));
     for (name, offset) in [
         ("COUNT_SAMPLES", offset_of!(Counters, samples)),
@@ -247,8 +199,8 @@ fn records() {
         ("COUNT_STEPS", offset_of!(Counters, steps)),
         ("COUNT_TRUNCATED", offset_of!(Counters, truncated)),
         ("COUNT_REUSED", offset_of!(Counters, reused)),
-        ("COUNT_MISFITS", offset_of!(Counters, subgroup_mismatches)),
-        ("COUNT_DRAWN", offset_of!(Counters, drawn)),
+        ("COUNT_SUBGROUP_MISMATCHES", offset_of!(Counters, subgroup_mismatches)),
+        ("COUNT_WORK_ITEMS", offset_of!(Counters, drawn)),
     ] {
         let line = format!("const uint {name} = {}u;", offset / size_of::<u64>());
         assert!(layout.contains(&line), "layout.glsl should have `{line}`");
