@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use photolith::image::read;
 
-use super::common::scene_path;
+use super::assets::scene_path;
 use super::*;
 
 /// The time limit is over before the first dispatch ends, so that each start does one.

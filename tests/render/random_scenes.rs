@@ -1,16 +1,15 @@
 //! Random scenes, on the device and by the oracle: the same geometry is seen, and the same light.
 
-mod common;
-
 use std::ops::ControlFlow;
 
-use common::context;
 use glam::DVec3;
 use photolith::oracle::{self, OracleSettings};
 use photolith::scene::*;
 use photolith::{Context, RenderSettings, Renderer};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestRng, TestRunner};
+
+use crate::harness::context;
 
 const SIDE: u32 = 16;
 /// Images of each scene.
