@@ -131,7 +131,7 @@ void main() [[maximally_reconverges]] {
                 }
                 Vertex vertex;
                 ShadowRay shadow;
-                bool alive = path_arrive(path, hit_of(ray_of(path), id, t), key, 1u, radiance, vertex, shadow);
+                bool alive = path_arrive(path, hit_of(id, t), key, 1u, radiance, vertex, shadow);
                 counts.rays += 1u;
                 uint entry = 0u;        // of the shadow ray
                 if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {

@@ -154,7 +154,7 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         vec3 radiance = second ? vec3(0.0) : h.radiance;
         vec3 direct = h.radiance;
         uint light_samples = reuses() ? LIGHT_SAMPLES : 1u;
-        Hit hit = hit_of(ray_of(h.path), shades ? h.id : -1, h.t);
+        Hit hit = hit_of(shades ? h.id : -1, h.t);
         bool alive = path_arrive(h.path, hit, key, light_samples, radiance, vertex, shadow) && shades;
         h.radiance = shades ? radiance : h.radiance;
         if (REUSE) {

@@ -40,9 +40,16 @@ fn of_control_group() -> Option<u64> {
     let number =
         |folder: &std::path::Path, file| std::fs::read_to_string(folder.join(file)).ok()?.trim().parse::<u64>().ok();
     let group = std::path::Path::new("/sys/fs/cgroup").join(path.trim_start_matches('/'));
+    // What is kept of files is given back when memory is asked for.
+    let of_files = |folder: &std::path::Path| -> Option<u64> {
+        let text = std::fs::read_to_string(folder.join("memory.stat")).ok()?;
+        text.lines().find_map(|line| line.strip_prefix("file "))?.trim().parse().ok()
+    };
     let left = |folder: &std::path::Path| {
         // The word "max" is no number: there is no limit.
-        Some(number(folder, "memory.max")?.saturating_sub(number(folder, "memory.current")?))
+        let most = number(folder, "memory.max")?;
+        let used = number(folder, "memory.current")?.saturating_sub(of_files(folder).unwrap_or(0));
+        Some(most.saturating_sub(used))
     };
     group.ancestors().take_while(|folder| folder.starts_with("/sys/fs/cgroup")).filter_map(left).min()
 }

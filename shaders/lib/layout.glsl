@@ -77,7 +77,7 @@ const uint MUTATE_LIGHT_TRACING = 27u;
 // ---- bindings
 // All texels are bits, of numbers too: lavapipe compiles five functions for each format that it meets, and small integers
 // among numbers cannot be taken for denormal ones.
-layout(binding = 0) uniform usamplerBuffer bvh_texels;    // 3 texels a record, then 1 a record, see intersect/bvh/
+layout(binding = 0) uniform usamplerBuffer bvh_texels;    // 3 texels a record, then 2 numbers a record, see intersect/bvh/
 layout(binding = 1) uniform usamplerBuffer geometry_texels;    // primitives, materials and vertices, see geometry.glsl
 layout(binding = 2) uniform usamplerBuffer sobol_texels;   // see sampler.glsl
 layout(binding = 3) uniform usamplerBuffer light_texels;   // see light/

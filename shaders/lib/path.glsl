@@ -77,11 +77,6 @@ Path path_begin(Camera camera, uvec2 at, uint key, uint index) {
     return Path(vec3(0.0), camera_direction(camera, at, u), -1, vec3(1.0), 0u, index, vec3(0.0), 0.0, 0.0, 0u);
 }
 
-// Samples that are no light, but tell what the camera sees, directly or in mirrors: the place of a reconnectable surface
-// (gradient.glsl), or what decides about the sample map (sample_map.glsl).
-bool finds_places() { return REUSE && in_mode(MODE_SURVEY); }
-bool finds_emitters() { return SAMPLE_MAP && in_mode(MODE_EMITTERS); }
-
 // ---- light that arrives directly
 
 // Whether the members of a group of pixels sample lights alike where they first meet a reconnectable surface (reuse.glsl), and the
@@ -178,7 +173,7 @@ vec3 emitted_light(Path path, Vertex v, bool met, float t, uint light_samples) {
 // ---- a vertex
 
 // The surface that a ray has met; what a path makes of it is still to be told.
-Vertex vertex_at(Hit hit, Ray ray) {
+Vertex vertex_at(inout Hit hit, Ray ray) {
     Vertex v;
     v.surface = surface_at(hit, ray);
     v.self_id = hit.self_id;
@@ -207,12 +202,15 @@ bool path_arrive(Path path, Hit hit, uint key, uint light_samples, inout vec3 ra
     bool reconnectable = is_reconnectable(v.bsdf);
     bool alive = met && v.hits <= MAX_DEPTH;
     bool mirror = HAS_MIRROR && v.bsdf.type == BSDF_MIRROR;
-    if (finds_places()) radiance = alive && reconnectable ? v.surface.position : vec3(0.0);
-    if (finds_emitters()) {
+    // Samples that are no light, but tell what the camera sees, directly or in mirrors: the place of a reconnectable surface
+    // (gradient.glsl), or what decides about the sample map (sample_map.glsl).
+    if (REUSE && in_mode(MODE_SURVEY)) radiance = alive && reconnectable ? v.surface.position : vec3(0.0);
+    if (SAMPLE_MAP && in_mode(MODE_EMITTERS)) {
         bool glass = HAS_DIELECTRIC && v.bsdf.type == BSDF_DIELECTRIC;
         radiance = seen + vec3(met ? brightness(emitted) : 0.0, alive && mirror ? 1.0 : 0.0, alive && glass ? 1.0 : 0.0);
     }
-    if (finds_places() || finds_emitters()) alive = alive && mirror;
+    bool surveys = (REUSE || SAMPLE_MAP) && in_mode(MODE_SURVEY | MODE_EMITTERS);
+    if (surveys) alive = alive && mirror;
     v.first = REUSE && !has_flag(path, PATH_RECONNECTABLE);
     v.shareable = has_flag(path, PATH_FROM_FIRST) && reconnectable && alive && throughput != vec3(0.0);
     v.throughput = v.shareable ? vec3(1.0) : throughput;
@@ -228,11 +226,11 @@ bool path_arrive(Path path, Hit hit, uint key, uint light_samples, inout vec3 ra
         shadow.enabled = shadow.enabled && alive;
     }
     alive = alive && (LIGHT_AFTER_LAST_HIT || !v.last);
-    // The constant comes first, so that nothing of it is left where there is no roulette (src/gpu/prune.rs).
-    if (ROULETTE_DEPTH > 0u && v.hits >= ROULETTE_DEPTH) {
+    // The constant alone, so that nothing of it is left where there is no roulette (src/gpu/prune.rs).
+    if (ROULETTE_DEPTH > 0u) {
         // A path is safe while its throughput is above ¼: ending strong paths costs more in noise than it saves. Where the path gets
         // further samples of light, its throughput must be what light counts.
-        bool may_end = !finds_places() && !finds_emitters() && !(light_samples > 1u && v.first && reconnectable);
+        bool may_end = v.hits >= ROULETTE_DEPTH && !surveys && !(light_samples > 1u && v.first && reconnectable);
         float survive = may_end ? fast_min(4.0 * strongest, 0.95) : 1.0;
         alive = alive && sample_independent(key, path.index, v.hits) < survive;
         v.throughput *= 1.0 / survive;

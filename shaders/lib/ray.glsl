@@ -13,7 +13,7 @@ struct Hit {
     float t;
     int primitive;      // its number in geometry.glsl; -1: the ray meets nothing
     int instance;       // 0: instances are primitives of their own
-    vec2 barycentrics;  // of a triangle: weights of its vertices 1 and 2
+    vec2 barycentrics;  // of a triangle: weights of its vertices 1 and 2; known once surface_at has been called (surface.glsl)
     int self_id;        // handle by which rays that leave the surface name it; only code in intersect/ knows what it means
 };
 

@@ -88,7 +88,7 @@ Surface surface_of_constant(int primitive, vec3 p) {
 }
 
 // Of a triangle, or of a sphere that is no constant; `p` is a point near the hit.
-Surface surface_of_primitive(Hit hit, vec3 p) {
+Surface surface_of_primitive(inout Hit hit, Ray ray, vec3 p) {
     int primitive = max(hit.primitive, 0);
     uvec4 shape = primitive_shape(primitive);
     uvec4 attributes = primitive_attributes(primitive);
@@ -98,9 +98,10 @@ Surface surface_of_primitive(Hit hit, vec3 p) {
     float curvature = 0.0;
     float offset = 0.0;
     if (BVH_TRIANGLES) {
-        // From barycentrics: closer to the plane than o + t·d. The weights sum up to 1 but for one rounding; with those of the products
-        // and sums the error is within pbrt's bound γ(7)(|b0 v0| + |b1 v1| + |b2 v2|).
+        // From barycentrics of the exact vertices, whatever has found the hit: closer to the plane than o + t·d. The weights sum up to 1
+        // but for two roundings; with those of products and sums the error is within pbrt's bound γ(7)(|b0 v0| + |b1 v1| + |b2 v2|).
         Triangle corners = triangle_of(shape);
+        hit.barycentrics = barycentrics_of(ray.origin, ray.direction, corners);
         vec3 b = vec3(1.0 - hit.barycentrics.x - hit.barycentrics.y, hit.barycentrics);
         vec3 p0 = b.x * corners.v0;
         vec3 p1 = b.y * corners.v1;
@@ -122,14 +123,15 @@ Surface surface_of_primitive(Hit hit, vec3 p) {
     return Surface(p, n, ns, fetch_material(material_index(shape.w)), offset, curvature, int(attributes.w));
 }
 
-// The surface that a ray meets. For rays that meet none it is some surface: the table has a primitive even if the scene is empty.
-Surface surface_at(Hit hit, Ray ray) {
+// The surface that a ray meets, and the barycentrics there. For rays that meet none it is some surface: the table has a primitive even
+// if the scene is empty.
+Surface surface_at(inout Hit hit, Ray ray) {
     vec3 p = ray.origin + (hit.primitive >= 0 ? hit.t : 0.0) * ray.direction;
     if (!HAS_BVH) return surface_of_constant(max(hit.primitive, 0), p);
-    if (CONSTANTS == 0u) return surface_of_primitive(hit, p);
+    if (CONSTANTS == 0u) return surface_of_primitive(hit, ray, p);
     bool is_constant = hit.primitive < int(CONSTANTS);
     Surface s = surface_of_constant(is_constant ? max(hit.primitive, 0) : 0, p);
-    if (!is_constant) s = surface_of_primitive(hit, p);
+    if (!is_constant) s = surface_of_primitive(hit, ray, p);
     return s;
 }
 

@@ -24,7 +24,7 @@ Hit closest_facet_exactly(Ray ray) {
         t = closer ? h : t;
         id = closer ? int(SPHERE_COUNT) + n : id;
     }
-    return hit_of(ray, id, t);
+    return hit_of(id, t);
 }
 
 void closest(uint i) {

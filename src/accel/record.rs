@@ -1,11 +1,11 @@
-//! The packed tree as the shaders read it: one record of three texels for inner nodes and leaves alike; then, for each record, a
-//! texel that tells which primitives it holds, and is read once a hit is known.
+//! The packed tree as the shaders read it: one record of three texels for inner nodes and leaves alike; then, for each record, two
+//! numbers of primitives that it holds, which are read once a hit is known.
 //!
 //! ```text
 //! inner node   origin | first child, above INNER;   lo | exponents;            hi | children and their order
 //! triangles    v0 | v3.x;                           v1 | v3.y;                 v2 | v3.z
 //! sphere       centre | -;                          (radius, -, -) | −2;       -
-//! primitives   first, second, -, -
+//! primitives   first, second of a record;   first, second of the next one
 //! ```
 //! Triangles are v0, v1, v2 and v3, v2, v1, whose corners have been turned for that ([`Leaf`]). If there is only one, v3 is v1,
 //! and the other has no area.
@@ -36,8 +36,10 @@ pub const MAX_RECORDS: usize = 1 << 25;
 
 /// The three texels of a record that a traversal reads.
 type Record = [Texel; 3];
-/// Texels of a record, with that of its primitives.
-const TEXELS: usize = 4;
+/// The primitives that it holds.
+type Held = [u32; 2];
+/// Bytes of both.
+const RECORD_BYTES: usize = size_of::<Record>() + size_of::<Held>();
 
 /// Subtrees with more records than this are packed by a task of their own.
 const PARALLEL_ABOVE: usize = 4096;
@@ -54,7 +56,7 @@ fn texel(v: Vec3, w: u32) -> Texel {
 }
 
 /// No primitive.
-const NO_PRIMITIVES: Texel = [Leaf::NONE, Leaf::NONE, 0, 0];
+const NO_PRIMITIVES: Held = [Leaf::NONE; 2];
 
 /// The record of a leaf.
 fn leaf_record(leaf: Leaf, primitives: &[Primitive]) -> Record {
@@ -81,8 +83,10 @@ fn leaf_record(leaf: Leaf, primitives: &[Primitive]) -> Record {
 pub struct Packed {
     /// Around each child of the root, at most four: they are tested before anything is read.
     pub root_boxes: Vec<Aabb>,
-    /// Three texels a record, the root's first, and then one a record.
+    /// Three texels a record, the root's first, and then half a one for each.
     pub texels: Vec<Texel>,
+    /// How many there are.
+    pub records: usize,
     /// Figures; the time is for the caller to add.
     pub statistics: BvhStatistics,
 }
@@ -90,21 +94,21 @@ pub struct Packed {
 impl Packed {
     /// A tree that no ray meets: a node without children.
     pub fn nothing() -> Self {
-        let mut texels = vec![[0; 4]; TEXELS];
+        let mut texels = Self::empty_texels(1);
         texels[0][3] = INNER;
-        texels[TEXELS - 1] = NO_PRIMITIVES;
-        Self { root_boxes: Vec::new(), texels, statistics: BvhStatistics::default() }
+        texels[3] = [Leaf::NONE; 4];
+        Self { root_boxes: Vec::new(), texels, records: 1, statistics: BvhStatistics::default() }
     }
 
-    /// Records of the tree.
-    pub fn records(&self) -> usize {
-        self.texels.len() / TEXELS
+    /// Without any texel written; an odd record has half a texel to spare.
+    fn empty_texels(records: usize) -> Vec<Texel> {
+        vec![[0; 4]; 3 * records + records.div_ceil(2)]
     }
 
     /// The number of the primitive in a slot, of which each record has two; `None` if there is none.
     pub fn primitive(&self, slot: usize) -> Option<u32> {
-        let texel = self.texels.get(3 * self.records() + slot / 2)?;
-        Some(texel[slot % 2]).filter(|&primitive| primitive != Leaf::NONE)
+        let held = self.texels.get(3 * self.records..)?.as_flattened();
+        held.get(slot).copied().filter(|&primitive| primitive != Leaf::NONE)
     }
 }
 
@@ -113,8 +117,9 @@ impl Packed {
 pub fn pack(tree: &Tree, leaves: &[Leaf], primitives: &[Primitive], first_primitive: u32) -> Packed {
     let collapse = Collapse::of(tree);
     let records = collapse.records(0);
-    let mut texels = vec![[0; 4]; TEXELS * records];
+    let mut texels = Packed::empty_texels(records);
     let (hot, held) = texels.split_at_mut(3 * records);
+    let held = &mut bytemuck::cast_slice_mut::<_, Held>(held)[..records];
     held.fill(NO_PRIMITIVES);
     let (root_record, rest) = bytemuck::cast_slice_mut::<_, Record>(hot).split_at_mut(1);
     let whole = tree.nodes[0].bounds[0].union(tree.nodes[0].bounds[1]);
@@ -131,10 +136,11 @@ pub fn pack(tree: &Tree, leaves: &[Leaf], primitives: &[Primitive], first_primit
             primitives: primitives.len(),
             depth: sums.depth,
             sah_cost: if area > 0.0 { 1.0 + sums.area / area } else { 0.0 },
-            bytes: TEXELS * size_of::<Texel>() * records,
+            bytes: RECORD_BYTES * records,
             build_seconds: 0.0,
         },
         texels,
+        records,
     }
 }
 
@@ -143,7 +149,7 @@ struct Place<'a> {
     /// Index of the first.
     first: usize,
     records: &'a mut [Record],
-    primitives: &'a mut [Texel],
+    primitives: &'a mut [Held],
 }
 
 impl<'a> Place<'a> {
@@ -279,8 +285,8 @@ mod tests {
         let leaves = leaves(primitives);
         let of_leaf = |leaf: &Leaf| leaf.members().fold(Aabb::EMPTY, |b, i| b.union(bounds[i as usize]));
         let packed = pack(&build(&leaves.iter().map(of_leaf).collect::<Vec<_>>()).unwrap(), &leaves, primitives, FIRST);
-        let records = packed.records();
-        assert_eq!(packed.texels.len(), TEXELS * records);
+        let records = packed.records;
+        assert_eq!(packed.texels.len(), 3 * records + records.div_ceil(2));
         let mut held = vec![0; primitives.len()];
         assert_eq!(packed.statistics.nodes + packed.statistics.leaves, records);
         let mut seen = vec![0; records];

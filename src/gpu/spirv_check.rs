@@ -30,6 +30,9 @@ pub fn check_spirv(words: &[u32]) -> Result<(), String> {
         return Err("the SPIR-V module is damaged, expected instructions that follow each other to its end".to_owned());
     }
     let module = load_words(words).map_err(|error| format!("the SPIR-V module cannot be read: {error}"))?;
+    if module.entry_points.is_empty() || module.functions.is_empty() {
+        return Err("the SPIR-V module has no entry point or no function, expected a shader".to_owned());
+    }
     let mut defined = HashSet::new();
     for id in module.all_inst_iter().filter_map(|instruction| instruction.result_id) {
         if id >= bound {

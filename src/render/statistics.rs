@@ -64,7 +64,7 @@ pub struct RenderStatistics {
     /// Pixels that get more samples than are asked for (see [`SampleMap`](crate::render::SampleMap)). How they were found is in no other number but
     /// the times.
     pub multiplied_pixels: u64,
-    /// Light paths of light traced from emitters (see [`Light paths`](crate::render::Light paths)).
+    /// Light paths of light traced from emitters (see [`LightTracing`](crate::render::LightTracing)).
     pub light_paths: u64,
     /// Closest-hit rays.
     pub rays: u64,

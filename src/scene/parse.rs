@@ -87,6 +87,7 @@ fn syntax(message: &str, text: &str, span: Option<Range<usize>>) -> String {
     let found = match word.trim() {
         "" if after.trim().is_empty() => "the end of the file".to_owned(),
         "" => "the end of the line".to_owned(),
+        comment if comment.starts_with('#') => "the end of the line".to_owned(),
         word if word.chars().count() > SHOWN => format!("`{}…`", word.chars().take(SHOWN).collect::<String>()),
         word => format!("`{word}`"),
     };

@@ -279,6 +279,10 @@ fn an_emitter_in_a_small_mirror() {
             material,
             inward: false,
         };
+        // The rest is dark.
+        for material in &mut scene.materials {
+            material.surface = Surface::diffuse([0.05; 3]);
+        }
         let first = scene.materials.len() as u32;
         scene.spheres.extend([ball(-10.0, 4.0, first), ball(30.0, 3.0, first + 1)]);
         let surfaces = [Surface::mirror([0.9; 3]), Surface::emitter([50.0; 3])];
@@ -395,6 +399,8 @@ fn the_cut_is_what_was_asked_for() {
             samples_per_dispatch: Some(SAMPLES),
             // With everything compiled in, the box is in a tree, and the queue has work.
             general: scheduler == Scheduler::Queue,
+            // Pixels with more samples may need dispatches of their own too.
+            sample_map: SampleMap::Off,
             ..RenderSettings::of(&scene)
         };
         let budget = Some(small_budget(subject, scheduler));

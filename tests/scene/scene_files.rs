@@ -338,8 +338,9 @@ fn what_single_precision_cannot_carry_is_told() {
     let line_of = |text: &str, key: &str| text.lines().position(|line| line.starts_with(key)).unwrap() + 1;
     assert_eq!(warnings_of(&good("")), [""; 0]);
     // A floor of any radius, and a wall around everything, are rendered well.
-    for radius in ["1e4", "8e7", "1e15"] {
-        let floor = format!("[[sphere]]\ncenter = [0, -{radius}, 0]\nradius = {radius}\nmaterial = \"white\"\n");
+    for radius in [1e4, 8e7, 1e15] {
+        let center = -radius - 1.0;
+        let floor = format!("[[sphere]]\ncenter = [0, {center}, 0]\nradius = {radius}\nmaterial = \"white\"\n");
         assert_eq!(warnings_of(&good(&floor)), [""; 0], "{radius}");
     }
     for (sphere, words) in [
@@ -402,7 +403,7 @@ fn emitters_that_shine_away_from_everything_are_told() {
 fn messages_of_the_parser_name_what_is_there() {
     for (line, words) in [
         ("[film]\nwidth 5 #!", "found `5`: key with no value, expected `=`"),
-        ("[film]\nwidth = #!", "found the end of the line: "),
+        ("[film]\nwidth = #!", "found the end of the line, expected a number"),
         ("[film]\nwidth = 012 #!", "found `012`: unexpected leading zero, expected a number"),
         ("[film]\nwidth = 1__0 #!", "found `1__0`: "),
         ("[film]\nwidth = 99999999999999999999 #!", "integer `99999999999999999999`, expected an integer of 64 bits"),

@@ -8,8 +8,8 @@
 
 #include "../layout.glsl"
 #include "../ray.glsl"
-#include "shear.glsl"
 #include "constants.glsl"
+#include "shear.glsl"
 #include "bvh/bvh.glsl"
 
 // Fetches the numbers of what is not fetched as rays need it. To be called when a kernel begins.
@@ -19,18 +19,13 @@ void load_intersection() {
     load_tree_boxes();
 }
 
-// The hit of the surface with such a handle at distance t; a miss if that is −1. Barycentrics are those of the triangle's exact vertices,
-// whatever has found the hit.
-Hit hit_of(Ray ray, int self_id, float t) {
+// The hit of the surface with such a handle at distance t; a miss if that is −1.
+Hit hit_of(int self_id, float t) {
     Hit hit = Hit(t, self_id, 0, vec2(0.0), self_id);
     bool in_tree = HAS_BVH && self_id >= BVH_ID;
     if (HAS_BVH && (CONSTANTS == 0u || in_tree)) {
         int primitive = bvh_primitive(in_tree ? self_id : BVH_ID);
         hit.primitive = in_tree ? primitive : -1;
-        if (BVH_TRIANGLES) {
-            Triangle triangle = triangle_of(primitive_shape(max(primitive, 0)));
-            hit.barycentrics = barycentrics_of(ray.origin, ray.direction, triangle);
-        }
     }
     return hit;
 }
@@ -41,16 +36,14 @@ Hit intersect(Ray ray, inout uint loops) {
     int self_id = -1;
     closest_constant(ray, t, self_id);
     if (HAS_BVH) closest_in_bvh(ray, t, self_id, loops);
-    return hit_of(ray, self_id, t);
+    return hit_of(self_id, t);
 }
 
 // Whether anything lies between the start of a ray and the point at `distance`; of a ray that is not `enabled` it is not known. For all
 // lanes to call: what the slowest of them takes counts for the subgroup.
 bool occluded(Ray ray, float distance, bool enabled, inout uint loops) {
-    bool occluded = false;
-    // With a budget all lanes count the loops of any.
-    uint entry = 0u;
-    if (enabled || LOOP_BUDGET > 0u) entry = segment_root_mask(ray, distance, enabled, occluded);
+    bool occluded;
+    uint entry = segment_root_mask(ray, distance, enabled, occluded);
     return occluded_in_scene(ray, distance, enabled ? entry : 0u, occluded, loops);
 }
 

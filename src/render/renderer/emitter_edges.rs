@@ -1,6 +1,7 @@
 //! Finds the pixels that need more samples for what the camera sees (shaders/lib/sample_map.glsl): the edges of emitters, and, where light
 //! is traced from emitters to take the noise of caustics elsewhere, mirrors and glass.
 
+use bytemuck::zeroed_vec;
 use rayon::prelude::*;
 
 use crate::render::error::RenderError;
@@ -27,10 +28,7 @@ const SEED: u32 = 0x9216_d5d9;
 const BY_MIRRORS: Multiplier = Multiplier::TWO;
 const THROUGH_GLASS: Multiplier = Multiplier::FOUR;
 
-/// At an emitter's edge the deviation is about half of what the emitter is brighter than the rest; elsewhere it is about as much as that is bright.
-/// Multipliers are in proportion to deviations, from this one on.
-const LEAST_AT_EDGES: f64 = 2.0;
-/// Further samples that edges get at most, over those that are asked for of the whole image.
+/// Further samples of pixels at edges, the others of their groups left out, at most: over those that are asked for of the whole image.
 const MOST_AT_EDGES: f64 = 1.0;
 /// The rest is estimated from one sample of each pixel of every so many tiles, or of fewer if these are more than enough.
 const REST_STEP: usize = 15;
@@ -81,14 +79,8 @@ fn pays(tiles: usize, size: [u32; 2], samples: u32) -> bool {
     samples > 1 || 2 * tiles <= all
 }
 
-/// What a pixel sees, directly or in mirrors.
-#[derive(Debug, Clone, Copy, Default)]
-struct Seen {
-    /// Mean brightness of emitters.
-    emitted: f64,
-    mirror: bool,
-    glass: bool,
-}
+/// What a pixel sees, directly or in mirrors: the mean brightness of emitters, and how many of its rays meet a mirror, and glass.
+type Seen = [f32; 3];
 
 /// Whether glass and mirrors that the camera sees get more samples, in a scene that needs these features and with so many targets of
 /// light that is traced from emitters.
@@ -129,26 +121,25 @@ impl Renderer {
         self.push.modes |= mode::EMITTERS;
         self.take_samples(&spans, samples)?;
         self.push.modes = modes;
-        let mut seen = vec![Seen::default(); width as usize * height as usize];
+        // Of both only what is written takes memory.
+        let pixels = width as usize * height as usize;
+        let (mut seen, mut multipliers) = (zeroed_vec::<Seen>(pixels), zeroed_vec::<Multiplier>(pixels));
         self.read_pixels(&spans, &mut seen, |seen, slot| {
-            let [emitted, mirror, glass] = [0, 1, 2].map(|channel| slot.total(channel));
-            *seen = Seen { emitted: emitted / f64::from(samples), mirror: mirror > 0.0, glass: glass > 0.0 };
+            let [emitted, mirrors, glass] = [0, 1, 2].map(|channel| slot.total(channel) as f32);
+            *seen = [emitted / samples as f32, mirrors, glass];
         })?;
-        let mut multipliers = vec![Multiplier::ONE; seen.len()];
         if self.launch.glass {
-            multipliers.par_iter_mut().zip(&seen).for_each(|(multiplier, seen)| {
-                *multiplier = match seen {
-                    Seen { glass: true, .. } => THROUGH_GLASS,
-                    Seen { mirror: true, .. } => BY_MIRRORS,
-                    _ => Multiplier::ONE,
+            multipliers.par_iter_mut().zip(&seen).for_each(|(multiplier, &[_, mirrors, glass])| {
+                *multiplier = match (mirrors > 0.0, glass > 0.0) {
+                    (_, true) => THROUGH_GLASS,
+                    (true, false) => BY_MIRRORS,
+                    (false, false) => Multiplier::ONE,
                 };
             });
         }
-        let emitted: Vec<_> = seen.into_par_iter().map(|seen| seen.emitted).collect();
-        let pixels = pixels_around(tiles, width, height);
-        let edges = edges(&emitted, width as usize, &pixels);
+        let edges = edges(&seen, width as usize, &pixels_around(tiles, width, height));
         if !edges.is_empty() {
-            let rest = self.mean_of_rest(&emitted)?;
+            let rest = self.mean_of_rest(&seen)?;
             let at_edges: Vec<_> =
                 edges.iter().map(|(pixel, contrast)| (*pixel, multiplier_at_edge(contrast / rest))).collect();
             let budget = MOST_AT_EDGES * multipliers.len() as f64;
@@ -160,8 +151,8 @@ impl Renderer {
         Ok(multipliers)
     }
 
-    /// The mean brightness of the image where no emitters are `seen`, of which this is the brightness of each pixel.
-    fn mean_of_rest(&mut self, seen: &[f64]) -> Result<f64, RenderError> {
+    /// The mean brightness of the image where no emitters are `seen`.
+    fn mean_of_rest(&mut self, seen: &[Seen]) -> Result<f64, RenderError> {
         self.clear_film()?;
         let (width, height) = (self.width, self.height);
         let tiles = slot_count(width, height) as usize / TILE;
@@ -181,7 +172,7 @@ impl Renderer {
         let (mut sum, mut count) = (0.0, 0);
         self.read_slots(&spans, |first, slots| {
             for (slot, number) in slots.iter().zip(first..) {
-                let unlit = pixel_of_slot(number, width, height).is_some_and(|pixel| seen[pixel] == 0.0);
+                let unlit = pixel_of_slot(number, width, height).is_some_and(|pixel| seen[pixel][0] == 0.0);
                 if unlit {
                     sum += brightness(slot);
                     count += 1;
@@ -207,14 +198,13 @@ fn pixels_around(tiles: &[usize], width: u32, height: u32) -> Vec<usize> {
     around.into_par_iter().flat_map_iter(of_tile).collect()
 }
 
-/// For an edge of so many times the brightness of the rest of the image.
+/// For an edge of so many times the brightness of the rest of the image. Multipliers are in proportion to deviations: at an edge that is
+/// about half of the contrast, elsewhere about as much as all is bright.
 fn multiplier_at_edge(contrast: f64) -> Multiplier {
-    let deviation = contrast / 2.0;
-    // It is no number if all is black.
-    if deviation >= LEAST_AT_EDGES { Multiplier::near(deviation.log2()) } else { Multiplier::ONE }
+    Multiplier::near((contrast / 2.0).log2()).max(Multiplier::ONE)
 }
 
-/// The greatest multiplier, `most` at most, with which samples of these pixels are no more than that many times those that are asked for.
+/// The greatest multiplier, `most` at most, with which the further samples of these pixels, of one that is asked for, stay within a budget.
 fn greatest_within(pixels: &[(usize, Multiplier)], most: Multiplier, budget: f64) -> Multiplier {
     let further =
         |greatest: Multiplier| pixels.iter().map(|(_, m)| greatest.min(*m).factor() - 1.0).sum::<f64>() <= budget;
@@ -224,13 +214,13 @@ fn greatest_within(pixels: &[(usize, Multiplier)], most: Multiplier, budget: f64
 
 /// Those `among` the pixels that differ from one of their neighbours, those across a corner included, and by how much at most; in
 /// increasing order.
-fn edges(seen: &[f64], width: usize, among: &[usize]) -> Vec<(usize, f64)> {
+fn edges(seen: &[Seen], width: usize, among: &[usize]) -> Vec<(usize, f64)> {
     let height = seen.len() / width;
     let around = |i: usize, end: usize| i.saturating_sub(1)..(i + 2).min(end);
     let contrast = |&p: &usize| {
         let (x, y) = (p % width, p / width);
         let neighbours = around(y, height).flat_map(|y| around(x, width).map(move |x| y * width + x));
-        let contrast = neighbours.map(|q| (seen[q] - seen[p]).abs()).fold(0.0, f64::max);
+        let contrast = neighbours.map(|q| f64::from(seen[q][0] - seen[p][0]).abs()).fold(0.0, f64::max);
         (contrast > 0.0).then_some((p, contrast))
     };
     let mut found: Vec<_> = among.par_iter().filter_map(contrast).collect();
@@ -245,21 +235,21 @@ mod tests {
     #[test]
     fn pixels_beside_an_edge_are_found() {
         let pixels = pixels_around(&[0], 7, 5);
-        let found = |seen: &[f64]| edges(seen, 7, &pixels);
-        let mut seen = vec![1.5; 35];
+        let found = |seen: &[Seen]| edges(seen, 7, &pixels);
+        let mut seen = vec![[1.5, 0.0, 0.0]; 35];
         assert!(found(&seen).is_empty());
-        seen[2 * 7 + 3] = 3.5;
+        seen[2 * 7 + 3][0] = 3.5;
         assert_eq!(found(&seen), [9, 10, 11, 16, 17, 18, 23, 24, 25].map(|pixel| (pixel, 2.0)));
         // In a corner.
-        seen[17] = 1.5;
-        seen[34] = 0.0;
+        seen[17][0] = 1.5;
+        seen[34][0] = 0.0;
         assert_eq!(found(&seen), [26, 27, 33, 34].map(|pixel| (pixel, 1.5)));
-        assert!(edges(&[9.0], 1, &[0]).is_empty());
+        assert!(edges(&[[9.0, 1.0, 1.0]], 1, &[0]).is_empty());
     }
 
     #[test]
     fn edges_of_bright_lamps_get_more_samples() {
-        let of = [0.0, 3.9, 4.0, 9.0, 1e9, f64::NAN, f64::INFINITY].map(|contrast| multiplier_at_edge(contrast).of(1));
+        let of = [0.0, 2.8, 2.9, 9.0, 1e9, f64::NAN, f64::INFINITY].map(|contrast| multiplier_at_edge(contrast).of(1));
         assert_eq!(of, [1, 1, 2, 4, 32, 1, 32]);
     }
 

@@ -126,7 +126,7 @@ impl Tables {
 
     /// Records of the packed tree.
     pub fn bvh_records(&self) -> usize {
-        self.packed.records()
+        self.packed.records
     }
 
     /// Groups of children that a traversal may have to keep: one for each level but the last, from which it goes nowhere.
@@ -164,7 +164,7 @@ impl Tables {
     /// The numbers of the scene.
     pub fn values(&self) -> SceneValues {
         let mut values = SceneValues {
-            record_count: self.packed.records() as u32,
+            record_count: self.packed.records as u32,
             // The last word of the root's record.
             root_order: self.packed.texels[2][3],
             first_material: self.geometry.first_material,

@@ -94,7 +94,7 @@ pub enum Gradients {
 /// Whether pixels get different numbers of samples (shaders/lib/sample_map.glsl). Where it is tried whether paths should be reused,
 /// noisy parts of the image get twice or four times as many as are asked for, others a half, in the time that these would take (of two or
 /// three samples, as many at least, and up to 1.4 times the samples). Besides, edges of bright emitters that are seen directly or in mirrors
-/// get 2 to 32 times as many; and, where light is traced from emitters ([`Light paths`]) and there is glass, pixels that show glass 4 times, those
+/// get 2 to 32 times as many; and, where light is traced from emitters ([`LightTracing`]) and there is glass, pixels that show glass 4 times, those
 /// that show a mirror twice. The image stays exact in the mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SampleMap {

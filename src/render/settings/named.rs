@@ -79,7 +79,7 @@ impl Choice for SampleMap {
             "auto",
             Self::Auto,
             "Where it pays: half, twice or four times --samples, in the time of as many everywhere (with --samples 1 to 3 \
-             nowhere fewer, and up to 1.4 times as many in all); up to 16 times at edges of bright emitters",
+             nowhere fewer, and up to 1.4 times as many in all); up to 32 times at edges of bright emitters",
         ),
         ("off", Self::Off, "Never"),
     ];

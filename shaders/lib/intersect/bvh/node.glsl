@@ -5,6 +5,8 @@
 //   triangles    v0 | v3.x,  v1 | v3.y,  v2 | v3.z: of v0, v1, v2 and of v3, v2, v1, which has no area if there is only one
 //   sphere       centre | -,  (radius, -, -) | -2,  -
 //
+// After all records are the numbers of the primitives that each holds, two a record (bvh.glsl).
+//
 // A group is a word for the children of a node that are still to be visited: their first record in bits 7.., the
 // order in which to visit them in three bits, and a bit for each of them.
 

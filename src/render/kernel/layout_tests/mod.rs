@@ -281,13 +281,14 @@ fn kinds_and_mutations() {
     ] {
         assert!(light.contains(&format!("const uint LIGHT_{name} = {kind}u;")), "{name}");
     }
-    let tree = include_str!("../../../../shaders/lib/intersect/bvh/traversal.glsl");
-    assert!(tree.contains(&format!("const int TREE_ID = {:#010x};", tables::BVH_ID)));
-    // Thin boxes are the host's.
+    let traversal = include_str!("../../../../shaders/lib/intersect/bvh/traversal.glsl");
+    assert!(traversal.contains(&format!("const int BVH_ID = {:#010x};", tables::BVH_ID)));
+    // These are the host's.
     let layout = include_str!("../../../../shaders/lib/layout.glsl");
     let of_shaders =
         |line: &str| line.strip_prefix("const uint MUTATE_")?.split_once(" = ")?.1.strip_suffix("u;")?.parse().ok();
     let found: Vec<u32> = layout.lines().filter_map(of_shaders).collect();
-    let expected = Mutation::ALL.into_iter().filter(|m| *m != Mutation::ThinBoxes).map(|m| m as u32);
+    let of_host = [Mutation::ThinBoxes, Mutation::OwnSampleMap];
+    let expected = Mutation::ALL.into_iter().filter(|m| !of_host.contains(m)).map(|m| m as u32);
     assert_eq!(found, expected.collect::<Vec<_>>());
 }
