@@ -1,10 +1,15 @@
 //! The program from outside: exit codes, what stdout and stderr carry, and the files that it leaves.
 
+#[path = "../common/assets.rs"]
+mod assets;
 #[path = "../common/mod.rs"]
 mod common;
 
+mod bench;
 mod checkpoint;
+mod compare;
 mod errors;
+mod noise;
 mod outputs;
 mod stopping;
 
@@ -24,7 +29,7 @@ const LONG: &str = "--size 512x512 --samples 1000000";
 
 fn program(directory: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_photolith"));
-    command.current_dir(directory).stdin(Stdio::null()).env_remove("RUST_LOG");
+    command.current_dir(directory).stdin(Stdio::null()).env_remove("RUST_LOG").env("XDG_CACHE_HOME", common::CACHE);
     command
 }
 

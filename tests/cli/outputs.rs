@@ -2,7 +2,7 @@
 
 use photolith::image::read;
 
-use super::common::scene_path;
+use super::assets::scene_path;
 use super::*;
 
 #[test]

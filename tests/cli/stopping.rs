@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use photolith::image::read;
 
-use super::common::scene_path;
+use super::assets::scene_path;
 use super::*;
 
 #[test]
@@ -113,6 +113,7 @@ fn signals_that_are_ignored_stay_ignored() {
     let child = Command::new("sh")
         .current_dir(d)
         .args(["-c", &script, env!("CARGO_BIN_EXE_photolith")])
+        .env("XDG_CACHE_HOME", common::CACHE)
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();

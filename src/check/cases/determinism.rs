@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use crate::check::lab::{Rendered, pixels_that_differ};
 use crate::check::scenes::{Build, divided_room, emitters, room};
 use crate::check::{Case, CheckError, Lab, Measured};
-use crate::render::{Accel, RenderSettings, Renderer, Reuse, Scheduler};
+use crate::render::{Accel, RenderSettings, Renderer, Reuse, Scheduler, TriangleTest};
 use crate::scene::Scene;
 
 pub(super) const CASES: &[Case] = &[
@@ -71,12 +71,24 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "determinism/no-tree",
-        what: "every triangle tested",
-        oracle: "the tree",
+        what: "the tree, by both schedulers and with both triangle tests",
+        oracle: "every triangle tested",
         quantity: "pixels whose bits differ",
         threshold: 0.0,
         full_only: false,
-        measure: |lab| variants(lab, &divided_room(), |s| s.reuse = Reuse::Off, &[|s| s.accel = Accel::None]),
+        measure: |lab| {
+            let tree: [Change; 2] = [
+                |s| (s.accel, s.scheduler) = (Accel::Bvh, Scheduler::Inline),
+                |s| (s.accel, s.scheduler) = (Accel::Bvh, Scheduler::Queue),
+            ];
+            let tests: [Change; 2] = [
+                |s| (s.reuse, s.accel) = (Reuse::Off, Accel::None),
+                |s| (s.reuse, s.accel, s.triangle_test) = (Reuse::Off, Accel::None, TriangleTest::MollerTrumbore),
+            ];
+            let scene = divided_room();
+            let [watertight, other] = tests.map(|base| variants(lab, &scene, base, &tree));
+            Ok(Measured::new(watertight?.value + other?.value, "4 variants, 1024 pixels".to_owned()))
+        },
     },
     Case {
         name: "determinism/stopped",

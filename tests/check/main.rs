@@ -2,6 +2,9 @@
 //!
 //! Every run has validation layers on; a message makes the case that caused it fail.
 
+#[path = "../common/mod.rs"]
+mod common;
+
 use std::num::NonZeroUsize;
 use std::sync::OnceLock;
 use std::time::Duration;
@@ -11,12 +14,13 @@ use photolith::check::{
     provoke_validation, run,
 };
 use photolith::render::Mutation;
-use photolith::{Context, ContextOptions, Validation};
+use photolith::{Context, Validation};
+
+use common::context_options;
 
 fn context() -> Context {
     static SHARED: OnceLock<Context> = OnceLock::new();
-    let open = || Context::new(&ContextOptions { validation: Validation::Core, ..ContextOptions::default() }).unwrap();
-    SHARED.get_or_init(open).clone()
+    SHARED.get_or_init(|| Context::new(&context_options(Validation::Core)).unwrap()).clone()
 }
 
 /// One at a time: the validation messages of a context are told apart by when they come.
@@ -154,7 +158,7 @@ fn reports_are_well_formed() {
 fn a_case_that_takes_too_long_is_given_up() {
     let options = RunOptions { timeout: Duration::from_micros(1), ..only(&["energy/black", "sampling/log"]) };
     // A context of its own: the case goes on in the background.
-    let context = Context::new(&ContextOptions::default()).unwrap();
+    let context = Context::new(&context_options(Validation::Off)).unwrap();
     let report = run(&context, &options, &Expectations::default(), |_| ()).unwrap();
     let verdicts: Vec<_> = report.cases.iter().map(|c| c.verdict).collect();
     assert_eq!(verdicts, [Verdict::Timeout, Verdict::NotRun]);
@@ -179,14 +183,19 @@ fn jobs_side_by_side_give_the_same_report() {
     assert_eq!(report(9), ((), alone, told));
 }
 
+/// Each kind of validation hears the violation that is for it, once, and calls the object by its debug name.
 #[test]
 fn deliberate_violations_are_heard() {
-    for validation in [Validation::Core, Validation::Synchronization] {
-        let context = Context::new(&ContextOptions { validation, ..ContextOptions::default() }).unwrap();
+    for (validation, rule) in [
+        (Validation::Core, "VUID-vkCmdFillBuffer-dstBuffer-00029"),
+        (Validation::Synchronization, "SYNC-HAZARD-WRITE-AFTER-WRITE"),
+    ] {
+        let context = Context::new(&context_options(validation)).unwrap();
         let heard = provoke_validation(&context).unwrap();
-        assert!(!heard.is_empty(), "{validation:?}");
+        assert_eq!(heard.len(), 1, "{heard:#?}");
+        assert!(heard[0].contains(rule) && heard[0].contains("deliberate violation"), "{heard:#?}");
         assert!(context.messages().all().is_empty(), "the provoked messages are taken away again");
     }
-    let silent = Context::new(&ContextOptions::default()).unwrap();
+    let silent = Context::new(&context_options(Validation::Off)).unwrap();
     assert!(provoke_validation(&silent).unwrap().is_empty());
 }

@@ -1,13 +1,12 @@
 //! Light that is traced from emitters has the same bits, however it is scheduled.
 
-mod common;
-
-use common::variants::variants;
-use common::{assert_same_bits, context, glass_cat, render, render_counted};
 use glam::DVec3;
-use photolith::render::{LightTracing, Reuse, Scheduler};
+use photolith::render::{LightTracing, Scheduler};
 use photolith::scene::{Material, Sphere, Surface};
 use photolith::{RenderSettings, Scene};
+
+use crate::harness::{assert_same_bits, context, glass_cat, render, render_counted};
+use crate::variants::{Subject, variants};
 
 const SAMPLES: u32 = 32;
 
@@ -22,8 +21,8 @@ fn beams_through_a_mesh() {
     let off = render(&context, &scene, &RenderSettings { light_tracing: LightTracing::Off, ..base.clone() });
     let differing = off.sums().iter().zip(expected.sums()).filter(|(a, b)| a != b).count();
     assert!(differing > 50, "light paths light {differing} pixels");
-    for (what, settings) in variants("glass cat", &scene, Reuse::Auto) {
-        assert_same_bits(&render(&context, &scene, &settings), &expected, &format!("glass cat, {what}"));
+    for settings in variants(Subject::GlassCat, &base) {
+        assert_same_bits(&render(&context, &scene, &settings), &expected, &format!("{settings:?}"));
     }
     // A sample and a light path fit in, but not several light paths.
     let tight = RenderSettings { scheduler: Scheduler::Inline, loop_budget: Some(600), ..base };

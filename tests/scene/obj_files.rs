@@ -391,7 +391,7 @@ fn names_are_found_in_other_spellings() {
         let path = folder.path().join("a.obj");
         fs::write(&path, format!("{libraries}\n{SQUARE}usemtl {material}\nf 1 2 3\n")).unwrap();
         let Loaded { scene, warnings } = Scene::load(&path).unwrap();
-        (scene.materials[0].surface.clone(), warnings)
+        (scene.materials[0].surface, warnings)
     };
     let diffuse = |r, g, b| Surface::diffuse([r, g, b]);
     for library in [

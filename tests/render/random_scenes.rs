@@ -1,16 +1,15 @@
 //! Random scenes, on the device and by the oracle: the same geometry is seen, and the same light.
 
-mod common;
-
 use std::ops::ControlFlow;
 
-use common::context;
 use glam::DVec3;
 use photolith::oracle::{self, OracleSettings};
 use photolith::scene::*;
 use photolith::{Context, RenderSettings, Renderer};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestRng, TestRunner};
+
+use crate::harness::context;
 
 const SIDE: u32 = 16;
 /// Images of each scene.
@@ -25,10 +24,10 @@ fn point(half: f64) -> impl Strategy<Value = DVec3> {
 fn surface() -> impl Strategy<Value = Surface> {
     let rgb = || [0.1..0.95, 0.1..0.95, 0.1..0.95];
     prop_oneof![
-        3 => rgb().prop_map(|reflectance| Surface::diffuse(reflectance)),
-        1 => rgb().prop_map(|reflectance| Surface::mirror(reflectance)),
-        1 => (1.05..2.0).prop_map(|ior| Surface::dielectric(ior)),
-        1 => rgb().prop_map(|radiance| Surface::emitter(radiance)),
+        3 => rgb().prop_map(Surface::diffuse),
+        1 => rgb().prop_map(Surface::mirror),
+        1 => (1.05..2.0).prop_map(Surface::dielectric),
+        1 => rgb().prop_map(Surface::emitter),
     ]
 }
 

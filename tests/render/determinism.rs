@@ -1,69 +1,82 @@
 //! A sample is a pure function of scene, settings, pixel, index and seed: however a rendering is cut up, scheduled and
 //! compiled, the film has the same bits.
 
-mod common;
-
 use std::ops::ControlFlow;
 use std::time::Duration;
 
-use common::variants::{small_budget, variants};
-use common::{assert_same_bits, context, glass_cat, render, render_counted, shipped};
 use glam::DVec3;
-use photolith::render::{Adaptive, Feature, Gradients, Reuse, SampleMap, Scheduler};
+use photolith::render::{Adaptive, Feature, Features, Gradients, Reuse, SampleMap, Scheduler};
 use photolith::scene::{Bsdf, Light, Material, Mesh, Normals, Sphere, Surface};
 use photolith::{Context, Film, RenderSettings, Renderer, Scene};
+
+use crate::harness::{assert_same_bits, context, glass_cat, render, render_counted, shipped};
+use crate::variants::{Subject, small_budget, variants};
 
 const SAMPLES: u32 = 32;
 
 /// Renders a scene at sizes that are no multiples of a tile, in every way.
-fn same_bits_in_every_way(name: &str, reuse: Reuse) {
+fn same_bits_in_every_way(subject: Subject, name: &str, reuse: Reuse) {
     let context = context();
-    let scene = shipped(name, (48, 40), SAMPLES);
-    let settings = |scene: &Scene| RenderSettings { reuse, ..RenderSettings::of(scene) };
-    let expected = render(&context, &scene, &settings(&scene));
-    for (what, settings) in variants(name, &scene, reuse) {
-        assert_same_bits(&render(&context, &scene, &settings), &expected, &format!("{name}, {what}"));
-    }
-    for size in [(13, 21), (1, 1)] {
+    for size in [(48, 40), (13, 21), (1, 1)] {
         let scene = shipped(name, size, SAMPLES);
-        let expected = render(&context, &scene, &settings(&scene));
-        let all_at_once = |(what, _): &(String, RenderSettings)| what.contains("all at once");
-        for (what, settings) in variants(name, &scene, reuse).into_iter().filter(all_at_once) {
-            assert_same_bits(&render(&context, &scene, &settings), &expected, &format!("{name}, {size:?}, {what}"));
+        let base = RenderSettings { reuse, ..RenderSettings::of(&scene) };
+        let expected = render(&context, &scene, &base);
+        // Of small images, half of the ways.
+        for settings in variants(subject, &base).into_iter().filter(|s| size == (48, 40) || s.general) {
+            assert_same_bits(&render(&context, &scene, &settings), &expected, &format!("{size:?}, {settings:?}"));
         }
     }
 }
 
 #[test]
 fn spheres() {
-    same_bits_in_every_way("spheres", Reuse::Auto);
+    same_bits_in_every_way(Subject::Spheres, "spheres", Reuse::Auto);
 }
 
 #[test]
 fn glass() {
-    same_bits_in_every_way("glass", Reuse::Auto);
+    same_bits_in_every_way(Subject::Glass, "glass", Reuse::Auto);
 }
 
-/// Paths of a group meet in the lanes of a subgroup, or in memory if the queue is asked for.
 #[test]
 fn paths_reused_without_a_tree() {
-    same_bits_in_every_way("glass", Reuse::Always);
+    same_bits_in_every_way(Subject::GlassReused, "glass", Reuse::Always);
 }
 
 #[test]
 fn mesh() {
-    same_bits_in_every_way("cat", Reuse::Off);
+    same_bits_in_every_way(Subject::Cat, "cat", Reuse::Off);
 }
 
 #[test]
 fn mesh_with_reused_paths() {
-    same_bits_in_every_way("cat", Reuse::Auto);
+    same_bits_in_every_way(Subject::CatReused, "cat", Reuse::Auto);
     let context = context();
     let scene = shipped("cat", (48, 40), SAMPLES);
     let off = RenderSettings { reuse: Reuse::Off, ..RenderSettings::of(&scene) };
     let differing = |a: &[[f64; 3]], b: &[[f64; 3]]| a.iter().zip(b).filter(|(a, b)| a != b).count();
     let (with, without) = (render(&context, &scene, &RenderSettings::of(&scene)), render(&context, &scene, &off));
     assert!(differing(with.sums(), without.sums()) > 1000, "paths are not reused");
+}
+
+/// Each feature by itself is compiled in where a scene lacks it. (Whether paths are reused makes no difference to that.)
+#[test]
+fn features_that_are_not_needed() {
+    let context = context();
+    // Diffuse surfaces and a point light; and none of the former.
+    let diffuse = shipped("indirect", (48, 40), SAMPLES);
+    let mut mirrors = diffuse.clone();
+    mirrors.materials.iter_mut().for_each(|material| material.surface = Surface::mirror([0.9; 3]));
+    mirrors.materials[0].surface = Surface::emitter([3.0; 3]);
+    for (name, feature) in Feature::ALL {
+        let scene = if feature == Feature::Diffuse { &mirrors } else { &diffuse };
+        let base = RenderSettings { reuse: Reuse::Off, ..RenderSettings::of(scene) };
+        let unneeded = RenderSettings { unneeded: Some(feature), ..base.clone() };
+        assert_ne!(Features::of(scene, &unneeded), Features::of(scene, &base), "{name} is needed");
+        let expected = render(&context, scene, &base);
+        assert!(expected.sums().iter().flatten().any(|&sum| sum > 0.0), "{name}: nothing is lit");
+        assert_same_bits(&render(&context, scene, &unneeded), &expected, &format!("+{name}"));
+    }
 }
 
 /// In a dark room hardly any noise is that of indirect light: after a pilot pass, paths serve their own pixels only.
@@ -92,7 +105,7 @@ fn mesh_whose_paths_are_not_worth_reusing() {
     for settings in [
         RenderSettings { samples_per_dispatch: Some(1), ..base.clone() },
         RenderSettings { samples_per_dispatch: Some(7), general: true, ..base.clone() },
-        RenderSettings { loop_budget: Some(small_budget("cat", Scheduler::Queue, true)), ..base.clone() },
+        RenderSettings { loop_budget: Some(small_budget(Subject::CatReused, Scheduler::Queue)), ..base.clone() },
     ] {
         assert_same_bits(&render(&context, &dark, &settings), &expected, &format!("{settings:?}"));
     }
@@ -245,9 +258,8 @@ fn emitters_and_roulette() {
         );
         image
     });
-    let schedulers = |(what, _): &(String, RenderSettings)| what.contains("Inline") || what.contains("Queue");
-    for (what, settings) in variants("cornell", &scene, Reuse::Auto).into_iter().filter(schedulers) {
-        assert_same_bits(&render(&context, &scene, &settings), &expected, &what);
+    for settings in variants(Subject::Cornell, &RenderSettings::of(&scene)) {
+        assert_same_bits(&render(&context, &scene, &settings), &expected, &format!("{settings:?}"));
     }
 }
 
@@ -332,32 +344,27 @@ fn lights_of_each_kind() {
     }
 }
 
-/// More samples go on where fewer ended: the first of them are the same.
+/// More samples go on where fewer ended: the first of them are the same. (Without reuse: `determinism/stopped` of `check`.)
 #[test]
 fn a_film_of_n_samples_is_the_start_of_a_longer_one() {
     let context = context();
     // Below 2^10 samples, so that all use the same table of the sampler.
     let long = shipped("spheres", (9, 7), 64);
-    for reuse in [Reuse::Off, Reuse::Always] {
-        // Gradients and the sample map go by the number of samples that are asked for.
-        let (gradients, sample_map) = (Gradients::Off, SampleMap::Off);
-        let settings = |scene| RenderSettings { reuse, gradients, sample_map, ..RenderSettings::of(scene) };
-        // The limit is over before the first dispatch ends.
-        let stopped = RenderSettings {
-            samples_per_dispatch: Some(3),
-            time_limit: Some(Duration::from_nanos(1)),
-            ..settings(&long)
-        };
-        let begun = render_stopped(&context, &long, &stopped);
-        let samples = begun.counts()[0];
-        assert!((1..64).contains(&samples), "{reuse:?}: {samples} samples");
-        let short = shipped("spheres", (9, 7), samples);
-        assert_same_bits(
-            &begun,
-            &render(&context, &short, &settings(&short)),
-            &format!("{reuse:?}, {samples} samples"),
-        );
-    }
+    // Gradients and the sample map go by the number of samples that are asked for.
+    let settings = |scene| RenderSettings {
+        reuse: Reuse::Always,
+        gradients: Gradients::Off,
+        sample_map: SampleMap::Off,
+        ..RenderSettings::of(scene)
+    };
+    // The limit is over before the first dispatch ends.
+    let stopped =
+        RenderSettings { samples_per_dispatch: Some(3), time_limit: Some(Duration::from_nanos(1)), ..settings(&long) };
+    let begun = render_stopped(&context, &long, &stopped);
+    let samples = begun.counts()[0];
+    assert!((1..64).contains(&samples), "{samples} samples");
+    let short = shipped("spheres", (9, 7), samples);
+    assert_same_bits(&begun, &render(&context, &short, &settings(&short)), &format!("{samples} samples"));
 }
 
 /// What there is of a rendering that has stopped.
@@ -381,8 +388,11 @@ fn the_cut_is_what_was_asked_for() {
     };
     assert_eq!([1, 3, 7, 64].map(dispatches), [64, 22, 10, 1]);
     // Samples beyond the budget are done again, in dispatches of their own.
-    for (name, scheduler) in [("spheres", Scheduler::Inline), ("cat", Scheduler::Inline), ("cornell", Scheduler::Queue)]
-    {
+    for (subject, name, scheduler) in [
+        (Subject::Spheres, "spheres", Scheduler::Inline),
+        (Subject::Cat, "cat", Scheduler::Inline),
+        (Subject::Cornell, "cornell", Scheduler::Queue),
+    ] {
         let scene = shipped(name, (48, 40), SAMPLES);
         let base = RenderSettings {
             scheduler,
@@ -393,7 +403,7 @@ fn the_cut_is_what_was_asked_for() {
             sample_map: SampleMap::Off,
             ..RenderSettings::of(&scene)
         };
-        let budget = Some(small_budget(name, scheduler, false));
+        let budget = Some(small_budget(subject, scheduler));
         let unbounded = render_counted(&context, &scene, &base).1.dispatches;
         let bounded = render_counted(&context, &scene, &RenderSettings { loop_budget: budget, ..base }).1.dispatches;
         assert!(bounded > unbounded, "{name}, {scheduler:?}: {bounded} dispatches, {unbounded} without a budget");

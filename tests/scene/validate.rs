@@ -1,10 +1,10 @@
 //! `Scene::validate`: scenes that are built in code, with one thing wrong each.
 
-mod common;
-
 use glam::DVec3;
 use photolith::scene::{Light, Normals, Surface, Transfer};
-use photolith::{RenderError, RenderSettings, Renderer, Scene};
+use photolith::{Context, RenderError, RenderSettings, Renderer, Scene, Validation};
+
+use crate::common::context_options;
 
 fn good() -> Scene {
     let obj = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nvn 0 0 1\nvt 0 0\nf 1/1/1 2/1/1 3/1/1\n";
@@ -69,7 +69,7 @@ fn each_broken_invariant_is_found() {
 
 #[test]
 fn a_renderer_is_not_made_of_such_a_scene() {
-    let context = common::context();
+    let context = Context::new(&context_options(Validation::Core)).expect("a Vulkan device and validation layers");
     let scene = good();
     assert!(Renderer::new(&context, &scene, &RenderSettings::of(&scene)).is_ok());
     for spoil in [
@@ -83,4 +83,5 @@ fn a_renderer_is_not_made_of_such_a_scene() {
         let refused = Renderer::new(&context, &scene, &RenderSettings::of(&scene)).err();
         assert!(matches!(refused, Some(RenderError::Scene(_))), "{refused:?}");
     }
+    assert_eq!(context.messages().all(), Vec::<String>::new());
 }

@@ -1,16 +1,12 @@
 //! Rendering to a noise: it stops there, says truly what it reached and how much each pixel varies, is free of bias, and gives the same
 //! bits however it is cut up.
 
-mod common;
-
 use std::ops::ControlFlow;
-use std::process::{Command, Stdio};
 
-use common::{assert_same_bits, context, render, scene_path, shipped};
-use photolith::image::read;
 use photolith::render::{Adaptive, Gradients, LightTracing, RenderStatistics, Reuse, Sampler, Scheduler};
 use photolith::{Context, Film, RenderError, RenderSettings, Renderer, Scene};
-use serde_json::Value;
+
+use crate::harness::{assert_same_bits, context, render, shipped};
 
 const MOST: u32 = 1024;
 /// What the seed of the second half is changed by (XOR).
@@ -223,56 +219,4 @@ fn goals_without_sense_are_refused() {
         fails(&scene, &adaptive(&scene, noise), "expected a number that is not negative");
     }
     fails(&scene, &RenderSettings { samples: 1, ..adaptive(&scene, 0.1) }, "expected at least 2");
-}
-
-#[test]
-fn the_program_reports_the_noise_and_writes_counts_and_variance() {
-    let directory = tempfile::tempdir().expect("a directory");
-    let photolith = |arguments: &[&str]| {
-        Command::new(env!("CARGO_BIN_EXE_photolith"))
-            .current_dir(directory.path())
-            .stdin(Stdio::null())
-            .env_remove("RUST_LOG")
-            .arg("render")
-            .arg(scene_path("cornell"))
-            .args(["--size", "40x40"])
-            .args(arguments)
-            .output()
-            .expect("the program starts")
-    };
-    for bad in ["--noise=0", "--noise=-1", "--noise=nan", "--noise=inf", "--noise=low"] {
-        let output = photolith(&[bad]);
-        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{bad}: {stderr}");
-        assert!(stderr.contains("expected a number above 0"), "{bad}: {stderr}");
-    }
-    let output = photolith(&["--noise", "0.1", "--json", "-o", "a.exr"]);
-    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.success() && stderr.contains("noise ") && stderr.contains("samples per pixel"), "{stderr}");
-    let json: Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    assert_eq!(json["adaptive"]["noise_target"], 0.1);
-    // In small images the target may be missed by a quarter.
-    assert!(json["adaptive"]["noise"].as_f64().expect("a number") < 0.125, "{json}");
-    let (image, metadata) = read(&directory.path().join("a.exr")).expect("an image");
-    let counts = image.counts().expect("counts");
-    assert_eq!(json["spp_most"].as_u64(), counts.iter().max().map(|&n| u64::from(n)));
-    assert_eq!(json["spp_done"].as_u64(), counts.iter().min().map(|&n| u64::from(n)));
-    let mean = counts.iter().map(|&n| f64::from(n)).sum::<f64>() / 1600.0;
-    assert!((json["spp_mean"].as_f64().expect("a number") / mean - 1.0).abs() < 1e-9);
-    assert!(metadata.get("Noise").is_some());
-    let variance = image.variance().expect("a variance");
-    assert!(variance.batches == 2 && variance.of_mean.iter().flatten().any(|&v| v > 0.0));
-    // Another seed has the same expectation.
-    let output = photolith(&["--noise", "0.1", "--seed", "5", "-o", "b.exr"]);
-    assert!(output.status.success(), "{output:?}");
-    let compared = Command::new(env!("CARGO_BIN_EXE_photolith"))
-        .current_dir(directory.path())
-        .args(["compare", "a.exr", "b.exr", "--welch"])
-        .output()
-        .expect("the program starts");
-    assert_eq!(compared.status.code(), Some(0), "{compared:?}");
-    // One sample is not enough to tell.
-    let output = photolith(&["--noise", "0.1", "--samples", "1"]);
-    assert_eq!(output.status.code(), Some(2), "{output:?}");
-    assert!(String::from_utf8_lossy(&output.stderr).contains("expected at least 2"), "{output:?}");
 }

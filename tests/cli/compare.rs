@@ -1,19 +1,12 @@
 //! `photolith compare` from outside: exit codes, and what stdout and stderr carry.
 
-use std::path::Path;
-use std::process::{Command, Output};
-
 use photolith::image::{Image, Metadata, Variance, read, write};
 use photolith::scene::Transfer;
-use serde_json::Value;
+
+use super::*;
 
 fn compare(directory: &Path, arguments: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_photolith"))
-        .arg("compare")
-        .args(arguments.split_ascii_whitespace())
-        .current_dir(directory)
-        .output()
-        .unwrap()
+    run(directory, &format!("compare {arguments}"))
 }
 
 /// A directory with reference.exr (a ramp), shifted.exr (0.01 brighter; both with noise of 0.001), equal.pfm,

@@ -1,11 +1,10 @@
 //! A folder for shaders changes no bit, whatever is in it.
 
-mod common;
-
 use std::fs;
 
-use common::{assert_same_bits, render, shipped, watched};
 use photolith::{Context, ContextOptions, RenderSettings, Validation};
+
+use crate::harness::{assert_same_bits, render, shipped};
 
 /// The folder holds one file for each kernel, which is made again if it is damaged: what the driver has made of it, or, under a
 /// validation layer that does not know of shader objects (before 1.3.246) and on devices that have none, what it is given.
@@ -14,7 +13,10 @@ fn kept_shaders_render_the_same_image() {
     let folder = tempfile::tempdir().expect("a folder");
     let scene = shipped("spheres", (32, 24), 4);
     let settings = RenderSettings::of(&scene);
-    let expected = render(&watched(Validation::Core), &scene, &settings);
+    let without = Context::new(&ContextOptions { validation: Validation::Core, ..ContextOptions::default() });
+    let without = without.expect("a device");
+    let expected = render(&without, &scene, &settings);
+    assert!(without.messages().all().is_empty(), "{:#?}", without.messages().all());
     let files = || -> Vec<_> {
         fs::read_dir(folder.path()).expect("a folder").map(|entry| entry.expect("a file").path()).collect()
     };

@@ -1,13 +1,12 @@
 //! A rendering that was stopped and gone on with has the bits of one that was not.
 
-mod common;
-
 use std::ops::ControlFlow;
 use std::time::Duration;
 
-use common::{assert_same_bits, context, render, render_counted, shipped};
 use photolith::render::{Adaptive, Checkpoint, Progress, RenderStatistics, Reuse};
 use photolith::{Film, RenderError, RenderSettings, Renderer, Scene};
+
+use crate::harness::{assert_same_bits, context, render, render_counted, shipped};
 
 const SAMPLES: u32 = 24;
 

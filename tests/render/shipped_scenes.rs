@@ -1,15 +1,14 @@
 //! Every shipped scene against the oracle, which shares no code with the shaders, by Welch's test on the mean of the
 //! image and on blocks of it.
 
-mod common;
-
-use common::{SCENES, context, render, shipped};
 use photolith::image::metrics::{CompareOptions, Welch, compare};
 use photolith::image::{Image, Variance};
 use photolith::oracle::{self, OracleSettings};
 use photolith::render::Mutation;
 use photolith::scene::Mesh;
 use photolith::{Context, RenderSettings, Scene};
+
+use crate::harness::{SCENES, context, render, shipped};
 
 /// Renderings with seeds of their own, from which the noise is estimated.
 const BATCHES: u32 = 8;

@@ -1,13 +1,13 @@
 //! `photolith bench` from outside: slopes, fields, and what it refuses.
 
 use std::ops::ControlFlow;
-use std::path::Path;
-use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use photolith::bench::growth::{Growth, measure};
-use photolith::{Context, ContextOptions, RenderError, RenderSettings, Validation};
-use serde_json::Value;
+use photolith::{Context, RenderError, RenderSettings, Validation};
+
+use super::common::context_options;
+use super::*;
 
 /// A floor, a ball and an emitter under a sky: noise from every dimension, no rare bright paths.
 const SCENE: &str = r#"
@@ -53,11 +53,10 @@ fn bench(folder: &Path, arguments: &str) -> Output {
     // Where references are kept; the others need none, and refuse the option.
     let needs_reference = !arguments.contains("--growth") && !arguments.contains("--rays");
     let cache: &[&str] = if needs_reference { &["--cache", "cache"] } else { &[] };
-    Command::new(env!("CARGO_BIN_EXE_photolith"))
+    program(folder)
         .args(["bench", "--validate", "core"])
         .args(cache)
         .args(arguments.split_ascii_whitespace())
-        .current_dir(folder)
         .output()
         .unwrap()
 }
@@ -311,9 +310,9 @@ fn bad_input_is_code_2_and_says_why() {
     let folder = folder();
     let render = |name: &str| {
         let scene = folder.path().join("scene.toml");
-        let mut command = Command::new(env!("CARGO_BIN_EXE_photolith"));
+        let mut command = program(folder.path());
         command.arg("render").arg(scene).args(["--samples", "1", "-o", name]);
-        assert!(command.current_dir(folder.path()).status().unwrap().success());
+        assert!(command.status().unwrap().success());
     };
     render("bare.pfm");
     let mut nan = std::fs::read(folder.path().join("bare.pfm")).unwrap();
@@ -455,10 +454,9 @@ fn what_fails_keeps_what_was_measured_before_it() {
 /// Runs until `ready`, and some more; then sends Ctrl-C.
 #[cfg(unix)]
 fn interrupted(folder: &Path, arguments: &str, ready: impl Fn() -> bool) -> Output {
-    let child = Command::new(env!("CARGO_BIN_EXE_photolith"))
+    let child = program(folder)
         .arg("bench")
         .args(arguments.split_ascii_whitespace())
-        .current_dir(folder)
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
@@ -542,7 +540,7 @@ fn growth_of_triangles() {
 
 #[test]
 fn a_series_that_cannot_go_on_says_where_and_why() {
-    let context = Context::new(&ContextOptions { validation: Validation::Core, ..ContextOptions::default() }).unwrap();
+    let context = Context::new(&context_options(Validation::Core)).unwrap();
     // Two iterations are enough for no path: what a limit of the driver would do.
     let settings = RenderSettings { samples: 1, loop_budget: Some(2), ..RenderSettings::default() };
     let (report, error) = measure(&context, Growth::Triangles, &[100, 200], &settings, |_| ControlFlow::Continue(()));

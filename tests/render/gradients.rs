@@ -1,12 +1,11 @@
 //! Images from gradients: what the groups of pixels that they need must not cost.
 
-mod common;
-
-use common::{context, render_counted, shipped};
 use glam::DVec3;
 use photolith::render::{Gradients, Reuse, SampleMap};
 use photolith::scene::{Material, Mesh, Normals, PixelFilter, Surface};
 use photolith::{RenderSettings, Scene};
+
+use crate::harness::{context, render_counted, shipped};
 
 /// A fence in front of a bright sky, nearly black: how bright a pixel is depends on how much of it the fence covers.
 fn fence() -> Scene {

@@ -1,0 +1,45 @@
+//! The bounding volume hierarchy: copies, and the count of its steps. That it finds what testing every triangle finds, and that the two
+//! triangle tests agree, are cases of `check` (`tree/brute-force`, `determinism/no-tree`, `triangles/two-tests`).
+
+use std::ops::ControlFlow;
+
+use photolith::render::{Reuse, Scheduler};
+use photolith::scene::Sphere;
+use photolith::{RenderSettings, Renderer, Scene};
+
+use crate::harness::{assert_same_bits, context, render, shipped};
+
+/// Also of those that are not in the hierarchy, and of those of which some are.
+#[test]
+fn copies_of_spheres_are_one_sphere() {
+    let context = context();
+    let once = shipped("glass", (24, 16), 4);
+    let of =
+        |scene: &Scene| render(&context, scene, &RenderSettings { reuse: Reuse::Off, ..RenderSettings::of(scene) });
+    for copies in [1, 16] {
+        let mut scene = once.clone();
+        // Far from the others in the file, and of another material.
+        let other = once.spheres.iter().map(|s| Sphere { material: 0, ..s.clone() }).cycle();
+        scene.spheres.extend(other.take(copies * once.spheres.len()));
+        assert_same_bits(&of(&scene), &of(&once), &format!("{copies} copies"));
+    }
+}
+
+/// Steps are counted by both schedulers: 0.86 a ray, most of which miss the cat.
+#[test]
+fn steps_are_counted() {
+    let context = context();
+    let scene = shipped("cat", (48, 40), 16);
+    let counted = [Scheduler::Inline, Scheduler::Queue].map(|scheduler| {
+        let settings = RenderSettings { scheduler, reuse: Reuse::Off, count_steps: true, ..RenderSettings::of(&scene) };
+        let mut renderer = Renderer::new(&context, &scene, &settings).expect("a renderer");
+        renderer.render(|_| ControlFlow::Continue(())).expect("a film");
+        let s = renderer.statistics();
+        (s.rays, s.shadow_rays, s.bvh_steps)
+    });
+    assert_eq!(counted[0], counted[1]);
+    let (rays, shadow_rays, steps) = counted[0];
+    let per_ray = steps as f64 / (rays + shadow_rays) as f64;
+    println!("{per_ray:.2} steps for each of {rays} rays and {shadow_rays} shadow rays");
+    assert!((0.7..1.1).contains(&per_ray), "{per_ray} steps a ray");
+}

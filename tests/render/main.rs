@@ -1,0 +1,19 @@
+//! The renderer by its API: what it renders, that the bits do not depend on how, and that the validation layers have nothing to say.
+
+#[path = "../common/assets.rs"]
+mod assets;
+#[path = "../common/mod.rs"]
+mod common;
+mod harness;
+mod variants;
+
+mod acceleration;
+mod adaptive;
+mod determinism;
+mod gradients;
+mod light_tracing;
+mod random_scenes;
+mod resume;
+mod shader_folder;
+mod shipped_scenes;
+mod validation;

@@ -1,0 +1,10 @@
+//! Scenes: the files they come from, what is refused, and the meshes that are shipped.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod cat_mesh;
+mod obj_files;
+mod robustness;
+mod scene_files;
+mod validate;
