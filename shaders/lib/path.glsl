@@ -252,7 +252,11 @@ void path_depart(inout Path path, Vertex v, bool alive, Camera camera, uvec2 at,
     vec3 throughput = v.throughput * next.weight;
     uint flags = path.flags & PATH_RECONNECTABLE;
     if (reconnectable) flags |= v.first ? PATH_RECONNECTABLE | PATH_FROM_FIRST : PATH_RECONNECTABLE;
-    // A shading normal may send the ray to the wrong side of the surface: nothing is there to be seen.
+    // A shading normal may send the ray to the wrong side of the surface: of glass and mirrors, whose light it would take away, it is bent
+    // until it does not; from a diffuse surface nothing is to be seen there.
+    if (SMOOTH_NORMALS && is_delta(v.bsdf) && MUTATION != MUTATE_BEND) {
+        next.direction = on_side(next.direction, next.crosses ? -v.up : v.up);
+    }
     if (SMOOTH_NORMALS && (dot(next.direction, v.up) > 0.0) == next.crosses) {
         // What the second hit sends back still counts for other pixels.
         if (REUSE && v.first && reconnectable) flags |= PATH_FOR_OTHERS;

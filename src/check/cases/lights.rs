@@ -143,10 +143,8 @@ impl Emitter {
             }
             Self::Rectangle { corner, edges } => {
                 let n = edges[0].cross(edges[1]).normalize();
-                // Of the rectangle off the emitter that the point is on, as for the others.
-                let off = (p - corner).dot(n);
-                let (lo, hi, depth) = seen_from(corner + off * n, edges, from);
-                (off.abs(), way.normalize().dot(n), 1.0 / solid_angle(lo, hi, depth))
+                let (lo, hi, depth) = seen_from(corner, edges, from);
+                ((p - corner).dot(n).abs(), way.normalize().dot(n), 1.0 / solid_angle(lo, hi, depth))
             }
         }
     }
@@ -179,7 +177,7 @@ fn query(from: DVec3, normal: DVec3, choice: f32, point: [f32; 2]) -> LightQuery
 }
 
 /// With which probabilities the first `lights` are chosen at a point of render space.
-fn probabilities(lab: &Lab, scene: &Scene, from: DVec3, lights: usize) -> Result<Vec<f64>, CheckError> {
+fn probabilities(lab: &Lab, scene: &Scene, from: DVec3, lights: usize) -> Result<Vec<Density>, CheckError> {
     let of_light = |light: usize| DensityQuery {
         from: from.as_vec3().to_array(),
         light: light as i32,
@@ -188,8 +186,7 @@ fn probabilities(lab: &Lab, scene: &Scene, from: DVec3, lights: usize) -> Result
         unused: [0.0; 6],
     };
     let queries: Vec<_> = (0..lights).map(of_light).collect();
-    let densities: Vec<Density> = lab.kernel(scene, Kernel::LIGHT_PDF, 1)?.run(&queries)?;
-    Ok(densities.iter().map(|d| f64::from(d.probability)).collect())
+    lab.kernel(scene, Kernel::LIGHT_PDF, 1)?.run(&queries)
 }
 
 fn position(p: [f32; 3]) -> DVec3 {
@@ -296,7 +293,12 @@ fn chi_squared(lab: &Lab) -> Result<Measured, CheckError> {
     let scale = RenderSpace::of(&scene).length(1.0);
     let mut lost = 0;
     for (from, normal) in [(v(0.0, -1.0, -3.0), DVec3::Y), (v(2.0, 1.0, -6.0), v(-0.6, 0.0, 0.8))] {
-        let queries: Vec<_> = (0..n).map(|_| query(scale * from, normal, rng.uniform() as f32, [0.25, 0.75])).collect();
+        let queries: Vec<_> = (0..n)
+            .map(|_| {
+                let [choice, candidate] = [(); 2].map(|()| rng.uniform() as f32);
+                LightQuery { candidate, ..query(scale * from, normal, choice, [0.25, 0.75]) }
+            })
+            .collect();
         let lights = scene.lights.len() + scene.spheres.len() + scene.triangle_count();
         let mut counts = vec![0.0; lights];
         for s in sampled(lab, &scene, &queries)? {
@@ -305,6 +307,7 @@ fn chi_squared(lab: &Lab) -> Result<Measured, CheckError> {
             }
         }
         let probabilities = probabilities(lab, &scene, scale * from, lights)?;
+        let probabilities: Vec<_> = probabilities.iter().map(|d| f64::from(d.probability)).collect();
         let expected: Vec<f64> = probabilities.iter().map(|p| p * n as f64).collect();
         p_values.push(chi_squared_p(&counts, &expected));
         // Point lights come first, spheres that are no constants last: what is above the surface must have a chance.
@@ -379,6 +382,7 @@ fn weak_among_strong(lab: &Lab) -> Result<Measured, CheckError> {
     }
     let (from, normal) = (RenderSpace::of(&scene).point(v(0.0, 0.0, -2.0)), DVec3::Y);
     let probabilities = probabilities(lab, &scene, from, STRONG + WEAK)?.split_off(STRONG);
+    let probabilities: Vec<_> = probabilities.iter().map(|d| f64::from(d.by_table)).collect();
     let numbers = f64::from(1u32 << 24);
     let mut kernel = lab.kernel(&scene, Kernel::LIGHT_SAMPLE, 1)?;
     let is_weak = |s: &LightPoint| s.light >= STRONG as i32;
@@ -397,7 +401,7 @@ fn weak_among_strong(lab: &Lab) -> Result<Measured, CheckError> {
         let queries: Vec<_> = some
             .iter()
             .flat_map(|&number| [number; FURTHER])
-            .map(|number| chosen_by(number, rng.uniform() as f32))
+            .map(|number| chosen_by(number, rng.between(1.0 / 16.0, 1.0) as f32))
             .collect();
         for s in kernel.run(&queries)?.iter().filter(|s| is_weak(s)) {
             counts[s.light as usize - STRONG] += 1.0 / FURTHER as f64;

@@ -6,6 +6,7 @@ use crate::scene::{PixelFilter, Scene, Surface};
 
 use crate::render::kernel::layout::constant::MAX_POLYGONS;
 use crate::render::sampling::sobol;
+use crate::render::scene::coplanar::Lifts;
 use crate::render::scene::polygons;
 use crate::render::scene::spheres;
 use crate::render::settings::{Accel, RenderSettings, Sampler, TriangleTest};
@@ -131,7 +132,7 @@ impl Features {
         };
         let space = RenderSpace::of(scene);
         let (constant, rest) = spheres::partition(scene, &space);
-        let (polygons, in_constants) = polygons::select(scene, &space, settings.triangle_test);
+        let (polygons, in_constants) = polygons::select(scene, &space, &Lifts::default(), settings.triangle_test);
         let triangles = in_constants.iter().any(|constant| !constant);
         let dielectric = any(Feature::Dielectric, Surface::is_dielectric);
         Self {
