@@ -31,7 +31,10 @@ pub fn pdf(bsdf: &Bsdf, hit: &Hit, _wo: DVec3, wi: DVec3) -> f64 {
 ///
 /// Where that of a mirror or of glass does, it is bent until the ray leaves within the surface.
 pub fn sample(bsdf: &Bsdf, hit: &Hit, wo: DVec3, rng: &mut Pcg64) -> Option<(DVec3, DVec3)> {
-    let normal = hit.shading_normal;
+    let normal = match bsdf {
+        Bsdf::Mirror { .. } | Bsdf::Dielectric { .. } => bent_normal(hit, wo),
+        Bsdf::Diffuse { .. } | Bsdf::Black => hit.shading_normal,
+    };
     let (scattered, weight, crosses) = match *bsdf {
         Bsdf::Diffuse { reflectance } => (cosine_hemisphere(normal, rng), reflectance.into(), false),
         Bsdf::Mirror { reflectance } => (reflect(-wo, normal), reflectance.into(), false),
@@ -50,11 +53,19 @@ pub fn sample(bsdf: &Bsdf, hit: &Hit, wo: DVec3, rng: &mut Pcg64) -> Option<(DVe
     match bsdf {
         _ if height > 0.0 => Some((scattered, weight)),
         Bsdf::Diffuse { .. } | Bsdf::Black => None,
-        Bsdf::Mirror { .. } | Bsdf::Dielectric { .. } => {
-            let within = scattered - height * up;
-            Some(((within + 1e-4 * up).normalize(), weight))
-        }
+        Bsdf::Mirror { .. } | Bsdf::Dielectric { .. } => Some((grazing(scattered, up), weight)),
     }
+}
+
+/// The shading normal, or, if it reflects `wo` to below the surface, the one halfway between `wo` and the nearest direction that is not.
+fn bent_normal(hit: &Hit, wo: DVec3) -> DVec3 {
+    let image = reflect(-wo, hit.shading_normal);
+    if image.dot(hit.normal) > 0.0 { hit.shading_normal } else { (wo + grazing(image, hit.normal)).normalize() }
+}
+
+/// The direction just above a surface that is nearest to one below it.
+fn grazing(direction: DVec3, up: DVec3) -> DVec3 {
+    (direction.reject_from_normalized(up) + 1e-4 * up).normalize()
 }
 
 /// Share of unpolarised light that a smooth interface reflects (Fresnel's equations).

@@ -43,6 +43,15 @@ pub(super) const CASES: &[Case] = &[
         measure: resampled,
     },
     Case {
+        name: "lights/hidden",
+        what: "a ball that a light in front of it lights, and a much stronger one is behind it, or behind a wall: 10⁴ to 10²⁰ times as strong",
+        oracle: "Φρ/(4π²d²) of the one in front",
+        quantity: "worst root mean square error of a pixel of 64 samples, relative",
+        threshold: 0.15,
+        full_only: false,
+        measure: hidden,
+    },
+    Case {
         name: "lights/weak-among-strong",
         what: "a thousand weak point lights, each of which some thirty numbers of 24 bits choose, among 3,000 strong ones",
         oracle: "the probability that their light is divided by; all such numbers, with 64 further ones each",
@@ -365,6 +374,32 @@ fn resampled(lab: &Lab) -> Result<Measured, CheckError> {
     }
     let tests = distances.len();
     Ok(Measured::new(worst(distances), format!("{tests} places, {n} samples each")))
+}
+
+fn hidden(lab: &Lab) -> Result<Measured, CheckError> {
+    let mut errors = Vec::new();
+    for walled in [false, true] {
+        for power in [1e2, 1e6, 1e11, 1e22] {
+            let mut scene = empty();
+            scene.camera.position = v(0.0, 0.0, 5.0);
+            scene.camera.target = DVec3::ZERO;
+            scene.camera.horizontal_fov = 1.0;
+            scene.integrator.max_depth = 1;
+            scene.size(16, 64);
+            scene.sphere(DVec3::ZERO, 1.0, diffuse(0.5));
+            scene.light(v(0.0, 0.0, 5.0), 100.0);
+            scene.light(v(0.0, if walled { 20.0 } else { 0.0 }, if walled { 20.0 } else { -5.0 }), power);
+            if walled {
+                scene.quad([v(-9.0, 4.0, -9.0), v(9.0, 4.0, -9.0), v(9.0, 4.0, 9.0), v(-9.0, 4.0, 9.0)], diffuse(0.0));
+            }
+            let exact = 100.0 * 0.5 / (4.0 * PI * PI * 16.0);
+            let image = lab.render(&scene)?.channel(0);
+            let squares: f64 = image.iter().map(|x| (x / exact - 1.0).powi(2)).sum();
+            errors.push((squares / image.len() as f64).sqrt());
+        }
+    }
+    let detail = errors.iter().map(|e| format!("{e:.3}")).collect::<Vec<_>>().join(", ");
+    Ok(Measured::new(worst(errors), detail))
 }
 
 fn weak_among_strong(lab: &Lab) -> Result<Measured, CheckError> {

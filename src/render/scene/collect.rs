@@ -8,10 +8,10 @@ use rayon::prelude::*;
 use crate::accel;
 use crate::accel::{Primitive, Texel};
 use crate::scene;
-use crate::scene::{Bsdf, Material, Mesh, Rgb, Scene, Sphere, Surface};
+use crate::scene::{Bsdf, Material, Mesh, Scene, Sphere, Surface};
 
-use crate::render::kernel::layout::bsdf as kind;
-use crate::render::light::list::LightList;
+use crate::render::kernel::layout::{bsdf as kind, flag};
+use crate::render::light::list::{Emission, LightList};
 use crate::render::light::table::{Light, LightShape};
 use crate::render::scene::containment::Emitters;
 use crate::render::scene::coplanar::Lifts;
@@ -110,10 +110,10 @@ impl SceneGeometry {
         for f in &polygons {
             let [a, b, c, d] = f.corners;
             let light = match emitted(materials, f.material) {
-                Some(radiance) if f.is_triangle() => {
-                    self.lights.add_polygon(LightShape::Triangle([a, b, c]), &[a, b, c], radiance)
+                Some(emission) if f.is_triangle() => {
+                    self.lights.add_polygon(LightShape::Triangle([a, b, c]), &[a, b, c], emission)
                 }
-                Some(radiance) => self.lights.add_polygon(LightShape::Parallelogram([a, b, d]), &f.corners, radiance),
+                Some(emission) => self.lights.add_polygon(LightShape::Parallelogram([a, b, d]), &f.corners, emission),
                 None => -1,
             };
             let offset = f.normal.dot(a) as f32;
@@ -195,9 +195,9 @@ impl SceneGeometry {
         }
         let of_mesh = self.geometry.len() - added.len();
         for (number, &i) in added.iter().enumerate() {
-            let Some(radiance) = emitted(materials, mesh.triangle_materials[i]) else { continue };
+            let Some(emission) = emitted(materials, mesh.triangle_materials[i]) else { continue };
             let corners = corners(mesh, lifted, i).map(|p| space.point(p));
-            let light = self.lights.add_polygon(LightShape::Triangle(corners), &corners, radiance);
+            let light = self.lights.add_polygon(LightShape::Triangle(corners), &corners, emission);
             self.geometry.set_light(of_mesh + number, light);
         }
     }
@@ -227,9 +227,10 @@ fn corners(mesh: &Mesh, lifted: &BTreeMap<usize, DVec3>, triangle: usize) -> [DV
     mesh.triangles[triangle].map(|vertex| mesh.positions[vertex as usize] + offset)
 }
 
-/// What a material emits, if it does.
-fn emitted(materials: &[Material], material: u32) -> Option<Rgb> {
-    materials[material as usize].surface.emitted()
+/// What a material emits, if it does, and whether on both sides.
+fn emitted(materials: &[Material], material: u32) -> Option<Emission> {
+    let surface = &materials[material as usize].surface;
+    Some(Emission { radiance: surface.emitted()?, two_sided: surface.two_sided })
 }
 
 /// A texel of a colour and another number.
@@ -240,20 +241,21 @@ pub(crate) fn rgb(c: [f64; 3], w: f32) -> [f32; 4] {
 /// The number of a sphere's light, or −1.
 fn add_sphere(lights: &mut LightList, s: &Sphere, materials: &[Material], space: &RenderSpace) -> i32 {
     match emitted(materials, s.material) {
-        Some(radiance) => lights.add_sphere(space.point(s.center), space.length(s.radius), s.inward, radiance),
+        Some(emission) => lights.add_sphere(space.point(s.center), space.length(s.radius), s.inward, emission),
         None => -1,
     }
 }
 
 /// The record of a material (shaders/lib/material.glsl).
 fn material_texels(material: &Material) -> [Texel; 2] {
-    let Surface { bsdf, emission } = material.surface;
+    let Surface { bsdf, emission, two_sided } = material.surface;
     let (kind, reflectance, ior) = match bsdf {
         Bsdf::Black => (kind::NONE, [0.0; 3], 1.0),
         Bsdf::Diffuse { reflectance } => (kind::DIFFUSE, reflectance, 1.0),
         Bsdf::Mirror { reflectance } => (kind::MIRROR, reflectance, 1.0),
         Bsdf::Dielectric { ior } => (kind::DIELECTRIC, [1.0; 3], ior),
     };
+    let kind = if two_sided { kind | flag::TWO_SIDED } else { kind };
     [rgb(reflectance, f32::from_bits(kind)), rgb(emission, ior as f32)].map(|texel| texel.map(f32::to_bits))
 }
 

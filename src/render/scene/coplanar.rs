@@ -83,9 +83,8 @@ impl Lifts {
     pub fn of(scene: &Scene, space: &RenderSpace) -> Self {
         let emits: Vec<bool> = scene.materials.iter().map(|material| material.surface.emits()).collect();
         let all = |mesh: usize| (0..scene.meshes[mesh].triangles.len()).map(move |triangle| (mesh, triangle));
-        let emitting = |&(mesh, triangle): &(usize, usize)| {
-            emits[scene.meshes[mesh].triangle_materials[triangle] as usize]
-        };
+        let emitting =
+            |&(mesh, triangle): &(usize, usize)| emits[scene.meshes[mesh].triangle_materials[triangle] as usize];
         let face = |(mesh, triangle): (usize, usize)| Face::of(&scene.meshes[mesh], triangle, space);
         let emitters: Vec<_> = (0..scene.meshes.len())
             .filter(|&mesh| scene.meshes[mesh].triangle_materials.iter().any(|&m| emits[m as usize]))
@@ -118,7 +117,10 @@ impl Lifts {
         let mut lifts = BTreeMap::new();
         for (i, height) in touched {
             let (at, emitter) = &emitters[i];
-            let offset = space.scene_length(height) * emitter.normal;
+            // One that shines to both sides is seen from where the camera is.
+            let material = scene.meshes[at.0].triangle_materials[at.1];
+            let back = scene.surface(material).two_sided && emitter.normal.dot(emitter.corners[0]) > 0.0;
+            let offset = space.scene_length(if back { -height } else { height }) * emitter.normal;
             let most = lifts.entry(*at).or_insert(offset);
             if offset.length_squared() > most.length_squared() {
                 *most = offset;

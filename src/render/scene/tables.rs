@@ -16,7 +16,7 @@ use crate::render::kernel::features::Features;
 use crate::render::kernel::layout::{SceneValues, constant};
 use crate::render::light::screen_bounds::emitter_bounds;
 use crate::render::light::solid_angle;
-use crate::render::light::table::{Light, LightShape, LightTable};
+use crate::render::light::table::{Light, LightShape, LightTable, kind};
 use crate::render::scene::collect::{Origin, SceneGeometry, rgb};
 use crate::render::scene::geometry::GeometryTexels;
 use crate::render::scene::light_paths::CasterTable;
@@ -77,8 +77,10 @@ impl Tables {
         let build_seconds = start.elapsed().as_secs_f64();
 
         let points = geometry.points;
+        let two_sided = u32::from(geometry.lights.has_two_sided());
         let lights = geometry.lights.into_vec();
         let mut light_table = LightTable::of(&lights, |light| solid_angle::looks_large(light, scene, space));
+        light_table.kinds |= two_sided << kind::TWO_SIDED;
         let light_paths = match settings.light_tracing {
             LightTracing::Off => CasterTable::default(),
             LightTracing::Auto => CasterTable::of(scene, space, &lights[points..]),
