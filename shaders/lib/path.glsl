@@ -250,13 +250,11 @@ void path_depart(inout Path path, Vertex v, bool alive, Camera camera, uvec2 at,
     uint hit = alive ? v.hits : 0u;
     vec2 u = sample_pair(key, alive ? index : index_of_sample(index), hit, hit);
     vec3 first = camera_direction(camera, at, u);
-    // A shading normal may send the ray to the wrong side of the surface. Glass and mirrors would lose that light: theirs is bent until it
-    // does not.
-    bool bends = SMOOTH_NORMALS && is_delta(v.bsdf) && MUTATION != MUTATE_BEND;
-    vec3 normal = v.normal;
-    if (SMOOTH_NORMALS) normal = bends ? bent_normal(normal, -path.direction, v.up) : normal;
-    BsdfSample next = bsdf_sample(v.bsdf, normal, -path.direction, u);
-    if (SMOOTH_NORMALS && bends) next.direction = on_side(next.direction, next.crosses ? -v.up : v.up);
+    BsdfSample next = bsdf_sample(v.bsdf, v.normal, -path.direction, u);
+    // A shading normal may send the ray to the wrong side of the surface. Glass and mirrors would lose that light: theirs is bent.
+    if (SMOOTH_NORMALS && is_delta(v.bsdf) && MUTATION != MUTATE_BEND) {
+        next.direction = on_side(next.direction, next.crosses ? -v.up : v.up);
+    }
     bool reconnectable = is_reconnectable(v.bsdf);
     vec3 throughput = v.throughput * next.weight;
     uint flags = path.flags & PATH_RECONNECTABLE;

@@ -29,10 +29,10 @@ void main() {
     if (PROBE == PROBE_LIGHT_SAMPLE) {
         // from | u of the choice;  n | a number with its further digits, which also tells how to choose;  u of the point
         bool even = n.w < EVEN_SHARE;
-        float probability;
+        float probability, divisor;
         int cell = light_cell(from.xyz);
         float more = fract(4096.0 * n.w);
-        int light = light_choose(cell, from.w, more, even, probability);
+        int light = light_choose(cell, from.w, more, even, probability, divisor);
         output_light(i, from.xyz, n.xyz, light_candidate(cell, from.xyz, from.w, more, even, w.xy), light);
     }
     if (PROBE == PROBE_LIGHT_RESAMPLED) {

@@ -31,10 +31,7 @@ pub fn pdf(bsdf: &Bsdf, hit: &Hit, _wo: DVec3, wi: DVec3) -> f64 {
 ///
 /// Where that of a mirror or of glass does, it is bent until the ray leaves within the surface.
 pub fn sample(bsdf: &Bsdf, hit: &Hit, wo: DVec3, rng: &mut Pcg64) -> Option<(DVec3, DVec3)> {
-    let normal = match bsdf {
-        Bsdf::Mirror { .. } | Bsdf::Dielectric { .. } => bent_normal(hit, wo),
-        Bsdf::Diffuse { .. } | Bsdf::Black => hit.shading_normal,
-    };
+    let normal = hit.shading_normal;
     let (scattered, weight, crosses) = match *bsdf {
         Bsdf::Diffuse { reflectance } => (cosine_hemisphere(normal, rng), reflectance.into(), false),
         Bsdf::Mirror { reflectance } => (reflect(-wo, normal), reflectance.into(), false),
@@ -55,12 +52,6 @@ pub fn sample(bsdf: &Bsdf, hit: &Hit, wo: DVec3, rng: &mut Pcg64) -> Option<(DVe
         Bsdf::Diffuse { .. } | Bsdf::Black => None,
         Bsdf::Mirror { .. } | Bsdf::Dielectric { .. } => Some((grazing(scattered, up), weight)),
     }
-}
-
-/// The shading normal, or, if it reflects `wo` to below the surface, the one halfway between `wo` and the nearest direction that is not.
-fn bent_normal(hit: &Hit, wo: DVec3) -> DVec3 {
-    let image = reflect(-wo, hit.shading_normal);
-    if image.dot(hit.normal) > 0.0 { hit.shading_normal } else { (wo + grazing(image, hit.normal)).normalize() }
 }
 
 /// The direction just above a surface that is nearest to one below it.

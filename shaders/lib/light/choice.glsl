@@ -5,9 +5,9 @@
 // contributes if nothing is in between (resampling: Talbot, Cline and Egbert 2005).
 //
 // That fails where a bright light is out of sight, behind the surface or a wall: it is nearly always drawn, and kept. So a share of the
-// samples, EVEN_SHARE, draws entries regardless of probabilities, and keeps one of two regardless of what they contribute; samples of both
-// kinds are weighted by the density of all (a defensive mixture: Hesterberg 1995; Veach 1997, 9.2.4). That bounds the noise, whatever the
-// lights' powers are.
+// samples, EVEN_SHARE, draws entries regardless of probabilities, and keeps one of two regardless of what they contribute (a defensive
+// mixture: Hesterberg 1995). The two kinds are weighted by the power heuristic (Veach 1997), so that a weak light is left to these: kept
+// beside a strong one it would count for both. That bounds the noise, whatever the lights' powers are.
 //
 // light_texels: nodes of a texel, lights of four (light.glsl), and entries of a texel (src/render/lights.rs, light_grid.rs).
 //   node   share of the first child, second child, strength (of the root's), light; or ~(end of what is below) if it
@@ -56,10 +56,18 @@ float entry_probability(float by_table) {
     return by_table > 0.0 ? mix(by_table, 1.0 / float(LIGHT_ENTRIES), EVEN_SHARE) : 0.0;
 }
 
+// What light of an entry is divided by in a sample of one kind: its probability over the weight of the kind.
+float entry_divisor(float by_table, bool even) {
+    float evenly = EVEN_SHARE / float(LIGHT_ENTRIES);
+    float unevenly = (1.0 - EVEN_SHARE) * by_table;
+    return (evenly * evenly + unevenly * unevenly) / (even ? evenly : unevenly);
+}
+
 // The light of a number u in [0, 1) for a surface in a cell, and the probability of choosing it; −1 if no light can
-// shine there. `even`: all entries are drawn alike. Among thousands of lights the digits of u are soon used up: those of `more` follow them.
-int light_choose(int cell, float u, float more, bool even, out float probability) {
-    probability = 1.0;
+// shine there. `even`: all entries are drawn alike. `divisor`: of its light. Among thousands of lights the digits of u are soon used up:
+// those of `more` follow them.
+int light_choose(int cell, float u, float more, bool even, out float probability, out float divisor) {
+    probability = divisor = 1.0;
     if (LIGHT_COUNT == 1u) return 0;
     float place = u * float(LIGHT_ENTRIES);
     int column = floor_int(fast_min(place, float(LIGHT_ENTRIES) - 0.5));
@@ -73,6 +81,7 @@ int light_choose(int cell, float u, float more, bool even, out float probability
     }
     if (!own) entry = light_texel(cell + floatBitsToInt(entry.y));
     probability = entry_probability(entry.z);
+    divisor = entry_divisor(entry.z, even);
     int chosen = probability > 0.0 ? floatBitsToInt(entry.w) : -1;
     if (LIGHT_DEPTH > 0u && chosen >= 0) {
         int entered = chosen;
@@ -82,7 +91,9 @@ int light_choose(int cell, float u, float more, bool even, out float probability
             chosen = light_branch(node.x, u) ? chosen + 1 : floatBitsToInt(node.y);
             node = light_texel(chosen);
         }
-        if (chosen != entered) probability *= strength > 0.0 ? node.z / strength : 0.0;
+        float share = strength > 0.0 ? node.z / strength : 0.0;
+        if (chosen != entered) probability *= share;
+        if (chosen != entered) divisor *= share;
         chosen = probability > 0.0 ? floatBitsToInt(node.w) : -1;
     }
     return chosen;
@@ -126,11 +137,11 @@ LightSample light_point(Light l, vec3 from, vec2 uv) {
 
 // Samples the light that u chooses (light_choose). The density includes the choice.
 LightSample light_candidate(int cell, vec3 from, float u, float more, bool even, vec2 uv) {
-    float probability;
-    int light = light_choose(cell, u, more, even, probability);
+    float probability, divisor;
+    int light = light_choose(cell, u, more, even, probability, divisor);
     if (light < 0) return light_none();
     LightSample s = light_point(light_of(light), from, uv);
-    s.radiance /= probability;
+    s.radiance /= divisor;
     s.pdf *= probability;
     return s;
 }
