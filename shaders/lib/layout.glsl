@@ -86,6 +86,9 @@ const uint MUTATE_DOUBT = 23u;
 const uint MUTATE_ALL_MARGINS = 24u;
 const uint MUTATE_GRADIENTS = 26u;
 const uint MUTATE_LIGHT_TRACING = 27u;
+const uint MUTATE_LIMB = 28u;
+const uint MUTATE_BEND = 29u;
+const uint MUTATE_CHOICE = 30u;
 
 // ---- bindings
 // All texels are bits, of numbers too: lavapipe compiles five functions for each format that it meets, and small integers

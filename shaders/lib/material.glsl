@@ -9,10 +9,15 @@
 #include "geometry.glsl"
 #include "lane_table.glsl"
 
+// Some surface emits on both sides (src/render/light/table.rs).
+const bool HAS_TWO_SIDED = (LIGHT_KINDS & 1u << 6) != 0u;
+// In a material's type: it does.
+const uint TWO_SIDED = 0x100u;
+
 struct Material {
-    uint type;          // BSDF_… (bsdf/closure.glsl)
+    uint type;          // BSDF_… (bsdf/closure.glsl) | TWO_SIDED
     vec3 reflectance;
-    vec3 emission;      // radiance that leaves its front
+    vec3 emission;      // radiance that leaves its front, or both sides
     float ior;          // of a dielectric: index of refraction of the back over that of the front
 };
 
@@ -44,9 +49,12 @@ Material either_material(bool second, Material b, Material a) {
                     second ? b.ior : a.ior);
 }
 
+// Whether a material emits from that side, if it emits.
+bool shines_from(Material m, bool front) { return front || (HAS_TWO_SIDED && (m.type & TWO_SIDED) != 0u); }
+
 // How a material scatters light that comes from its front, or from its back.
 Bsdf bsdf_of(Material m, bool front) {
-    Bsdf b = Bsdf(m.type, m.reflectance, 1.0);
+    Bsdf b = Bsdf(HAS_TWO_SIDED ? m.type & ~TWO_SIDED : m.type, m.reflectance, 1.0);
     if (HAS_DIELECTRIC) b.eta = front != (MUTATION == MUTATE_IOR) ? m.ior : 1.0 / m.ior;
     if (MUTATION == MUTATE_ALBEDO) b.reflectance *= 1.01;
     return b;

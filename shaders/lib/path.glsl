@@ -136,20 +136,23 @@ ShadowRay direct_light(Vertex v, vec3 wo, uint index, uint key, uint count) {
 
 // The weight of light that a path meets on an emitter at distance t, against that of light sampling, of which `light_samples` were taken
 // at the first reconnectable vertex, and of light paths.
-float emission_weight(Path path, Surface surface, float t, uint light_samples) {
+float emission_weight(Path path, Vertex v, float t, uint light_samples) {
     float weight = 1.0;
-    float cos_light = -dot(path.direction, surface.normal);
-    if (EMITTER_COUNT > 0u && path.pdf > 0.0 && surface.light >= 0) {
-        float of_light = light_pdf(path.origin, surface.light, t, cos_light);
+    float cos_light = -dot(path.direction, v.up);
+    // The back is a light of its own.
+    int light = v.surface.light;
+    if (HAS_TWO_SIDED) light += !v.front && light >= 0 ? 1 : 0;
+    if (EMITTER_COUNT > 0u && path.pdf > 0.0 && light >= 0) {
+        float of_light = light_pdf(path.origin, light, t, cos_light);
         if (has_flag(path, PATH_FROM_FIRST)) of_light *= float(light_samples);
         weight = mis_weight(path.pdf, of_light);
     }
-    bool by_light_paths = LIGHT_TRACING && path.pdf == 0.0 && path.x2 > 0.0 && path.hits <= LIGHT_PATH_HITS && surface.light >= 0;
+    bool by_light_paths = LIGHT_TRACING && path.pdf == 0.0 && path.x2 > 0.0 && path.hits <= LIGHT_PATH_HITS && light >= 0;
     if (LIGHT_TRACING) count_fallback(by_light_paths ? CASTER_COUNT : 0u);
     // The constant lets the program drop this before the driver sees it (src/gpu/prune.rs).
     if (LIGHT_TRACING && by_light_paths) {
         vec3 y = path.origin + t * path.direction;
-        weight /= 1.0 + light_path_ratio(surface.light, y, -path.direction, cos_light, path.x2);
+        weight /= 1.0 + light_path_ratio(light, y, -path.direction, cos_light, path.x2);
     }
     return weight;
 }
@@ -161,9 +164,9 @@ vec3 emitted_light(Path path, Vertex v, bool met, float t, uint light_samples) {
         float of_light = background_pdf(path.direction);
         light = background_radiance(path.direction) * (path.pdf > 0.0 && of_light > 0.0 ? mis_weight(path.pdf, of_light) : 1.0);
     }
-    bool glows = HAS_EMITTER && met && v.front && v.surface.material.emission != vec3(0.0);
+    bool glows = HAS_EMITTER && met && shines_from(v.surface.material, v.front) && v.surface.material.emission != vec3(0.0);
     if (HAS_EMITTER && glows) {
-        float weight = emission_weight(path, v.surface, t, light_samples);
+        float weight = emission_weight(path, v, t, light_samples);
         // A grazing hit has no cosine, and an infinite density on the light's side: it adds nothing.
         light = weight > 0.0 ? v.surface.material.emission * weight : vec3(0.0);
     }
@@ -246,11 +249,15 @@ void path_depart(inout Path path, Vertex v, bool alive, Camera camera, uvec2 at,
     vec2 u = sample_pair(key, alive ? index : index_of_sample(index), hit, hit);
     vec3 first = camera_direction(camera, at, u);
     BsdfSample next = bsdf_sample(v.bsdf, v.normal, -path.direction, u);
+    // A shading normal may send the ray to the wrong side of the surface. Glass and mirrors would lose that light: theirs is bent.
+    if (SMOOTH_NORMALS && is_delta(v.bsdf) && MUTATION != MUTATE_BEND) {
+        next.direction = on_side(next.direction, next.crosses ? -v.up : v.up);
+    }
     bool reconnectable = is_reconnectable(v.bsdf);
     vec3 throughput = v.throughput * next.weight;
     uint flags = path.flags & PATH_RECONNECTABLE;
     if (reconnectable) flags |= v.first ? PATH_RECONNECTABLE | PATH_FROM_FIRST : PATH_RECONNECTABLE;
-    // A shading normal may send the ray to the wrong side of the surface: nothing is there to be seen.
+    // On the wrong side of a diffuse surface nothing is to be seen.
     if (SMOOTH_NORMALS && (dot(next.direction, v.up) > 0.0) == next.crosses) {
         // What the second hit sends back still counts for other pixels.
         if (REUSE && v.first && reconnectable) flags |= PATH_FOR_OTHERS;

@@ -27,12 +27,13 @@ void main() {
     vec4 n = input_floats(3u * i + 1u);
     vec4 w = input_floats(3u * i + 2u);
     if (PROBE == PROBE_LIGHT_SAMPLE) {
-        // from | u of the choice;  n | a number with its further digits;  u of the point
-        float probability;
+        // from | u of the choice;  n | a number with its further digits, which also tells how to choose;  u of the point
+        bool even = n.w < EVEN_SHARE;
+        float probability, divisor;
         int cell = light_cell(from.xyz);
         float more = fract(4096.0 * n.w);
-        int light = light_choose(cell, from.w, more, probability);
-        output_light(i, from.xyz, n.xyz, light_candidate(cell, from.xyz, from.w, more, w.xy), light);
+        int light = light_choose(cell, from.w, more, even, probability, divisor);
+        output_light(i, from.xyz, n.xyz, light_candidate(cell, from.xyz, from.w, more, even, w.xy), light);
     }
     if (PROBE == PROBE_LIGHT_RESAMPLED) {
         // from | u of the choice;  n | u of the choice among candidates;  u of the point
@@ -42,7 +43,10 @@ void main() {
         // from | light;  distance, cosine at the light
         int light = floatBitsToInt(from.w);
         float pdf = light_pdf(from.xyz, light, n.x, n.y);
-        output_floats(2u * i, vec4(pdf, light_probability(light_cell(from.xyz), light), 0.0, 0.0));
+        int cell = light_cell(from.xyz);
+        float share;
+        float by_table = entry_of(cell, light, share);
+        output_floats(2u * i, vec4(pdf, light_probability(cell, light), by_table * share, 0.0));
         output_floats(2u * i + 1u, vec4(0.0));
     }
 }

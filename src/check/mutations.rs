@@ -31,6 +31,10 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::NoMargins => &["tree/axis-aligned", "tree/brute-force"],
         Mutation::InvertedGradients => &["gradients/paths", "gradients/lanes"],
         Mutation::DoubleLightTracing => &["oracle/caustics", "oracle/caustics-within"],
+        Mutation::NoLimb => &["emitters/limb"],
+        Mutation::UnbentNormals => &["energy/low-poly"],
+        Mutation::NoEvenShare => &["lights/hidden"],
+        Mutation::FlushEmitters => &["emitters/flush"],
         Mutation::OwnSampleMap => &["emitters/edges-of-glass"],
     }
 }

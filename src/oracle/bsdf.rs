@@ -26,8 +26,10 @@ pub fn pdf(bsdf: &Bsdf, hit: &Hit, _wo: DVec3, wi: DVec3) -> f64 {
     }
 }
 
-/// Draws where a path goes on, and its weight f·|cos θi|/pdf. `None` ends it: nothing is scattered, or the shading normal has sent the
-/// ray to the wrong side of the surface.
+/// Draws where a path goes on, and its weight f·|cos θi|/pdf. `None` ends it: nothing is scattered, or the shading normal of a diffuse
+/// surface has sent the ray to the wrong side.
+///
+/// Where that of a mirror or of glass does, it is bent until the ray leaves within the surface.
 pub fn sample(bsdf: &Bsdf, hit: &Hit, wo: DVec3, rng: &mut Pcg64) -> Option<(DVec3, DVec3)> {
     let normal = hit.shading_normal;
     let (scattered, weight, crosses) = match *bsdf {
@@ -43,9 +45,18 @@ pub fn sample(bsdf: &Bsdf, hit: &Hit, wo: DVec3, rng: &mut Pcg64) -> Option<(DVe
         }
         Bsdf::Black => return None,
     };
-    let side = scattered.dot(hit.normal);
-    let allowed = if crosses { side < 0.0 } else { side > 0.0 };
-    allowed.then_some((scattered, weight))
+    let up = if crosses { -hit.normal } else { hit.normal };
+    let height = scattered.dot(up);
+    match bsdf {
+        _ if height > 0.0 => Some((scattered, weight)),
+        Bsdf::Diffuse { .. } | Bsdf::Black => None,
+        Bsdf::Mirror { .. } | Bsdf::Dielectric { .. } => Some((grazing(scattered, up), weight)),
+    }
+}
+
+/// The direction just above a surface that is nearest to one below it.
+fn grazing(direction: DVec3, up: DVec3) -> DVec3 {
+    (direction.reject_from_normalized(up) + 1e-4 * up).normalize()
 }
 
 /// Share of unpolarised light that a smooth interface reflects (Fresnel's equations).

@@ -18,8 +18,8 @@ pub fn radiance(scene: &Scene, mut ray: Ray, rng: &mut Pcg64) -> DVec3 {
     let mut depth = 0;
     while let Some(hit) = closest_hit(scene, &ray) {
         depth += 1;
-        let Surface { bsdf, emission } = scene.materials[hit.material].surface;
-        if hit.front {
+        let Surface { bsdf, emission, two_sided } = scene.materials[hit.material].surface;
+        if hit.front || two_sided {
             radiance += throughput * DVec3::from(emission);
         }
         if depth > last_hit {

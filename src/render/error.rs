@@ -22,9 +22,9 @@ pub enum RenderError {
     #[error("the driver is at fault: {0}")]
     Driver(String),
     /// Dispatches over the whole image finished no sample, so that no further ones would either.
-    #[error("no sample fits into the loop budget of {budget} iterations; lower max_depth or raise the budget")]
+    #[error("{}", stuck(*budget))]
     Stuck {
-        /// The budget.
+        /// The budget; 0: none.
         budget: u32,
     },
     /// No thread could be started to make buffers or pipelines.
@@ -36,4 +36,27 @@ pub enum RenderError {
     /// Settings that make no sense.
     #[error("{0}")]
     Settings(String),
+}
+
+fn stuck(budget: u32) -> String {
+    let found = match budget {
+        0 => "no sample was finished: the driver ends loops after so many iterations, and there is no loop budget to stay below that".to_owned(),
+        _ => format!("no sample fits into {budget} loop iterations: its rays come near more surfaces than that"),
+    };
+    format!(
+        "{found}. lavapipe before Mesa 23.1 ends all loops after 65,535 iterations: there only a newer driver helps, or fewer surfaces that \
+         overlap, or a lower max_depth where there are mirrors or glass; other drivers can be given a larger budget"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_stuck_is_told_what_helps() {
+        let text = |budget| RenderError::Stuck { budget }.to_string();
+        assert!(text(50_000).contains("50000 loop iterations") && text(50_000).contains("65,535"), "{}", text(50_000));
+        assert!(!text(0).contains(" 0 ") && text(0).contains("no loop budget"), "{}", text(0));
+    }
 }

@@ -89,34 +89,36 @@ pub enum Bsdf {
     },
 }
 
-/// What a surface does with light: it scatters and, on its front, emits.
+/// What a surface does with light: it scatters and, on its front or on both sides, emits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Surface {
     /// What it does with light that arrives.
     pub bsdf: Bsdf,
     /// Radiance that leaves its front, the normal's side, in all directions; >= 0 per channel.
     pub emission: Rgb,
+    /// Its back emits as its front does.
+    pub two_sided: bool,
 }
 
 impl Surface {
     /// A Lambertian surface.
     pub const fn diffuse(reflectance: Rgb) -> Self {
-        Self { bsdf: Bsdf::Diffuse { reflectance }, emission: [0.0; 3] }
+        Self { bsdf: Bsdf::Diffuse { reflectance }, emission: [0.0; 3], two_sided: false }
     }
 
     /// A perfect mirror.
     pub const fn mirror(reflectance: Rgb) -> Self {
-        Self { bsdf: Bsdf::Mirror { reflectance }, emission: [0.0; 3] }
+        Self { bsdf: Bsdf::Mirror { reflectance }, emission: [0.0; 3], two_sided: false }
     }
 
     /// A smooth interface.
     pub const fn dielectric(ior: f64) -> Self {
-        Self { bsdf: Bsdf::Dielectric { ior }, emission: [0.0; 3] }
+        Self { bsdf: Bsdf::Dielectric { ior }, emission: [0.0; 3], two_sided: false }
     }
 
     /// A surface that emits and scatters nothing.
     pub const fn emitter(radiance: Rgb) -> Self {
-        Self { bsdf: Bsdf::Black, emission: radiance }
+        Self { bsdf: Bsdf::Black, emission: radiance, two_sided: false }
     }
 
     pub(crate) fn is_diffuse(&self) -> bool {

@@ -16,7 +16,7 @@ const BEFORE: f64 = 0.005;
 /// The emitters all of whose faces look away from the camera and from all that reflects, each with the name of its material.
 pub(super) fn looking_away(scene: &Scene) -> Vec<(Entity, String)> {
     let mut found = Vec::new();
-    let emits = |material: u32| scene.surface(material).emitted().is_some();
+    let emits = |material: u32| scene.surface(material).emits() && !scene.surface(material).two_sided;
     for (index, sphere) in scene.spheres.iter().enumerate().filter(|(_, sphere)| emits(sphere.material)) {
         let is_seen = |point: DVec3, radius: f64| {
             let distance = point.distance(sphere.center);

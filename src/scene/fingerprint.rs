@@ -19,7 +19,7 @@ pub fn fingerprint(scene: &Scene) -> u64 {
     h.numbers(&scene.background);
     h.count(scene.materials.len());
     for material in &scene.materials {
-        let Surface { bsdf, emission } = material.surface;
+        let Surface { bsdf, emission, two_sided } = material.surface;
         let (kind, values) = match bsdf {
             Bsdf::Diffuse { reflectance } => (0, reflectance),
             Bsdf::Mirror { reflectance } => (1, reflectance),
@@ -29,6 +29,10 @@ pub fn fingerprint(scene: &Scene) -> u64 {
         h.write(&[kind]);
         h.numbers(&values);
         h.numbers(&emission);
+        // Scenes without such a material keep their numbers.
+        if two_sided {
+            h.write(&[1]);
+        }
     }
     h.count(scene.spheres.len());
     for s in &scene.spheres {
@@ -99,6 +103,7 @@ mod tests {
         assert!(!same(|s| s.meshes[0].triangles[0].swap(0, 1)));
         assert!(!same(|s| s.film.width += 1));
         assert!(!same(|s| s.materials[0].surface = Surface::dielectric(1.5)));
+        assert!(!same(|s| s.materials[0].surface.two_sided = true));
         assert!(!same(|s| s.lights.clear()));
     }
 }

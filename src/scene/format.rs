@@ -135,6 +135,7 @@ pub(super) struct MaterialTable {
     pub ior: Option<f64>,
     pub radiance: Option<Triple>,
     pub emission: Option<Triple>,
+    pub two_sided: Option<bool>,
 }
 
 #[derive(Deserialize, Clone, Copy)]

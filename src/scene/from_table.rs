@@ -124,11 +124,16 @@ fn define_material(materials: &mut MaterialList, index: usize, table: MaterialTa
         ("radiance", table.radiance.is_some() && !is_emitter),
         ("emission", table.emission.is_some() && is_emitter),
     ];
+    let emits = is_emitter || table.emission.is_some();
+    if table.two_sided.is_some() && !emits {
+        return Err(Problem::new(entity, "two_sided", "given", "none for a material that does not emit"));
+    }
     if let Some((field, _)) = superfluous.into_iter().find(|&(_, is_there)| is_there) {
         return Err(Problem::new(entity, field, "given", format!("none for a material of type {kind:?}")));
     }
     let quoted_name = format!("{:?}", table.name);
     let surface = table.emission.map_or(surface, |emission| Surface { emission: emission.0, ..surface });
+    let surface = Surface { two_sided: table.two_sided.unwrap_or(false), ..surface };
     match materials.define(table.name, surface) {
         Some(_) => Ok(()),
         None => Err(Problem::new(entity, "name", quoted_name, "a name that no earlier material has")),

@@ -187,7 +187,7 @@ fn check_materials(materials: &[Material]) -> Check {
             let expected = format!("a name of its own: it is taken by {}", Entity::Material(first));
             return Err(Problem::new(entity, "name", format!("{:?}", material.name), expected));
         }
-        let Surface { bsdf, emission } = material.surface;
+        let Surface { bsdf, emission, .. } = material.surface;
         match bsdf {
             Bsdf::Diffuse { reflectance } | Bsdf::Mirror { reflectance } => check_reflectance(entity, reflectance)?,
             Bsdf::Dielectric { ior } => check_ior(entity, ior)?,

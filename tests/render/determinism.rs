@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::time::Duration;
 
 use glam::DVec3;
-use photolith::render::{Adaptive, Feature, Features, Gradients, Reuse, SampleMap, Scheduler};
+use photolith::render::{Adaptive, Feature, Gradients, Prepared, Reuse, SampleMap, Scheduler};
 use photolith::scene::{Bsdf, Light, Material, Mesh, Normals, Sphere, Surface};
 use photolith::{Context, Film, RenderSettings, Renderer, Scene};
 
@@ -72,7 +72,8 @@ fn features_that_are_not_needed() {
         let scene = if feature == Feature::Diffuse { &mirrors } else { &diffuse };
         let base = RenderSettings { reuse: Reuse::Off, ..RenderSettings::of(scene) };
         let unneeded = RenderSettings { unneeded: Some(feature), ..base.clone() };
-        assert_ne!(Features::of(scene, &unneeded), Features::of(scene, &base), "{name} is needed");
+        let features = |settings| Prepared::of(scene, settings).expect("settings that make sense").features().clone();
+        assert_ne!(features(&unneeded), features(&base), "{name} is needed");
         let expected = render(&context, scene, &base);
         assert!(expected.sums().iter().flatten().any(|&sum| sum > 0.0), "{name}: nothing is lit");
         assert_same_bits(&render(&context, scene, &unneeded), &expected, &format!("+{name}"));

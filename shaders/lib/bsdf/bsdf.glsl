@@ -46,6 +46,15 @@ float bsdf_pdf(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
     return 0.0;
 }
 
+// The direction, or if it is not above the plane across `up` the one in the plane next to it, just above. For a mirror that is to bend the
+// shading normal to halfway between that direction and wo (Keller et al., "The Iray light transport simulation and rendering system", 2017,
+// A.3). Fresnel's equations keep the normal that is not bent: what enters glass by one and leaves it by the other would stay within.
+vec3 on_side(vec3 direction, vec3 up) {
+    const float above = 1e-4;
+    float height = dot(direction, up);
+    return height > 0.0 ? direction : normalize(direction + (above - height) * up);
+}
+
 // A direction in which light is scattered. Without a BSDF (BSDF_NONE) the result means nothing.
 BsdfSample bsdf_sample(Bsdf b, vec3 n, vec3 wo, vec2 u) {
     BsdfSample s = BsdfSample(n, vec3(0.0), 0.0, false);

@@ -4,6 +4,11 @@
 // knows nothing of the surface, so that two lights are drawn, and one of them is kept in proportion to what it
 // contributes if nothing is in between (resampling: Talbot, Cline and Egbert 2005).
 //
+// That fails where a bright light is out of sight, behind the surface or a wall: it is nearly always drawn, and kept. So a share of the
+// samples, EVEN_SHARE, draws entries regardless of probabilities, and keeps one of two regardless of what they contribute (a defensive
+// mixture: Hesterberg 1995). The two kinds are weighted by the power heuristic (Veach 1997), so that a weak light is left to these: kept
+// beside a strong one it would count for both. That bounds the noise, whatever the lights' powers are.
+//
 // light_texels: nodes of a texel, lights of four (light.glsl), and entries of a texel (src/render/lights.rs, light_grid.rs).
 //   node   share of the first child, second child, strength (of the root's), light; or ~(end of what is below) if it
 //          is no leaf
@@ -16,6 +21,9 @@
 #include "point.glsl"
 #include "triangle.glsl"
 #include "sphere.glsl"
+
+// A power of two: of stratified numbers, samples of this kind get an even part.
+const float EVEN_SHARE = MUTATION == MUTATE_CHOICE ? 0.0 : 1.0 / 16.0;
 
 const float BELOW_ONE = 0.99999994;
 
@@ -39,22 +47,37 @@ bool light_branch(float share, inout float u) {
 // A random number has so many binary digits.
 const float LAST_DIGIT = 1.0 / 16777216.0;
 
+// The probability of an entry, in samples of both kinds, for the one by which the table draws it.
+float entry_probability(float by_table) {
+    return by_table > 0.0 ? mix(by_table, 1.0 / float(LIGHT_ENTRIES), EVEN_SHARE) : 0.0;
+}
+
+// What light of an entry is divided by in a sample of one kind: its probability over the weight of the kind.
+float entry_divisor(float by_table, bool even) {
+    float evenly = EVEN_SHARE / float(LIGHT_ENTRIES);
+    float unevenly = (1.0 - EVEN_SHARE) * by_table;
+    return (evenly * evenly + unevenly * unevenly) / (even ? evenly : unevenly);
+}
+
 // The light of a number u in [0, 1) for a surface in a cell, and the probability of choosing it; −1 if no light can
-// shine there. Among thousands of lights the digits of u are soon used up: those of `more` follow them.
-int light_choose(int cell, float u, float more, out float probability) {
-    probability = 1.0;
+// shine there. `even`: all entries are drawn alike. `divisor`: of its light. Among thousands of lights the digits of u are soon used up:
+// those of `more` follow them.
+int light_choose(int cell, float u, float more, bool even, out float probability, out float divisor) {
+    probability = divisor = 1.0;
     if (LIGHT_COUNT == 1u) return 0;
     float place = u * float(LIGHT_ENTRIES);
     int column = floor_int(fast_min(place, float(LIGHT_ENTRIES) - 0.5));
     u = place - float(column);
     vec4 entry = light_texel(cell + column);
+    if (even) entry.x = 1.0;
     bool own = light_branch(entry.x, u);
     if (LIGHT_DEPTH > 0u) {
         float known = LAST_DIGIT * float(LIGHT_ENTRIES) / (own ? entry.x : 1.0 - entry.x);
         u = fast_min(u + more * known, BELOW_ONE);
     }
     if (!own) entry = light_texel(cell + floatBitsToInt(entry.y));
-    probability = entry.z;
+    probability = entry_probability(entry.z);
+    divisor = entry_divisor(entry.z, even);
     int chosen = probability > 0.0 ? floatBitsToInt(entry.w) : -1;
     if (LIGHT_DEPTH > 0u && chosen >= 0) {
         int entered = chosen;
@@ -64,15 +87,17 @@ int light_choose(int cell, float u, float more, out float probability) {
             chosen = light_branch(node.x, u) ? chosen + 1 : floatBitsToInt(node.y);
             node = light_texel(chosen);
         }
-        if (chosen != entered) probability *= strength > 0.0 ? node.z / strength : 0.0;
+        float share = strength > 0.0 ? node.z / strength : 0.0;
+        if (chosen != entered) probability *= share;
+        if (chosen != entered) divisor *= share;
         chosen = probability > 0.0 ? floatBitsToInt(node.w) : -1;
     }
     return chosen;
 }
 
-// Probability with which light_choose picks `light`.
-float light_probability(int cell, int light) {
-    if (LIGHT_COUNT == 1u) return 1.0;
+// The table's probability of the entry that a light is in; `share`: the light's among those of the entry.
+float entry_of(int cell, int light, out float share) {
+    share = 1.0;
     int key = light;
     if (LIGHT_DEPTH > 0u) key = floatBitsToInt(light_texel(light_row(light) + 2).w);
     // The last entry that is not beyond it.
@@ -87,7 +112,16 @@ float light_probability(int cell, int light) {
     if (LIGHT_DEPTH == 0u || entry.z == 0.0) return 0.0;
     vec4 node = light_texel(found);
     int end = ~floatBitsToInt(node.w);
-    return found < key && key < end && node.z > 0.0 ? entry.z * (light_texel(key).z / node.z) : 0.0;
+    share = found < key && key < end && node.z > 0.0 ? light_texel(key).z / node.z : 0.0;
+    return entry.z;
+}
+
+// Probability with which light_choose picks `light`.
+float light_probability(int cell, int light) {
+    if (LIGHT_COUNT == 1u) return 1.0;
+    float share;
+    float by_table = entry_of(cell, light, share);
+    return entry_probability(by_table) * share;
 }
 
 // Samples a light at the point that `uv` chooses. Density: of the point alone.
@@ -98,29 +132,33 @@ LightSample light_point(Light l, vec3 from, vec2 uv) {
 }
 
 // Samples the light that u chooses (light_choose). The density includes the choice.
-LightSample light_candidate(int cell, vec3 from, float u, float more, vec2 uv) {
-    float probability;
-    int light = light_choose(cell, u, more, probability);
+LightSample light_candidate(int cell, vec3 from, float u, float more, bool even, vec2 uv) {
+    float probability, divisor;
+    int light = light_choose(cell, u, more, even, probability, divisor);
     if (light < 0) return light_none();
     LightSample s = light_point(light_of(light), from, uv);
-    s.radiance /= probability;
+    s.radiance /= divisor;
     s.pdf *= probability;
     return s;
 }
 
 // Light from one of all lights, for a surface with the normal n: of two candidates one is kept by the light that it brings to a diffuse
-// surface. `pdf` is that of a candidate: for weights against rays that hit lights by chance, which need no more than that both use the
+// surface; of some samples, one of those that bring any. `pdf` is that of a candidate: for weights against rays that hit lights by chance, which need no more than that both use the
 // same.
 LightSample light_sample(vec3 from, vec3 n, vec2 u, vec2 uv) {
     int cell = light_cell(from);
     // Which of the two is kept hardly depends on the lower digits of u.y.
     float more = fract(4096.0 * u.y);
-    LightSample s = light_candidate(cell, from, u.x, more, uv);
+    bool even = u.y < EVEN_SHARE;
+    float keeps = even ? u.y / EVEN_SHARE : (u.y - EVEN_SHARE) / (1.0 - EVEN_SHARE);
+    LightSample s = light_candidate(cell, from, u.x, more, even, uv);
     if (LIGHT_COUNT > 1u) {
-        LightSample other = light_candidate(cell, from, u.x < 0.5 ? u.x + 0.5 : u.x - 0.5, more, uv);
+        LightSample other = light_candidate(cell, from, u.x < 0.5 ? u.x + 0.5 : u.x - 0.5, more, even, uv);
         float mine = brightness(s.radiance) * fast_max(dot(n, s.direction), 0.0);
         float theirs = brightness(other.radiance) * fast_max(dot(n, other.direction), 0.0);
-        bool takes = u.y * (mine + theirs) < theirs;
+        if (even) mine = mine > 0.0 ? 1.0 : 0.0;
+        if (even) theirs = theirs > 0.0 ? 1.0 : 0.0;
+        bool takes = keeps * (mine + theirs) < theirs;
         float kept = takes ? theirs : mine;
         s.direction = takes ? other.direction : s.direction;
         s.distance = takes ? other.distance : s.distance;

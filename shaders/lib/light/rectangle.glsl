@@ -22,26 +22,20 @@ struct SeenRectangle {
     float depth;        // where it is along the normal of its front: below 0 if that is seen
     float turn;         // of the sampled angle: where it begins
     float solid_angle;
-    vec3 off;           // by which it is seen before the emitter, and sampled there
 };
 
 // Solid angle of the rectangle from (0, 0) to (x, y) in the plane at z, with the signs of x and y.
 float corner_angle(float x, float y, float z) { return atan_accurate(x * y / (abs(z) * sqrt(x * x + y * y + z * z))); }
 
-// As for other flat emitters (flat_sample) points are off the emitter by a bound on their error; here by the same for all of it, and the
-// solid angle is that of the rectangle there: seen from very near the two differ.
 SeenRectangle seen_rectangle(Light l, vec3 from) {
     vec3 v0 = l.a;
     vec3 normal = l.normal;
     SeenRectangle r;
     vec3 along = l.b - v0;
     vec3 across = l.c - v0;
-    vec3 size = abs(along) + abs(across);
-    vec3 apart = abs(v0 - from) + size;
-    r.off = normal * (GAMMA_7 * (3.0 * dot(abs(v0) + size, abs(normal)) + (apart.x + apart.y + apart.z)));
     float width = length(along);
     float height = length(across);
-    vec3 to = v0 + r.off - from;
+    vec3 to = v0 - from;
     r.lo = vec2(dot(to, along / width), dot(to, across / height));
     r.hi = r.lo + vec2(width, height);
     r.depth = dot(to, normal);

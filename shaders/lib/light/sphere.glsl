@@ -20,7 +20,8 @@ LightSample sphere_sample(Light l, vec3 from, vec2 u) {
     vec3 to_center = center - from;
     float d2 = dot(to_center, to_center);
     float r2 = radius * radius;
-    // A bound on the error of a point on the sphere and of its distance; the shadow ray ends that much before it.
+    // A bound on how far off the sphere a ray meets it. The shadow ray ends that much before the surface: where it enters a sphere so much
+    // larger, for a ray that grazes the sphere meets it anywhere between the two.
     float slack = 1e-6 * (radius + abs(center.x) + abs(center.y) + abs(center.z) + sqrt(d2));
     LightSample s;
     // `precise`: of what is divided by the other kind's density, or by this one's alone, drivers would make different things.
@@ -35,7 +36,8 @@ LightSample sphere_sample(Light l, vec3 from, vec2 u) {
         s.distance = sqrt(l2);
         s.direction = to / s.distance;
         float cos_light = dot(m, s.direction);
-        visible = d2 < r2 && cos_light > 0.0;
+        // From the sphere itself it is seen, on whichever side of it rounding puts the start.
+        visible = d2 < (radius + slack) * (radius + slack) && cos_light > 0.0;
         pdf = l2 / (4.0 * PI * r2 * cos_light);
     } else {
         visible = d2 > r2;
@@ -48,8 +50,10 @@ LightSample sphere_sample(Light l, vec3 from, vec2 u) {
         basis(axis, tangent, bitangent);
         vec2 disc = sqrt(sin2_a) * cos_sin_2pi(u.x);
         s.direction = normalize(tangent * disc.x + bitangent * disc.y + axis * cos_a);
-        // Distance to the near root: d cosα − √(r² − d² sin²α).
-        s.distance = fast_max(sqrt(d2) * cos_a - sqrt(fast_max(r2 - d2 * sin2_a, 0.0)) - slack, 0.0);
+        // The near root of the larger sphere: d cosα − √(r² − d² sin²α).
+        float larger2 = MUTATION == MUTATE_LIMB ? r2 : (radius + slack) * (radius + slack);
+        s.distance = fast_max(sqrt(d2) * cos_a - sqrt(fast_max(larger2 - d2 * sin2_a, 0.0)), 0.0);
+        if (MUTATION == MUTATE_LIMB) s.distance = fast_max(s.distance - slack, 0.0);
         pdf = 1.0 / (TWO_PI * cone_depth(sin2_max));
     }
     visible = visible && s.distance > 0.0;

@@ -27,7 +27,14 @@ float flat_pdf(Light l, vec3 from, float r2, float cos_light) {
     return pdf;
 }
 
-// A point of a triangle, parallelogram or rectangle.
+// A bound on how far off an emitter's plane, along its normal, a ray from a point `apart` from there meets it: 7 roundings of the point's
+// terms, and 32 of the distance, for the tests of intersect/ (slab.glsl). However flat the ray.
+float plane_error(vec3 terms, vec3 normal, vec3 apart) {
+    return GAMMA_7 * dot(terms, abs(normal)) + 32.0 / 16777216.0 * (apart.x + apart.y + apart.z);
+}
+
+// A point of a triangle, parallelogram or rectangle. The shadow ray ends where the emitter cannot be met yet, so that it does not hide
+// itself.
 LightSample flat_sample(Light l, vec3 from, vec2 u) {
     vec2 b = flat_point(l, u);
     vec3 normal = l.normal;
@@ -41,13 +48,7 @@ LightSample flat_sample(Light l, vec3 from, vec2 u) {
     vec3 p0 = (1.0 - b.x - b.y) * l.a;
     vec3 p1 = b.x * l.b;
     vec3 p2 = b.y * l.c;
-    // Off the triangle by a bound on the error of the point, and of the distance at which a ray from so far away meets
-    // it: the shadow ray must end before the light. (The absolute error of n·d alone is γ(3), whatever the angle.)
-    vec3 p = p0 + p1 + p2;
-    vec3 apart = abs(p - from);
-    vec3 point = p + normal * (GAMMA_7 * (dot(abs(p0) + abs(p1) + abs(p2), abs(normal)) + (apart.x + apart.y + apart.z)));
-    if (HAS_RECTANGLES && large) point = p + seen.off;
-    vec3 to = point - from;
+    vec3 to = p0 + p1 + p2 - from;
     float r2 = dot(to, to);
     float inverse = 1.0 / sqrt(r2);
     vec3 direction = to * inverse;
@@ -55,7 +56,8 @@ LightSample flat_sample(Light l, vec3 from, vec2 u) {
     bool lit = cos_light > 0.0 && r2 > 0.0;
     float pdf = lit ? area_pdf(l.size, r2, cos_light) : 1.0;
     if (HAS_RECTANGLES && large) pdf = 1.0 / seen.solid_angle;
-    return LightSample(lit ? l.radiance / pdf : vec3(0.0), direction, r2 * inverse, pdf);
+    float before = plane_error(abs(p0) + abs(p1) + abs(p2), normal, abs(to)) / (lit ? cos_light : 1.0);
+    return LightSample(lit ? l.radiance / pdf : vec3(0.0), direction, fast_max(r2 * inverse - before, 0.0), pdf);
 }
 
 #endif

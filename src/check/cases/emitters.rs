@@ -5,13 +5,14 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use crate::check::lab::Rendered;
-use crate::check::probe::{PathInput, RayInput};
+use crate::check::probe::{Kernel, LightPoint, LightQuery, PathInput, RayInput};
 use crate::check::rng::Rng;
 use crate::check::scenes::{Build, diffuse, emitter, empty, glass, grid, icosphere, mirror, v};
 use crate::check::statistics::{mean_and_error, worst, z_score};
 use crate::check::{Case, CheckError, Lab, Measured};
+use crate::render::space::RenderSpace;
 use crate::render::{RenderSettings, Renderer, SampleMap};
-use crate::scene::Scene;
+use crate::scene::{Scene, Surface};
 
 pub(super) const CASES: &[Case] = &[
     Case {
@@ -68,6 +69,33 @@ pub(super) const CASES: &[Case] = &[
         threshold: 4.0,
         full_only: false,
         measure: enclosed_body,
+    },
+    Case {
+        name: "emitters/flush",
+        what: "lamps in the plane of a ceiling, each of one face or of many, as polygons and in the tree, seen at all angles",
+        oracle: "their radiance, wherever the lamp is",
+        quantity: "rays that see another one",
+        threshold: 0.0,
+        full_only: false,
+        measure: flush,
+    },
+    Case {
+        name: "emitters/limb",
+        what: "shadow rays to points at the limb of spheres (near, far, tiny, in the tree, from inside) and to grazed polygons and triangles",
+        oracle: "the emitter does not hide itself",
+        quantity: "points that are hidden",
+        threshold: 0.0,
+        full_only: false,
+        measure: limb,
+    },
+    Case {
+        name: "emitters/two-sided",
+        what: "a floor and a ceiling, a plate that shines on both sides between them; a sphere inside of one that does",
+        oracle: "Lambert's formula for both; the sphere's reflectance",
+        quantity: "worst deviation of a mean in standard errors",
+        threshold: 4.0,
+        full_only: false,
+        measure: two_sided,
     },
     Case {
         name: "emitters/edges",
@@ -361,6 +389,157 @@ fn copies(lab: &Lab) -> Result<Measured, CheckError> {
     scene.sphere(point + to, 1.0, emitter(2.0));
     deviations.push(floor_deviation(lab, &scene, point, 2.0 * FLOOR * to.y / to.length().powi(3))?);
     Ok(Measured::new(worst(deviations.iter().copied()), format!("{} emitters", deviations.len())))
+}
+
+fn flush(lab: &Lab) -> Result<Measured, CheckError> {
+    let (mut wrong, mut rays) = (0, 0);
+    let mut rng = Rng::new(64);
+    for (of_ceiling, of_lamp) in [(1, 1), (6, 8), (1, 8), (24, 1)] {
+        for tilt in [0.0, 0.37] {
+            let turned = |p: DVec3| {
+                v(p.x * f64::cos(tilt) - p.y * f64::sin(tilt), p.x * f64::sin(tilt) + p.y * f64::cos(tilt), p.z)
+            };
+            let mut scene = empty();
+            scene.integrator.max_depth = 1;
+            scene.camera.position = turned(v(0.25, -1.5, 0.5));
+            scene.camera.target = DVec3::ZERO;
+            for (half, n, surface) in [(3.0, of_ceiling, diffuse(0.5)), (2.0, of_lamp, emitter(4.75))] {
+                let (positions, triangles) = grid(DVec3::ZERO, turned(v(half, 0.0, 0.0)), v(0.0, 0.0, half), n);
+                scene.mesh(&positions, &triangles, surface);
+            }
+            let space = RenderSpace::of(&scene);
+            // From where the lamp's front is: below.
+            let paths: Vec<_> = (0..lab.size(1 << 14, 1 << 20) as u32)
+                .map(|i| {
+                    let height = -10f64.powf(rng.between(-2.0, 0.5));
+                    let from = space.point(turned(v(rng.between(-3.0, 3.0), height, rng.between(-3.0, 3.0)))).as_vec3();
+                    let to = space.point(turned(v(rng.between(-1.99, 1.99), 0.0, rng.between(-1.99, 1.99)))).as_vec3();
+                    PathInput::new(RayInput::new(from, (to - from).normalize()), rng.bits() & 4095, i)
+                })
+                .collect();
+            rays += paths.len();
+            wrong += lab.scatter(&scene)?.run(&paths)?.iter().filter(|path| path.radiance != [4.75; 3]).count();
+        }
+    }
+    Ok(Measured::new(wrong as f64, format!("{rays} rays")))
+}
+
+fn limb(lab: &Lab) -> Result<Measured, CheckError> {
+    type Place<'a> = (&'a dyn Fn(&mut Scene), &'a dyn Fn(&mut Rng) -> DVec3);
+    let outside = |center: DVec3, radius: f64| {
+        move |rng: &mut Rng| {
+            // Near, and far away.
+            let distance = radius * (1.0 + 10f64.powf(rng.between(-4.0, 3.0)));
+            center + distance.min(4.0).max(1.0001 * radius) * rng.direction()
+        }
+    };
+    let at = v(0.5, -0.25, -2.0);
+    let (large, small, tiny) = (outside(at, 1.0), outside(at, 0.01), outside(at, 1e-4));
+    let inside = |rng: &mut Rng| at + (1.0 - 10f64.powf(rng.between(-6.0, -0.01))) * 1.5 * rng.direction();
+    // Down to a thousandth above the plane.
+    let grazing =
+        |rng: &mut Rng| at + v(rng.between(-3.0, 3.0), 10f64.powf(rng.between(-3.0, 0.0)), rng.between(-3.0, 3.0));
+    let flat = |scene: &mut Scene, n: u32| {
+        let (positions, triangles) = grid(at, v(0.0, 0.0, 1.0), v(1.0, 0.0, 0.0), n);
+        scene.mesh(&positions, &triangles, emitter(1.0));
+    };
+    let ball = |scene: &mut Scene, radius: f64| scene.sphere(at, radius, emitter(1.0));
+    let places: [Place; 6] = [
+        (&|s| ball(s, 1.0), &large),
+        (&|s| ball(s, 0.01), &small),
+        (&|s| ball(s, 1e-4), &tiny),
+        (
+            &|s| {
+                ball(s, 1.5);
+                s.spheres[0].inward = true;
+            },
+            &inside,
+        ),
+        (&|s| flat(s, 1), &grazing),
+        (&|s| flat(s, 8), &grazing),
+    ];
+    let mut rng = Rng::new(65);
+    let (mut hidden, mut lit) = (0, 0);
+    for (build, place) in places {
+        let mut scene = empty();
+        scene.camera.position = v(0.25, 0.5, -2.5);
+        build(&mut scene);
+        // Sets the size of render space.
+        scene.light(v(0.0, 0.0, 4.0), 0.0);
+        let space = RenderSpace::of(&scene);
+        let queries: Vec<_> = (0..lab.size(1 << 15, 1 << 20))
+            .map(|_| {
+                let last = 1.0 - f64::powf(2.0, -rng.between(0.0, 24.0));
+                LightQuery {
+                    from: space.point(place(&mut rng)).as_vec3().to_array(),
+                    choice: rng.uniform() as f32,
+                    normal: [0.0, 1.0, 0.0],
+                    candidate: 0.5,
+                    point: [rng.uniform() as f32, last.min(1.0 - 5.960_464_5e-8) as f32],
+                    unused2: [0.0; 2],
+                }
+            })
+            .collect();
+        let points: Vec<LightPoint> = lab.kernel(&scene, Kernel::LIGHT_SAMPLE, 1)?.run(&queries)?;
+        let rays: Vec<_> = queries
+            .iter()
+            .zip(&points)
+            .filter(|(_, p)| p.radiance[1] != 0.0 || p.pdf > 1.0)
+            .filter_map(|(q, p)| {
+                let (from, to) = (glam::Vec3::from(q.from), glam::Vec3::from(p.point));
+                let direction = (to - from).try_normalize()?;
+                Some(RayInput { t_max: from.distance(to), ..RayInput::new(from, direction) })
+            })
+            .collect();
+        lit += rays.len();
+        hidden += lab.occluded(&scene)?.run(&rays)?.iter().filter(|record| record.hidden != 0).count();
+    }
+    if lit < 50_000 {
+        return Ok(Measured::new(f64::INFINITY, format!("only {lit} points are lit")));
+    }
+    Ok(Measured::new(hidden as f64, format!("{lit} points")))
+}
+
+fn two_sided(lab: &Lab) -> Result<Measured, CheckError> {
+    let both = Surface { two_sided: true, ..emitter(3.0) };
+    let n = lab.size(1 << 13, 1 << 18);
+    let mut deviations = Vec::new();
+    for (parts, turned) in [(1, false), (1, true), (8, false)] {
+        let (positions, mut triangles) = grid(v(0.0, 0.25, 0.0), v(0.75, 0.0, 0.0), v(0.0, 0.0, 1.0), parts);
+        let mut scene = floor();
+        scene.quad([v(-8.0, 2.0, -8.0), v(8.0, 2.0, -8.0), v(8.0, 2.0, 8.0), v(-8.0, 2.0, 8.0)], diffuse(FLOOR));
+        scene.camera.position = v(0.0, 1.5, 8.0);
+        if turned {
+            triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        }
+        scene.mesh(&positions, &triangles, both);
+        for (point, normal) in [(v(0.125, -1.0, -0.25), DVec3::Y), (v(0.5, 2.0, 0.25), -DVec3::Y)] {
+            // The formula for what is above, mirrored for what is below; of the faces one or the other looks there.
+            let seen = |p: &DVec3| point + v(p.x - point.x, normal.y * (p.y - point.y), p.z - point.z);
+            let mirrored: Vec<DVec3> = positions.iter().map(seen).collect();
+            let reversed: Vec<_> = triangles.iter().map(|[a, b, c]| [*a, *c, *b]).collect();
+            let irradiance = lambert(point, &mirrored, &triangles) + lambert(point, &mirrored, &reversed);
+            let seen = looking_at(lab, &scene, &vec![(point, normal); n], 1e-4)?;
+            deviations.push(z_score(&seen, FLOOR / PI * 3.0 * irradiance));
+        }
+    }
+    // From within, whatever the normal.
+    let center = v(0.25, 0.5, -3.0);
+    let mut rng = Rng::new(66);
+    let points: Vec<_> = (0..n)
+        .map(|_| {
+            let n = rng.direction();
+            (center + n, n)
+        })
+        .collect();
+    for inward in [false, true] {
+        let mut scene = empty();
+        scene.sphere(v(0.25, -0.125, -2.0), 9.0, Surface { two_sided: true, ..emitter(1.0) });
+        scene.spheres[0].inward = inward;
+        scene.sphere(center, 1.0, diffuse(0.75));
+        deviations.push(z_score(&looking_at(lab, &scene, &points, 0.125)?, 0.75));
+    }
+    Ok(Measured::new(worst(deviations), "6 places under and above plates, 2 spheres"))
 }
 
 fn enclosed_body(lab: &Lab) -> Result<Measured, CheckError> {

@@ -10,7 +10,7 @@ use crate::check::scenes::{Build, diffuse, emitter, empty, glass, icosphere, mir
 use crate::check::statistics::{mean_and_error, relative, welch, worst, z_score};
 use crate::check::{Case, CheckError, Lab, Measured};
 use crate::render::{RenderSettings, Reuse};
-use crate::scene::Scene;
+use crate::scene::{Normals, Scene};
 
 pub(super) const CASES: &[Case] = &[
     Case {
@@ -75,6 +75,15 @@ pub(super) const CASES: &[Case] = &[
         threshold: 1e-5,
         full_only: false,
         measure: furnace,
+    },
+    Case {
+        name: "energy/low-poly",
+        what: "mirrors and glass of a few triangles with smooth normals, a tetrahedron among them, under a sky of radiance 1",
+        oracle: "1",
+        quantity: "worst error of an image's mean (some light stays within glass for longer than 256 hits)",
+        threshold: 1e-3,
+        full_only: false,
+        measure: low_poly,
     },
     Case {
         name: "energy/plates",
@@ -225,6 +234,31 @@ fn furnace(lab: &Lab) -> Result<Measured, CheckError> {
     scene.size(32, lab.size(16, 1024) as u32);
     let image = lab.render(&scene)?;
     Ok(Measured::new(worst(image.channel(2).iter().map(|x| (x - 1.0).abs())), "1024 pixels"))
+}
+
+fn low_poly(lab: &Lab) -> Result<Measured, CheckError> {
+    let tetrahedron = (
+        vec![v(1.0, 1.0, 1.0), v(1.0, -1.0, -1.0), v(-1.0, 1.0, -1.0), v(-1.0, -1.0, 1.0)],
+        vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]],
+    );
+    let meshes = [tetrahedron, icosphere(DVec3::ZERO, 1.0, 0), icosphere(DVec3::ZERO, 1.0, 1)];
+    let mut off = 0.0;
+    for (positions, triangles) in meshes {
+        for surface in [mirror(1.0), glass(1.5), glass(1.0 / 1.5)] {
+            let mut scene = empty();
+            scene.background = [1.0; 3];
+            scene.camera.position = v(0.5, 0.25, 4.0);
+            scene.camera.target = DVec3::ZERO;
+            scene.camera.horizontal_fov = 40.0;
+            scene.integrator.max_depth = 256;
+            let mesh = scene.mesh(&positions, &triangles, surface);
+            mesh.normals = Normals::Smooth;
+            mesh.vertex_normals = positions.iter().map(|p| p.normalize()).collect();
+            scene.size(16, lab.size(16, 256) as u32);
+            off = worst([off, (lab.render(&scene)?.mean()[1] - 1.0).abs()]);
+        }
+    }
+    Ok(Measured::new(off, "9 × 256 pixels"))
 }
 
 fn plates(lab: &Lab) -> Result<Measured, CheckError> {

@@ -23,7 +23,8 @@ pub(crate) struct LightQuery {
     /// Chooses the light.
     pub choice: f32,
     pub normal: [f32; 3],
-    /// Chooses among candidates; a candidate alone is chosen by its lower digits too, which follow those of `choice`.
+    /// Chooses among candidates; a candidate alone is chosen by its lower digits too, which follow those of `choice`. Below 1/16: regardless
+    /// of probabilities.
     pub candidate: f32,
     /// Choose the point on it.
     pub point: [f32; 2],
@@ -62,5 +63,7 @@ pub(crate) struct Density {
     pub pdf: f32,
     /// Of the choice.
     pub probability: f32,
-    pub unused: [f32; 6],
+    /// Of the choice, if it is by the table alone.
+    pub by_table: f32,
+    pub unused: [f32; 5],
 }

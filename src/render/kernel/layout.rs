@@ -136,6 +136,8 @@ pub(crate) mod flag {
     pub const SPHERE: u32 = 1 << 31;
     /// Its vertices have shading normals.
     pub const SMOOTH: u32 = 1 << 30;
+    /// Of a material, beside the type of its BSDF: its back emits too.
+    pub const TWO_SIDED: u32 = 1 << 8;
 }
 
 /// A pixel of the film buffer.

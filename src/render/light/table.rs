@@ -15,6 +15,8 @@ pub(crate) mod kind {
     pub const PARALLELOGRAM: u32 = 4;
     /// One that is sampled by solid angle; for anything else it is a parallelogram.
     pub const RECTANGLE: u32 = 5;
+    /// No kind: some surface emits on both sides, as two lights.
+    pub const TWO_SIDED: u32 = 6;
 }
 
 /// What the shaders see of lights.
@@ -30,7 +32,7 @@ pub(crate) struct LightTable {
 
 impl LightTable {
     /// As if there were lights of all kinds.
-    pub const ALL_KINDS: u32 = (2 << kind::RECTANGLE) - 1;
+    pub const ALL_KINDS: u32 = (2 << kind::TWO_SIDED) - 1;
 
     /// The table of lights, of which some are rectangles to be sampled by solid angle; an empty one for none.
     pub fn of(lights: &[Light], is_rectangle: impl Fn(&Light) -> bool) -> Self {

@@ -1,17 +1,20 @@
 //! What of a scene becomes constants, and what goes into the tree, with the lights among both: in the order of the shaders' tables.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::accel;
 use crate::accel::{Primitive, Texel};
 use crate::scene;
-use crate::scene::{Bsdf, Material, Mesh, Rgb, Scene, Sphere, Surface};
+use crate::scene::{Bsdf, Material, Mesh, Scene, Sphere, Surface};
 
-use crate::render::kernel::layout::bsdf as kind;
+use crate::render::kernel::layout::{bsdf as kind, flag};
 use crate::render::light::emitter::{Light, LightShape};
-use crate::render::light::list::LightList;
+use crate::render::light::list::{Emission, LightList};
 use crate::render::scene::containment::Emitters;
+use crate::render::scene::coplanar::Lifts;
 use crate::render::scene::geometry;
 use crate::render::scene::geometry::{Geometry, SphereShape, triangle_texels};
 use crate::render::scene::polygons;
@@ -19,6 +22,7 @@ use crate::render::scene::polygons::InlinePolygon;
 use crate::render::scene::spheres;
 use crate::render::scene::spheres::ConstantSphere;
 use crate::render::settings::RenderSettings;
+use crate::render::settings::mutation::Mutation;
 use crate::render::space::RenderSpace;
 
 /// Where a primitive comes from.
@@ -45,6 +49,8 @@ pub(crate) struct SceneGeometry {
     pub polygons: Vec<InlinePolygon>,
     /// Scene indices of the other spheres.
     other_spheres: Vec<usize>,
+    /// By how much emitting triangles are moved.
+    lifts: Lifts,
     /// Whether the triangles of each mesh are polygons.
     are_polygons: Vec<bool>,
     /// Shapes of the tree, each once.
@@ -59,7 +65,11 @@ impl SceneGeometry {
         let visible: Vec<_> = spheres::visible_lights(scene).collect();
         let points: Vec<_> = visible.iter().filter(|l| l.shines()).map(|l| point_light(l, space)).collect();
         let (constant_origins, other_spheres) = spheres::partition(scene, space);
-        let (polygons, are_polygons) = polygons::select(scene, space, settings.triangle_test);
+        let lifts = match settings.mutation {
+            Some(Mutation::FlushEmitters) => Lifts::default(),
+            _ => Lifts::of(scene, space),
+        };
+        let (polygons, are_polygons) = polygons::select(scene, space, &lifts, settings.triangle_test);
         let mut geometry = Self {
             geometry: Geometry::new(scene.materials.iter().map(material_texels).collect()),
             hidden_lights: scene.lights.len() - visible.len(),
@@ -69,6 +79,7 @@ impl SceneGeometry {
             constant_origins,
             polygons: Vec::new(),
             other_spheres,
+            lifts,
             are_polygons,
             primitives: Vec::new(),
             origins: Vec::new(),
@@ -109,10 +120,10 @@ impl SceneGeometry {
         for f in &polygons {
             let [a, b, c, d] = f.corners;
             let light = match emitted(materials, f.material) {
-                Some(radiance) if f.is_triangle() => {
-                    self.lights.add_polygon(LightShape::Triangle([a, b, c]), &[a, b, c], radiance)
+                Some(emission) if f.is_triangle() => {
+                    self.lights.add_polygon(LightShape::Triangle([a, b, c]), &[a, b, c], emission)
                 }
-                Some(radiance) => self.lights.add_polygon(LightShape::Parallelogram([a, b, d]), &f.corners, radiance),
+                Some(emission) => self.lights.add_polygon(LightShape::Parallelogram([a, b, d]), &f.corners, emission),
                 None => -1,
             };
             let offset = f.normal.dot(a) as f32;
@@ -139,8 +150,9 @@ impl SceneGeometry {
         let mut first_triangle = 0;
         for (i, mesh) in scene.meshes.iter().enumerate() {
             if !self.are_polygons[i] {
-                let added = self.add_triangles(mesh, space);
-                self.add_emitters(mesh, &added, &scene.materials, space);
+                let lifted: BTreeMap<_, _> = self.lifts.of_mesh(i).collect();
+                let added = self.add_triangles(mesh, &lifted, space);
+                self.add_emitters(mesh, &added, &lifted, &scene.materials, space);
                 self.origins.par_extend(added.into_par_iter().map(|i| Origin::Triangle(first_triangle + i)));
             }
             first_triangle += mesh.triangles.len();
@@ -149,35 +161,53 @@ impl SceneGeometry {
     }
 
     /// Adds the triangles of a mesh that have an area in single precision, without light; returns their indices in the mesh.
-    fn add_triangles(&mut self, mesh: &Mesh, space: &RenderSpace) -> Vec<usize> {
-        let corners = |i: usize| mesh.triangles[i].map(|vertex| mesh.positions[vertex as usize]);
+    fn add_triangles(&mut self, mesh: &Mesh, lifted: &BTreeMap<usize, DVec3>, space: &RenderSpace) -> Vec<usize> {
+        let corners = |i: usize| corners(mesh, lifted, i);
         let vertices: Vec<_> =
             (0..mesh.triangles.len()).into_par_iter().map(|i| space.triangle32(corners(i))).collect();
         let added: Vec<usize> = (0..vertices.len()).filter(|&i| vertices[i].is_some()).collect();
         self.primitives
             .par_extend(added.par_iter().map(|&i| Primitive::Triangle { vertices: vertices[i].unwrap_or_default() }));
-        let positions: Vec<_> = mesh.positions.par_iter().map(|&p| geometry::position(space.point32(p))).collect();
-        let normals: Vec<_> = mesh.vertex_normals.par_iter().map(|n| geometry::position(n.as_vec3())).collect();
+        let position = |p: DVec3| geometry::position(space.point32(p));
+        let mut positions: Vec<_> = mesh.positions.par_iter().map(|&p| position(p)).collect();
+        let mut normals: Vec<_> = mesh.vertex_normals.par_iter().map(|n| geometry::position(n.as_vec3())).collect();
+        // Triangles that are moved have vertices of their own.
+        let mut own = BTreeMap::new();
+        for &i in lifted.keys() {
+            own.insert(i, positions.len() as u32);
+            positions.extend(corners(i).map(position));
+            if !normals.is_empty() {
+                normals.extend(mesh.triangles[i].map(|vertex| normals[vertex as usize]));
+            }
+        }
         let first_vertex = self.geometry.add_vertices(positions, &normals);
         self.geometry.add_triangles(added.par_iter().map(|&i| {
             let [a, b, c] = corners(i);
             let normal = (b - a).cross(c - a).try_normalize().unwrap_or(DVec3::Z).as_vec3();
-            let numbers = mesh.triangles[i].map(|vertex| first_vertex + vertex);
+            let numbers = own.get(&i).map_or(mesh.triangles[i], |&first| [first, first + 1, first + 2]);
+            let numbers = numbers.map(|vertex| first_vertex + vertex);
             triangle_texels(numbers, normal, mesh.triangle_materials[i], !normals.is_empty())
         }));
         added
     }
 
     /// Makes lights of those of these triangles, the last primitives, that emit.
-    fn add_emitters(&mut self, mesh: &Mesh, added: &[usize], materials: &[Material], space: &RenderSpace) {
+    fn add_emitters(
+        &mut self,
+        mesh: &Mesh,
+        added: &[usize],
+        lifted: &BTreeMap<usize, DVec3>,
+        materials: &[Material],
+        space: &RenderSpace,
+    ) {
         if mesh.triangle_materials.iter().all(|&material| emitted(materials, material).is_none()) {
             return;
         }
         let of_mesh = self.geometry.len() - added.len();
         for (number, &i) in added.iter().enumerate() {
-            let Some(radiance) = emitted(materials, mesh.triangle_materials[i]) else { continue };
-            let corners = mesh.triangles[i].map(|v| space.point(mesh.positions[v as usize]));
-            let light = self.lights.add_polygon(LightShape::Triangle(corners), &corners, radiance);
+            let Some(emission) = emitted(materials, mesh.triangle_materials[i]) else { continue };
+            let corners = corners(mesh, lifted, i).map(|p| space.point(p));
+            let light = self.lights.add_polygon(LightShape::Triangle(corners), &corners, emission);
             self.geometry.set_light(of_mesh + number, light);
         }
     }
@@ -201,9 +231,16 @@ impl SceneGeometry {
     }
 }
 
-/// What a material emits, if it does.
-fn emitted(materials: &[Material], material: u32) -> Option<Rgb> {
-    materials[material as usize].surface.emitted()
+/// The corners of a triangle, in scene space.
+fn corners(mesh: &Mesh, lifted: &BTreeMap<usize, DVec3>, triangle: usize) -> [DVec3; 3] {
+    let offset = lifted.get(&triangle).copied().unwrap_or_default();
+    mesh.triangles[triangle].map(|vertex| mesh.positions[vertex as usize] + offset)
+}
+
+/// What a material emits, if it does, and whether on both sides.
+fn emitted(materials: &[Material], material: u32) -> Option<Emission> {
+    let surface = &materials[material as usize].surface;
+    Some(Emission { radiance: surface.emitted()?, two_sided: surface.two_sided })
 }
 
 /// A texel of a colour and another number.
@@ -214,20 +251,21 @@ pub(crate) fn rgb(c: [f64; 3], w: f32) -> [f32; 4] {
 /// The number of a sphere's light, or −1.
 fn add_sphere(lights: &mut LightList, s: &Sphere, materials: &[Material], space: &RenderSpace) -> i32 {
     match emitted(materials, s.material) {
-        Some(radiance) => lights.add_sphere(space.point(s.center), space.length(s.radius), s.inward, radiance),
+        Some(emission) => lights.add_sphere(space.point(s.center), space.length(s.radius), s.inward, emission),
         None => -1,
     }
 }
 
 /// The record of a material (shaders/lib/material.glsl).
 fn material_texels(material: &Material) -> [Texel; 2] {
-    let Surface { bsdf, emission } = material.surface;
+    let Surface { bsdf, emission, two_sided } = material.surface;
     let (kind, reflectance, ior) = match bsdf {
         Bsdf::Black => (kind::NONE, [0.0; 3], 1.0),
         Bsdf::Diffuse { reflectance } => (kind::DIFFUSE, reflectance, 1.0),
         Bsdf::Mirror { reflectance } => (kind::MIRROR, reflectance, 1.0),
         Bsdf::Dielectric { ior } => (kind::DIELECTRIC, [1.0; 3], ior),
     };
+    let kind = if two_sided { kind | flag::TWO_SIDED } else { kind };
     [rgb(reflectance, f32::from_bits(kind)), rgb(emission, ior as f32)].map(|texel| texel.map(f32::to_bits))
 }
 

@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 
-use crate::scene::{Light, Mesh, Scene};
+use crate::scene::{Light, Scene};
 
 use crate::render::kernel::layout::constant::MAX_POLYGONS;
+use crate::render::scene::coplanar::Lifts;
 use crate::render::settings::TriangleTest;
 use crate::render::space::RenderSpace;
 
@@ -17,6 +18,8 @@ pub(crate) struct InlinePolygon {
     pub material: u32,
     /// Emitters are sampled uniformly: of quadrilaterals only parallelograms can be.
     pub emits: bool,
+    /// By how much it has been moved off the plane of what it is fixed to.
+    pub lift: DVec3,
 }
 
 impl InlinePolygon {
@@ -64,7 +67,7 @@ pub(crate) fn occluders(polygons: &[InlinePolygon], scene: &Scene, space: &Rende
     let bounds_hull = |f: &InlinePolygon| {
         let d = f.normal.dot(f.corners[0]);
         // Single precision moves points by that much.
-        let slack = 1e-6 * (space.reach + d.abs());
+        let slack = 1e-6 * (space.reach + d.abs()) + f.lift.length();
         let side = |sign: f64| {
             points.iter().all(|p| sign * (f.normal.dot(*p) - d) >= -slack)
                 && balls.iter().all(|(c, r)| sign * (f.normal.dot(*c) - d) - r >= -slack)
@@ -78,8 +81,13 @@ pub(crate) fn occluders(polygons: &[InlinePolygon], scene: &Scene, space: &Rende
 ///
 /// The smallest meshes come first, as long as all polygons fit. Interpolated normals need vertices, hence the tree; and
 /// a caller who asks for Möller–Trumbore is to get it. Of the polygons that do, emitters come first: of surfaces that lie on each other
-/// rays meet the first one, and an emitter in the plane of a ceiling is to be seen.
-pub(crate) fn select(scene: &Scene, space: &RenderSpace, test: TriangleTest) -> (Vec<InlinePolygon>, Vec<bool>) {
+/// rays meet the first one, and a copy of an emitter is to be seen.
+pub(crate) fn select(
+    scene: &Scene,
+    space: &RenderSpace,
+    lifts: &Lifts,
+    test: TriangleTest,
+) -> (Vec<InlinePolygon>, Vec<bool>) {
     let mut order: Vec<usize> = (0..scene.meshes.len()).collect();
     order.sort_by_key(|&i| scene.meshes[i].triangles.len());
     let mut polygons = Vec::new();
@@ -92,7 +100,7 @@ pub(crate) fn select(scene: &Scene, space: &RenderSpace, test: TriangleTest) -> 
         {
             continue;
         }
-        let own = join(mesh, scene, space);
+        let own = join(i, scene, space, lifts);
         if polygons.len() + own.len() <= MAX_POLYGONS {
             polygons.extend(own);
             constant[i] = true;
@@ -102,10 +110,11 @@ pub(crate) fn select(scene: &Scene, space: &RenderSpace, test: TriangleTest) -> 
     (polygons, constant)
 }
 
-/// Triangles, pairs of which become quadrilaterals where they can.
-fn join(mesh: &Mesh, scene: &Scene, space: &RenderSpace) -> Vec<InlinePolygon> {
+/// The triangles of a mesh, pairs of which become quadrilaterals where they can.
+fn join(index: usize, scene: &Scene, space: &RenderSpace, lifts: &Lifts) -> Vec<InlinePolygon> {
+    let mesh = &scene.meshes[index];
     let mut polygons: Vec<InlinePolygon> = Vec::new();
-    for (triangle, &material) in mesh.triangles.iter().zip(&mesh.triangle_materials) {
+    for (i, (triangle, &material)) in mesh.triangles.iter().zip(&mesh.triangle_materials).enumerate() {
         let corners = triangle.map(|i| mesh.positions[i as usize]);
         if space.triangle32(corners).is_none() {
             continue;
@@ -113,11 +122,15 @@ fn join(mesh: &Mesh, scene: &Scene, space: &RenderSpace) -> Vec<InlinePolygon> {
         let [a, b, c] = corners.map(|p| space.point(p));
         let Some(normal) = (b - a).cross(c - a).try_normalize() else { continue };
         let emits = scene.surface(material).emits();
-        let next = InlinePolygon { corners: [a, b, c, c], normal, material, emits };
+        let lift = space.length(1.0) * lifts.offset(index, i);
+        let next = InlinePolygon { corners: [a, b, c, c], normal, material, emits, lift };
         match polygons.iter_mut().find_map(|f| quadrilateral(f, &next).map(|q| (f, q))) {
             Some((polygon, joined)) => *polygon = joined,
             None => polygons.push(next),
         }
+    }
+    for polygon in &mut polygons {
+        polygon.corners = polygon.corners.map(|corner| corner + polygon.lift);
     }
     polygons
 }
@@ -146,7 +159,8 @@ fn quadrilateral(first: &InlinePolygon, second: &InlinePolygon) -> Option<Inline
                 return None;
             }
             if flat && (0..4).all(|k| turn(k) > 1e-9 * size * size) {
-                return Some(InlinePolygon { corners, ..*first });
+                let lift = if second.lift.length() > first.lift.length() { second.lift } else { first.lift };
+                return Some(InlinePolygon { corners, lift, ..*first });
             }
         }
     }
@@ -160,7 +174,7 @@ mod tests {
     fn triangle(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> InlinePolygon {
         let [a, b, c] = [a, b, c].map(DVec3::from_array);
         let normal = (b - a).cross(c - a).normalize();
-        InlinePolygon { corners: [a, b, c, c], normal, material: 0, emits: false }
+        InlinePolygon { corners: [a, b, c, c], normal, material: 0, emits: false, lift: DVec3::ZERO }
     }
 
     #[test]
@@ -189,7 +203,7 @@ mod tests {
         let cornell = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/scenes/cornell.toml");
         let mut scene = Scene::load(std::path::Path::new(cornell)).unwrap().scene;
         for _ in 0..2 {
-            let (polygons, _) = select(&scene, &RenderSpace::of(&scene), TriangleTest::Watertight);
+            let (polygons, _) = select(&scene, &RenderSpace::of(&scene), &Lifts::default(), TriangleTest::Watertight);
             let emitters = polygons.iter().take_while(|f| f.emits).count();
             assert!(
                 emitters > 0 && emitters < polygons.len() && polygons[emitters..].iter().all(|f| !f.emits),

@@ -14,7 +14,7 @@ use crate::render::kernel::layout::SceneValues;
 use crate::render::light::emitter::{Light, LightShape};
 use crate::render::light::screen_bounds::emitter_bounds;
 use crate::render::light::solid_angle;
-use crate::render::light::table::LightTable;
+use crate::render::light::table::{LightTable, kind};
 use crate::render::scene::collect::{Origin, SceneGeometry, rgb};
 use crate::render::scene::geometry::GeometryTexels;
 use crate::render::scene::light_paths::CasterTable;
@@ -85,8 +85,10 @@ impl Tables {
 
         let (bvh_spheres, bvh_triangles) = (geometry.has_bvh_spheres(), geometry.has_bvh_triangles());
         let points = geometry.points;
+        let two_sided = u32::from(geometry.lights.has_two_sided());
         let lights = geometry.lights.into_vec();
         let mut light_table = LightTable::of(&lights, |light| solid_angle::looks_large(light, scene, space));
+        light_table.kinds |= two_sided << kind::TWO_SIDED;
         let light_paths = match settings.light_tracing {
             LightTracing::Off => CasterTable::default(),
             LightTracing::Auto => CasterTable::of(scene, space, &lights[points..]),

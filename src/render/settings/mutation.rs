@@ -58,11 +58,19 @@ pub enum Mutation {
     InvertedGradients = 26,
     /// Light paths count all light of their chains, although paths find a part of it.
     DoubleLightTracing = 27,
+    /// Shadow rays to spherical emitters end before the emitter by a bound on its distance where it is met head-on.
+    NoLimb = 28,
+    /// Shading normals of mirrors and glass are not bent.
+    UnbentNormals = 29,
+    /// Lights are chosen by what they may contribute alone.
+    NoEvenShare = 30,
+    /// Emitters stay in the plane of what they are fixed to (on the host).
+    FlushEmitters = 31,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 27] = [
+    pub const ALL: [Self; 31] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -90,6 +98,10 @@ impl Mutation {
         Self::OwnSampleMap,
         Self::InvertedGradients,
         Self::DoubleLightTracing,
+        Self::NoLimb,
+        Self::UnbentNormals,
+        Self::NoEvenShare,
+        Self::FlushEmitters,
     ];
 
     /// What is broken, in words.
@@ -122,6 +134,10 @@ impl Mutation {
             Self::OwnSampleMap => "numbers of samples decided by the image's own first ones",
             Self::InvertedGradients => "differences from the pixels below with the wrong sign",
             Self::DoubleLightTracing => "all light of caustics counted for light paths, a part of it for paths too",
+            Self::NoLimb => "spherical emitters shadow themselves towards the limb",
+            Self::UnbentNormals => "shading normals of mirrors and glass not bent",
+            Self::NoEvenShare => "lights chosen by what they may contribute alone",
+            Self::FlushEmitters => "emitters not moved off the plane of what they are fixed to",
         }
     }
 }

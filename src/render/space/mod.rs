@@ -73,6 +73,11 @@ impl RenderSpace {
         l * self.scale
     }
 
+    /// The inverse of [`Self::length`].
+    pub fn scene_length(&self, l: f64) -> f64 {
+        l / self.scale
+    }
+
     /// Power over area is what reaches a surface: power scales like an area.
     pub fn power(&self, p: f64) -> f64 {
         p * self.scale * self.scale
