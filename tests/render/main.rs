@@ -11,6 +11,7 @@ mod acceleration;
 mod adaptive;
 mod determinism;
 mod gradients;
+mod light;
 mod light_tracing;
 mod random_scenes;
 mod resume;

@@ -1,9 +1,7 @@
 //! Light that must not be lost: emitters in the plane of what they are fixed to, weak lights beside strong ones that are out of sight,
 //! mirrors and glass with smooth normals, emitters that shine on both sides.
 
-mod common;
-
-use common::{context, render};
+use crate::harness::{context, render};
 use glam::DVec3;
 use photolith::oracle::{self, OracleSettings};
 use photolith::scene::{
