@@ -282,8 +282,11 @@ impl Renderer {
         }
         decisions.reuse = reuse.pays(techniques.reuse.worth);
         decisions.reuse_gain = reuse.gain();
-        let grid = if decisions.reuse { grid } else { Grid { band_rows: 64, ..grid } };
-        decisions.sample_map = take(&mut decisions.sample_map).with_at_least(&wanted, decisions.reuse, grid);
+        // To a noise, pixels get different numbers of samples only where the image is made from gradients.
+        if settings.adaptive.is_none() || decisions.gradients.is_some() {
+            let grid = if decisions.reuse { grid } else { Grid { band_rows: 64, ..grid } };
+            decisions.sample_map = take(&mut decisions.sample_map).with_at_least(&wanted, decisions.reuse, grid);
+        }
         Ok(decisions)
     }
 
