@@ -486,11 +486,7 @@ fn zero_area(lab: &Lab) -> Result<Measured, CheckError> {
     let tiny = 1.2e-19;
     // Around the origin, where the camera is, coordinates can be that small.
     with.mesh(&[DVec3::ZERO, v(tiny, 0.0, 0.0), v(0.0, 0.0, tiny)], &[[0, 1, 2]], area_light);
-    with.mesh(
-        &[at, at + v(0.5, 0.0, 0.0), at + v(1.0, 0.0, 0.0)],
-        &[[0, 1, 2], [0, 0, 1], [1, 1, 1]],
-        area_light,
-    );
+    with.mesh(&[at, at + v(0.5, 0.0, 0.0), at + v(1.0, 0.0, 0.0)], &[[0, 1, 2], [0, 0, 1], [1, 1, 1]], area_light);
     let (positions, triangles) = (vec![at; 300], (0..100).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect::<Vec<_>>());
     with.mesh(&positions, &triangles, area_light);
     // The emitters put a tree into the scene, for which paths would be reused.
