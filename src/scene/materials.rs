@@ -38,7 +38,7 @@ impl MaterialList {
                 None => break,
             }
         }
-        self.push(free_name, surface.clone())
+        self.push(free_name, *surface)
     }
 
     pub fn find(&self, name: &str) -> Option<u32> {

@@ -488,22 +488,18 @@ fn zero_area(lab: &Lab) -> Result<Measured, CheckError> {
     }
     let area_light = emitter(1.0);
     for (i, radius) in [1e-30, 1e-25, 1e-20, 1e-12].into_iter().enumerate() {
-        with.sphere(v(-1.5 + i as f64, 0.5, -4.0), radius, area_light.clone());
+        with.sphere(v(-1.5 + i as f64, 0.5, -4.0), radius, area_light);
     }
     // Just above the floor, too.
-    with.sphere(v(0.0, -1.0 + 1e-6, -3.0), 1e-30, area_light.clone());
+    with.sphere(v(0.0, -1.0 + 1e-6, -3.0), 1e-30, area_light);
     let at = v(-0.5, 1.0, -4.0);
     for size in [1e-12, 1e-8] {
-        with.mesh(&[at, at + v(size, 0.0, 0.0), at + v(0.0, size, size)], &[[0, 1, 2]], area_light.clone());
+        with.mesh(&[at, at + v(size, 0.0, 0.0), at + v(0.0, size, size)], &[[0, 1, 2]], area_light);
     }
     let tiny = 1.2e-19;
     // Around the origin, where the camera is, coordinates can be that small.
-    with.mesh(&[DVec3::ZERO, v(tiny, 0.0, 0.0), v(0.0, 0.0, tiny)], &[[0, 1, 2]], area_light.clone());
-    with.mesh(
-        &[at, at + v(0.5, 0.0, 0.0), at + v(1.0, 0.0, 0.0)],
-        &[[0, 1, 2], [0, 0, 1], [1, 1, 1]],
-        area_light.clone(),
-    );
+    with.mesh(&[DVec3::ZERO, v(tiny, 0.0, 0.0), v(0.0, 0.0, tiny)], &[[0, 1, 2]], area_light);
+    with.mesh(&[at, at + v(0.5, 0.0, 0.0), at + v(1.0, 0.0, 0.0)], &[[0, 1, 2], [0, 0, 1], [1, 1, 1]], area_light);
     let (positions, triangles) = (vec![at; 300], (0..100).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect::<Vec<_>>());
     with.mesh(&positions, &triangles, area_light);
     // The emitters put a tree into the scene, for which paths would be reused.
