@@ -134,6 +134,7 @@ layout(std140, binding = 11) uniform SceneValues {
     uint first_material;        // texels of the table of primitives, see geometry.glsl
     uint first_position;
     uint first_normal;
+    float even_share;           // of light samples, see light/choice.glsl
 };
 
 // What is counted (src/render/kernel/layout.rs).

@@ -28,7 +28,7 @@ void main() {
     vec4 w = input_floats(3u * i + 2u);
     if (PROBE == PROBE_LIGHT_SAMPLE) {
         // from | u of the choice;  n | a number with its further digits, which also tells how to choose;  u of the point
-        bool even = n.w < EVEN_SHARE;
+        bool even = n.w < even_part();
         float probability, divisor;
         int cell = light_cell(from.xyz);
         float more = fract(4096.0 * n.w);

@@ -5,9 +5,9 @@
 // contributes if nothing is in between (resampling: Talbot, Cline and Egbert 2005).
 //
 // That fails where a bright light is out of sight, behind the surface or a wall: it is nearly always drawn, and kept. So a share of the
-// samples, EVEN_SHARE, draws entries regardless of probabilities, and keeps one of two regardless of what they contribute (a defensive
-// mixture: Hesterberg 1995). The two kinds are weighted by the power heuristic (Veach 1997), so that a weak light is left to these: kept
-// beside a strong one it would count for both. That bounds the noise, whatever the lights' powers are.
+// samples, even_share, draws entries regardless of probabilities, and keeps the weaker of two as often as the other (a defensive
+// mixture: Hesterberg 1995). Weak lights are left to them (the cutoff heuristic: Veach 1997): kept beside a strong one such a light would
+// count for both. That bounds the noise, whatever the lights' powers are. Where these differ little the share is 0.
 //
 // light_texels: nodes of a texel, lights of four (light.glsl), and entries of a texel (src/render/lights.rs, light_grid.rs).
 //   node   share of the first child, second child, strength (of the root's), light; or ~(end of what is below) if it
@@ -22,8 +22,8 @@
 #include "triangle.glsl"
 #include "sphere.glsl"
 
-// A power of two: of stratified numbers, samples of this kind get an even part.
-const float EVEN_SHARE = MUTATION == MUTATE_CHOICE ? 0.0 : 1.0 / 16.0;
+// The share of these samples.
+float even_part() { return MUTATION == MUTATE_CHOICE ? 0.0 : even_share; }
 
 const float BELOW_ONE = 0.99999994;
 
@@ -49,14 +49,15 @@ const float LAST_DIGIT = 1.0 / 16777216.0;
 
 // The probability of an entry, in samples of both kinds, for the one by which the table draws it.
 float entry_probability(float by_table) {
-    return by_table > 0.0 ? mix(by_table, 1.0 / float(LIGHT_ENTRIES), EVEN_SHARE) : 0.0;
+    return by_table > 0.0 ? mix(by_table, 1.0 / float(LIGHT_ENTRIES), even_part()) : 0.0;
 }
 
 // What light of an entry is divided by in a sample of one kind: its probability over the weight of the kind.
 float entry_divisor(float by_table, bool even) {
-    float evenly = EVEN_SHARE / float(LIGHT_ENTRIES);
-    float unevenly = (1.0 - EVEN_SHARE) * by_table;
-    return (evenly * evenly + unevenly * unevenly) / (even ? evenly : unevenly);
+    float evenly = even_part() / float(LIGHT_ENTRIES);
+    float unevenly = (1.0 - even_part()) * by_table;
+    if (unevenly >= evenly) return evenly + unevenly;
+    return even ? evenly : INFINITY;
 }
 
 // The light of a number u in [0, 1) for a surface in a cell, and the probability of choosing it; −1 if no light can
@@ -143,28 +144,32 @@ LightSample light_candidate(int cell, vec3 from, float u, float more, bool even,
 }
 
 // Light from one of all lights, for a surface with the normal n: of two candidates one is kept by the light that it brings to a diffuse
-// surface; of some samples, one of those that bring any. `pdf` is that of a candidate: for weights against rays that hit lights by chance, which need no more than that both use the
+// surface. `pdf` is that of a candidate: for weights against rays that hit lights by chance, which need no more than that both use the
 // same.
 LightSample light_sample(vec3 from, vec3 n, vec2 u, vec2 uv) {
     int cell = light_cell(from);
     // Which of the two is kept hardly depends on the lower digits of u.y.
     float more = fract(4096.0 * u.y);
-    bool even = u.y < EVEN_SHARE;
-    float keeps = even ? u.y / EVEN_SHARE : (u.y - EVEN_SHARE) / (1.0 - EVEN_SHARE);
+    float part = even_part();
+    bool even = u.y < part;
+    float keeps = even ? u.y / part : (u.y - part) / (1.0 - part);
     LightSample s = light_candidate(cell, from, u.x, more, even, uv);
     if (LIGHT_COUNT > 1u) {
         LightSample other = light_candidate(cell, from, u.x < 0.5 ? u.x + 0.5 : u.x - 0.5, more, even, uv);
         float mine = brightness(s.radiance) * fast_max(dot(n, s.direction), 0.0);
         float theirs = brightness(other.radiance) * fast_max(dot(n, other.direction), 0.0);
-        if (even) mine = mine > 0.0 ? 1.0 : 0.0;
-        if (even) theirs = theirs > 0.0 ? 1.0 : 0.0;
         bool takes = keeps * (mine + theirs) < theirs;
-        float kept = takes ? theirs : mine;
+        float kept = (takes ? theirs : mine) / (mine + theirs);
+        if (even && mine > 0.0 && theirs > 0.0) {
+            // The weaker one first: its share of the numbers is one interval, in which stratified samples fall alike.
+            takes = (keeps < 0.5) == (theirs < mine);
+            kept = 0.5;
+        }
         s.direction = takes ? other.direction : s.direction;
         s.distance = takes ? other.distance : s.distance;
         s.pdf = takes ? other.pdf : s.pdf;
         s.radiance = takes ? other.radiance : s.radiance;
-        s.radiance *= kept > 0.0 ? 0.5 * (mine + theirs) / kept : 0.0;
+        s.radiance *= kept > 0.0 ? 0.5 / kept : 0.0;
     }
     return s;
 }

@@ -128,6 +128,17 @@ impl Emitter {
         scene
     }
 
+    /// Where the ray to the end of a shadow ray meets the emitter's plane, if it has one. Flat emitters are met only just behind that end.
+    fn met_at(self, p: DVec3, from: DVec3) -> DVec3 {
+        match self {
+            Self::Sphere { .. } => p,
+            Self::Flat { corner, edges: [e, f], .. } | Self::Rectangle { corner, edges: [e, f] } => {
+                let n = e.cross(f);
+                from + (corner - from).dot(n) / (p - from).dot(n) * (p - from)
+            }
+        }
+    }
+
     /// Distance of `p` from the emitter's surface, the cosine of the way from there to `from`, and the density per solid
     /// angle of the point, as seen from `from`.
     fn density(self, p: DVec3, from: DVec3) -> (f64, f64, f64) {
@@ -220,7 +231,9 @@ fn density(lab: &Lab) -> Result<Measured, CheckError> {
         let (mut expected, mut hits) = (Vec::new(), Vec::new());
         for (q, s) in queries.iter().zip(&points).filter(|(_, s)| s.radiance[0] > 0.0) {
             let (from, p) = (position(q.from), position(s.point));
-            let (off, cosine, pdf) = area_light.density(p / scale, from / scale);
+            let (off, ..) = area_light.density(p / scale, from / scale);
+            let p = scale * area_light.met_at(p / scale, from / scale);
+            let (_, cosine, pdf) = area_light.density(p / scale, from / scale);
             let size = p.length() + from.length() + scale * 4.0;
             if !s.pdf.is_finite() || s.light != 0 || off * scale > 1e-5 * size || cosine <= 0.0 {
                 errors.push(f64::INFINITY);

@@ -23,8 +23,8 @@ pub(crate) struct LightQuery {
     /// Chooses the light.
     pub choice: f32,
     pub normal: [f32; 3],
-    /// Chooses among candidates; a candidate alone is chosen by its lower digits too, which follow those of `choice`. Below 1/16: regardless
-    /// of probabilities.
+    /// Chooses among candidates; a candidate alone is chosen by its lower digits too, which follow those of `choice`. Below the even
+    /// share: regardless of probabilities.
     pub candidate: f32,
     /// Choose the point on it.
     pub point: [f32; 2],

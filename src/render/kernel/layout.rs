@@ -87,7 +87,9 @@ pub(crate) struct SceneValues {
     pub first_material: u32,
     pub first_position: u32,
     pub first_normal: u32,
-    pub unused: [u32; 3],
+    /// Of light samples (light/table.rs).
+    pub even_share: f32,
+    pub unused: [u32; 2],
 }
 
 /// Push constants: what changes from dispatch to dispatch.

@@ -28,7 +28,14 @@ pub(crate) struct LightTable {
     pub grid: LightGrid,
     /// Kinds that there are, a bit each.
     pub kinds: u32,
+    /// Of samples, regardless of what lights may contribute.
+    pub even_share: f32,
 }
+
+/// From such a ratio of strengths on some samples choose lights regardless of them: a power of two, so that of stratified samples an even
+/// part does.
+const DIFFER_MUCH: f64 = 32.0;
+const EVEN_SHARE: f32 = 1.0 / 32.0;
 
 impl LightTable {
     /// As if there were lights of all kinds.
@@ -66,7 +73,10 @@ impl LightTable {
             texels.extend(light_texels(light, kind, leaf));
         }
         texels.extend(entries);
-        Self { texels, nodes: tree.nodes.len() as u32, grid, kinds }
+        let strengths = || lights.iter().map(Light::strength).filter(|&strength| strength > 0.0);
+        let (least, most) = (strengths().fold(f64::INFINITY, f64::min), strengths().fold(0.0, f64::max));
+        let even_share = if most > DIFFER_MUCH * least { EVEN_SHARE } else { 0.0 };
+        Self { texels, nodes: tree.nodes.len() as u32, grid, kinds, even_share }
     }
 }
 

@@ -201,6 +201,7 @@ impl Tables {
             values.point_position = p.extend(0.0).as_vec4().to_array();
             values.point_intensity = rgb(radiance, 0.0);
         }
+        values.even_share = self.lights.even_share;
         let grid = &self.lights.grid;
         values.light_grid = grid.center.extend(grid.size).as_vec4().to_array();
         let View { right, up, forward, .. } = self.view;
