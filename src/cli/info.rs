@@ -12,9 +12,9 @@ use photolith::render::{Audience, Features, Prepared, Setting, explain};
 use photolith::scene::{Bsdf, Scene, Surface};
 use serde_json::json;
 
-use super::options::{SceneOptions, heading};
+use super::options::SceneOptions;
 use super::text::{bytes, counted};
-use super::{exit, output};
+use super::{exit, heading, output};
 
 /// Arguments of `photolith info`.
 #[derive(Args)]

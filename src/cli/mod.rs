@@ -6,6 +6,7 @@ mod checkpoint;
 mod compare;
 mod devices;
 mod exit;
+mod heading;
 mod image_output;
 mod info;
 mod input;

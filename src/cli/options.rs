@@ -10,19 +10,9 @@ use photolith::render::MAX_SAMPLES;
 use photolith::scene::Scene;
 use photolith::{ContextOptions, RenderSettings, Validation, user_cache};
 
-use super::input;
 use super::setting_options::SettingOptions;
 use super::text::{bytes, counted};
-
-/// Headings of groups of options.
-pub mod heading {
-    pub const SCENE: &str = "Scene";
-    pub const IMAGE: &str = "Image";
-    pub const QUALITY: &str = "Quality and time";
-    pub const DEVICE: &str = "Device";
-    pub const OUTPUT: &str = "Output";
-    pub const DEVELOPERS: &str = "For developers of the renderer";
-}
+use super::{heading, input};
 
 /// Which device, and whether it is watched.
 #[derive(Args, Clone)]

@@ -18,9 +18,9 @@ use super::checkpoint::Keeper;
 use super::image_output::{self, ImageOutput};
 use super::interrupt::Interrupt;
 use super::numbers::seconds;
-use super::options::{DeviceOptions, SceneOptions, check_memory, heading};
+use super::options::{DeviceOptions, SceneOptions, check_memory};
 use super::progress::Bar;
-use super::{exit, input, output, paths};
+use super::{exit, heading, input, output, paths};
 
 /// Arguments of `photolith render`.
 #[derive(Args)]

@@ -5,7 +5,7 @@ use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, value_pars
 use photolith::RenderSettings;
 use photolith::render::{Audience, Setting, Techniques, Values};
 
-use super::options::heading;
+use super::heading;
 
 const TECHNIQUES: &str = "techniques";
 

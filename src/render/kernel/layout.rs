@@ -3,12 +3,12 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::render::scene::spheres::MAX_CONSTANT_SPHERES;
-
 /// How many there is room for.
 pub(crate) mod constant {
     /// Boxes around children of the BVH's root.
     pub const MAX_TREE_BOXES: usize = crate::accel::WIDTH;
+    /// Spheres that there are constants for.
+    pub const MAX_CONSTANT_SPHERES: usize = 16;
     /// Polygons that there are constants for.
     pub const MAX_POLYGONS: usize = 32;
 }
@@ -67,7 +67,7 @@ pub(crate) struct Counters {
 #[derive(Debug, Clone, Copy, Pod, Zeroable, PartialEq)]
 pub(crate) struct SceneValues {
     /// Centre, radius; power; unused.
-    pub spheres: [[[f32; 4]; 2]; MAX_CONSTANT_SPHERES],
+    pub spheres: [[[f32; 4]; 2]; constant::MAX_CONSTANT_SPHERES],
     /// Of each child of the BVH's root: lowest and highest corner.
     pub root_boxes: [[[f32; 4]; 2]; constant::MAX_TREE_BOXES],
     /// Of the edges, and of the plane, what depends on where a polygon is.

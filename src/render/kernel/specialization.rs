@@ -6,11 +6,11 @@ use crate::accel;
 use crate::gpu::Specialization;
 
 use crate::render::kernel::features::Features;
-use crate::render::kernel::layout::constant::MAX_POLYGONS;
+use crate::render::kernel::layout::constant::{MAX_CONSTANT_SPHERES, MAX_POLYGONS};
 use crate::render::kernel::layout::{POLYGON_CONSTANTS, SPHERE_CONSTANTS};
 use crate::render::light::emitter::{Light, LightShape};
 use crate::render::light::table::LightTable;
-use crate::render::scene::spheres::{ConstantSphere, MAX_CONSTANT_SPHERES};
+use crate::render::scene::spheres::ConstantSphere;
 use crate::render::scene::tables::Tables;
 use crate::render::settings::feature::{FeatureFlags, FeatureRow};
 use crate::render::settings::{RenderSettings, Sampler};

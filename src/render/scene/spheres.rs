@@ -4,11 +4,9 @@ use std::collections::HashMap;
 
 use crate::scene::{Light, Scene, Sphere};
 
+use crate::render::kernel::layout::constant::MAX_CONSTANT_SPHERES;
 use crate::render::scene::containment::{Emitters, Place, is_opaque, place_of_point};
 use crate::render::space::RenderSpace;
-
-/// Spheres that shaders have written out.
-pub(crate) const MAX_CONSTANT_SPHERES: usize = 16;
 
 /// From where rays can meet a sphere.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -13,6 +13,7 @@ use crate::scene::Scene;
 
 use crate::render::error::RenderError;
 use crate::render::settings::feature::Feature;
+use crate::render::settings::mutation::Mutation;
 
 /// Which random numbers are used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -221,7 +222,7 @@ pub struct RenderSettings {
     pub spirv_folder: Option<PathBuf>,
     /// Tests only: breaks one thing on purpose, to show that the tests see it.
     #[doc(hidden)]
-    pub mutation: Option<crate::render::Mutation>,
+    pub mutation: Option<Mutation>,
 }
 
 impl RenderSettings {

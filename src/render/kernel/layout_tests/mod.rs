@@ -16,7 +16,6 @@ use crate::render::kernel::sobol;
 use crate::render::kernel::specialization::{self, id};
 use crate::render::kernel::{LIGHT_TRACE, PATH_KERNELS};
 use crate::render::light::table;
-use crate::render::scene::spheres::MAX_CONSTANT_SPHERES;
 use crate::render::scene::tables;
 use crate::render::settings::mutation::Mutation;
 
@@ -29,7 +28,7 @@ fn expected_constants() -> BTreeMap<String, u32> {
     let mut add = |prefix: &str, base: u32, names: &[&str]| {
         all.extend(names.iter().zip(base..).map(|(name, id)| (format!("{prefix}_{name}"), id)));
     };
-    for i in 0..MAX_CONSTANT_SPHERES {
+    for i in 0..constant::MAX_CONSTANT_SPHERES {
         add(&format!("SPHERE_{i}"), SPHERE_CONSTANTS + 2 * i as u32, &["SIDE", "FORM"]);
     }
     for i in 0..constant::MAX_POLYGONS {
