@@ -10,10 +10,9 @@ use photolith::render::MAX_SAMPLES;
 use photolith::scene::Scene;
 use photolith::{ContextOptions, RenderSettings, Validation, user_cache};
 
-use super::heading;
-use super::input;
 use super::setting_options::SettingOptions;
 use super::text::{bytes, counted};
+use super::{heading, input};
 
 /// Which device, and whether it is watched.
 #[derive(Args, Clone)]
