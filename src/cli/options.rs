@@ -139,7 +139,8 @@ pub fn check_memory(scene: &Scene) -> anyhow::Result<()> {
     let needed = pixels.saturating_mul(BYTES_OF_PIXEL);
     if let Some(available) = available_memory().filter(|available| *available < needed) {
         anyhow::bail!(
-            "an image of {}x{} pixels needs at least {} of memory, expected at most {}, which are available",
+            "{}: an image of {}x{} pixels needs at least {} of memory, expected at most {}, which are available",
+            scene.source,
             scene.film.width,
             scene.film.height,
             bytes(needed),

@@ -41,7 +41,7 @@ pub enum RenderError {
 fn stuck(budget: u32) -> String {
     let found = match budget {
         0 => "no sample was finished: the driver ends loops after so many iterations, and there is no loop budget to stay below that".to_owned(),
-        _ => format!("no sample fits into {budget} loop iterations: its rays come near more surfaces than that"),
+        _ => format!("no sample fits into the loop budget of {budget} iterations: its rays come near more surfaces than that"),
     };
     format!(
         "{found}. lavapipe before Mesa 23.1 ends all loops after 65,535 iterations: there only a newer driver helps, or fewer surfaces that \
@@ -56,7 +56,11 @@ mod tests {
     #[test]
     fn what_is_stuck_is_told_what_helps() {
         let text = |budget| RenderError::Stuck { budget }.to_string();
-        assert!(text(50_000).contains("50000 loop iterations") && text(50_000).contains("65,535"), "{}", text(50_000));
+        assert!(
+            text(50_000).contains("loop budget of 50000 iterations") && text(50_000).contains("65,535"),
+            "{}",
+            text(50_000)
+        );
         assert!(!text(0).contains(" 0 ") && text(0).contains("no loop budget"), "{}", text(0));
     }
 }

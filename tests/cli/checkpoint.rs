@@ -14,7 +14,7 @@ fn a_rendering_in_several_starts_is_that_of_one() {
     let d = directory.path();
     let render = |options: &str| {
         // Pixels with many times as many samples would take more than a hundred starts.
-        let settings = "--size 48x32 --samples 50 --samples-per-dispatch 5 --seed 3 --sample-map off";
+        let settings = "--size 48x32 --samples 50 --samples-per-dispatch 5 --seed 3 --techniques auto,-sample-map";
         let scene = scene_path("cornell");
         let output = run(d, &format!("render {} {settings} -o out.exr {options}", scene.display()));
         assert_eq!(output.status.code(), Some(0), "{output:?}");

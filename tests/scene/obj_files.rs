@@ -330,9 +330,9 @@ fn what_an_mtl_material_loses_is_told() {
         ("Kd 0 0 0\nmap_Kd a.png", diffuse(0.8, 0.8, 0.8), &["\"map_Kd\"", "Kd is 0 beside the texture"]),
         ("Kd 0 0 0\nKs 1 1 1\nmap_Kd a.png", diffuse(0.8, 0.8, 0.8), &["\"map_Kd\"", "Kd is 0 beside the texture"]),
         ("Kd 0 0 0\nKs 0.4 0.4 0.4\nillum 2", diffuse(0.0, 0.0, 0.0), &["Ks [0.4, 0.4, 0.4] is not supported"]),
-        // Emission and reflection are of one material each.
-        ("Kd 0.8\nKe 0.01", Surface::emitter([0.01; 3]), &["Kd [0.8, 0.8, 0.8] is dropped"]),
-        ("Ks 1\nillum 3\nKe 2", Surface::emitter([2.0; 3]), &["mirror or glass is dropped"]),
+        // What emits reflects as well.
+        ("Kd 0.8\nKe 0.01", Surface { emission: [0.01; 3], ..diffuse(0.8, 0.8, 0.8) }, &[]),
+        ("Ks 1\nillum 3\nKe 2", Surface { emission: [2.0; 3], ..mirror(1.0, 1.0, 1.0) }, &[]),
         ("Kd 0\nKe -1 0 5", Surface::emitter([0.0, 0.0, 5.0]), &["numbers below 0"]),
         ("Kd 0.8 0.6 0.2\nKs 0.5 0.5 0.5\nillum 3", mirror(0.5, 0.5, 0.5), &["Kd [0.8, 0.6, 0.2] is dropped"]),
         ("Kd 0.8 0.6 0.2\nKs 0 0 0\nillum 3", diffuse(0.8, 0.6, 0.2), &["without Ks"]),

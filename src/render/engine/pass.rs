@@ -76,7 +76,7 @@ impl Engine {
                 }
                 plan.repeat(&self.pace, in_vain);
             }
-            let uneven = done == 0 && plan.in_first_round();
+            let uneven = pass.from == 0 && plan.in_first_round();
             control.report(done, seconds, uneven || done <= control.redone);
         }
     }
