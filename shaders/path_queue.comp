@@ -10,7 +10,7 @@
 // Path tracing for scenes with a tree, on devices whose subgroup is a SIMD register of a CPU. Most rays of most scenes
 // never come near the mesh, and those that do traverse the BVH for very different numbers of steps: traced where they
 // arise, they leave most lanes idle. Here each lane has a ray pool: a path whose next ray, or whose shadow ray, meets the
-// tree's boxes is put into it, and the lane goes on with another path. When few lanes can go on, all lanes traversal the
+// tree's boxes is put into it, and the lane goes on with another path. When few lanes can go on, all lanes traverse the
 // tree with what their ray pools hold; then paths go on from the results.
 //
 // Ray pools are arrays that are only indexed by constants: such an access is a blend or a move of registers, where one
@@ -226,7 +226,7 @@ void advance_traversal(inout PoolTraversal w) {
     traversal_advance(w.traversal, w.ray, w.self_id, w.shadow, steps);
 }
 
-// Traversals the tree for as long as most lanes have a ray to traverse with, and then a while longer if that is all there is
+// Traverses the tree for as long as most lanes have a ray to do it with, and then a while longer if that is all there is
 // to do.
 void traverse_pools(inout RayPool pool, inout PoolTraversal w, Run run, Held h) {
     uint until_check = CHECK_TRAVERSALS;

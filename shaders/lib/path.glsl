@@ -134,23 +134,32 @@ ShadowRay direct_light(Vertex v, vec3 wo, uint index, uint key, uint count) {
 
 // ---- light that the path meets
 
+// The light that a path has met; -1 if none.
+int light_met(Vertex v) {
+    int light = v.surface.light;
+    // The back is a light of its own.
+    if (HAS_TWO_SIDED) light += !v.front && light >= 0 ? 1 : 0;
+    return light;
+}
+
+// Whether light paths bring such light too (light_tracing.glsl).
+bool by_light_paths(Path path, int light) {
+    return LIGHT_TRACING && path.pdf == 0.0 && path.x2 > 0.0 && path.hits <= LIGHT_PATH_HITS && light >= 0;
+}
+
 // The weight of light that a path meets on an emitter at distance t, against that of light sampling, of which `light_samples` were taken
 // at the first reconnectable vertex, and of light paths.
 float emission_weight(Path path, Vertex v, float t, uint light_samples) {
     float weight = 1.0;
     float cos_light = -dot(path.direction, v.up);
-    // The back is a light of its own.
-    int light = v.surface.light;
-    if (HAS_TWO_SIDED) light += !v.front && light >= 0 ? 1 : 0;
+    int light = light_met(v);
     if (EMITTER_COUNT > 0u && path.pdf > 0.0 && light >= 0) {
         float of_light = light_pdf(path.origin, light, t, cos_light);
         if (has_flag(path, PATH_FROM_FIRST)) of_light *= float(light_samples);
         weight = mis_weight(path.pdf, of_light);
     }
-    bool by_light_paths = LIGHT_TRACING && path.pdf == 0.0 && path.x2 > 0.0 && path.hits <= LIGHT_PATH_HITS && light >= 0;
-    if (LIGHT_TRACING) count_fallback(by_light_paths ? CASTER_COUNT : 0u);
     // The constant lets the program drop this before the driver sees it (src/gpu/prune.rs).
-    if (LIGHT_TRACING && by_light_paths) {
+    if (LIGHT_TRACING && by_light_paths(path, light)) {
         vec3 y = path.origin + t * path.direction;
         weight /= 1.0 + light_path_ratio(light, y, -path.direction, cos_light, path.x2);
     }
@@ -165,6 +174,8 @@ vec3 emitted_light(Path path, Vertex v, bool met, float t, uint light_samples) {
         light = background_radiance(path.direction) * (path.pdf > 0.0 && of_light > 0.0 ? mis_weight(path.pdf, of_light) : 1.0);
     }
     bool glows = HAS_EMITTER && met && shines_from(v.surface.material, v.front) && v.surface.material.emission != vec3(0.0);
+    // Before the branch: all lanes count.
+    if (LIGHT_TRACING) count_fallback(glows && by_light_paths(path, light_met(v)) ? CASTER_COUNT : 0u);
     if (HAS_EMITTER && glows) {
         float weight = emission_weight(path, v, t, light_samples);
         // A grazing hit has no cosine, and an infinite density on the light's side: it adds nothing.
@@ -242,7 +253,7 @@ bool path_arrive(Path path, Hit hit, uint key, uint light_samples, inout vec3 ra
     return alive;
 }
 
-// Interleaved the path into its next ray; or, if it is not alive, into the first ray of sample `index` of the pixel at `at`.
+// Turns the path into its next ray; or, if it is not alive, into the first ray of sample `index` of the pixel at `at`.
 // One evaluation of the sampler serves all, so that lanes of either kind share the work.
 void path_depart(inout Path path, Vertex v, bool alive, Camera camera, uvec2 at, uint key, uint index) {
     uint hit = alive ? v.hits : 0u;

@@ -138,6 +138,7 @@ fn scene_values() {
         ("first_material", offset_of!(SceneValues, first_material)),
         ("first_position", offset_of!(SceneValues, first_position)),
         ("first_normal", offset_of!(SceneValues, first_normal)),
+        ("even_share", offset_of!(SceneValues, even_share)),
     ]
     .map(|(name, offset)| (name.to_owned(), offset));
     for (kernel, interface) in kernels() {
