@@ -23,7 +23,7 @@ plot scheduler $scenes/cat.toml --size 64x64 --samples 8..32 --vary scheduler=qu
     --vary intersection=watertight,moller-trumbore
 plot reuse $scenes/cat.toml --size 96x96 --samples 4..64 --vary reuse=auto,off
 plot gradients $scenes/cat.toml --size 96x96 --samples 4..64 --vary gradients=auto,off
-plot beams $scenes/cornell.toml --size 96x96 --samples 4..64 --vary beams=auto,off
+plot light-tracing $scenes/cornell.toml --size 96x96 --samples 4..64 --vary light-tracing=auto,off
 plot dual $scenes/cat.toml $scenes/cornell.toml --size 96x96 --samples 16..256 --vary sampling=uniform,dual
 plot hierarchy $scenes/cat.toml --size 24x24 --samples 1,2,4 --seeds 3 --vary accel=bvh,none
 table rays $scenes/cat.toml --rays

@@ -16,7 +16,7 @@ use std::hash::Hasher;
 use std::path::{Path, PathBuf};
 
 use crate::files::read_regular;
-use crate::gpu::GpuError;
+use crate::gpu::{GpuError, check_spirv};
 use crate::hash::Fnv;
 use crate::spirv::{HEADER_WORDS, instructions, opcode, words_of};
 
@@ -111,6 +111,7 @@ pub(crate) fn spirv(kernel: &Kernel, settings: &RenderSettings) -> Result<Cow<'s
     }
     let words = words_of(&bytes);
     check_module(&words).map_err(|problem| fail(&problem))?;
+    check_spirv(&words).map_err(|problem| fail(&problem))?;
     Ok(Cow::Owned(declare_aliased(&words).into_iter().flat_map(u32::to_le_bytes).collect()))
 }
 

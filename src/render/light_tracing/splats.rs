@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn light_is_that_of_the_beams() {
+    fn light_is_that_of_the_light_paths() {
         let mut light = Splats::new(2);
         // Pixel 0 gets 1, 0, 1, 0 and pixel 1 gets 0, 0.5 + 0.5, 0, 0; a pixel beyond the image nothing.
         let all: [&[(u32, f32)]; 4] = [&[(0, 1.0)], &[(1, 0.5), (1, 0.5)], &[(0, 1.0), (2, 7.0)], &[]];

@@ -55,7 +55,9 @@ fn bindings_have_the_numbers_of_the_layout() {
 fn exactly_the_variables_of_the_same_memory_are_said_to_be_so() {
     let numbers = BTreeSet::from(ALIASED.map(|(_, number)| number));
     for kernel in all_kernels() {
-        let (bound, aliased) = bound_and_aliased(&words_of(kernel.spirv));
+        let words = words_of(kernel.spirv);
+        assert_eq!(crate::gpu::check_spirv(&words), Ok(()), "{}", kernel.name);
+        let (bound, aliased) = bound_and_aliased(&words);
         let expected = bound.iter().filter(|(_, number)| numbers.contains(number)).map(|(variable, _)| *variable);
         assert_eq!(aliased, expected.collect(), "{}", kernel.name);
         if kernel.name.starts_with("path_") {
