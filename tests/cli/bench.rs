@@ -438,18 +438,21 @@ fn radiance_beyond_single_precision_has_no_errors_and_no_advice() {
 #[test]
 fn what_fails_keeps_what_was_measured_before_it() {
     let folder = folder();
-    // So bright that errors are beyond all numbers.
-    let bright = SCENE.replace("[0.5, 0.7, 1.0]", "[1e30, 1e30, 1e30]");
-    std::fs::write(folder.path().join("bright.toml"), bright).unwrap();
-    let line = "scene.toml bright.toml --samples 4 --seeds 2 --json --csv a.csv";
+    // Inside a perfect mirror a path never ends before its depth, which is more than the budget of loops.
+    let deep = SCENE
+        .replace("max_depth = 2", "max_depth = 60000\nrussian_roulette = \"off\"")
+        .replace("\"diffuse\"\nreflectance = [0.6, 0.5, 0.4]", "\"mirror\"")
+        .replace("center = [0, -100, 0]\nradius = 100", "center = [0, 0, 0]\nradius = 100\ninward = true");
+    std::fs::write(folder.path().join("deep.toml"), deep).unwrap();
+    let line = "scene.toml deep.toml --samples 4 --seeds 2 --vary loop-budget=1000 --json --csv a.csv";
     let output = bench(folder.path(), line);
     assert_eq!(output.status.code(), Some(2), "{output:?}");
-    assert!(String::from_utf8_lossy(&output.stderr).contains("bright.toml"), "{output:?}");
+    assert!(String::from_utf8_lossy(&output.stderr).contains("deep.toml"), "{output:?}");
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     let scenes: Vec<_> = found["scenes"].as_array().unwrap().iter().map(|s| s["scene"].as_str().unwrap()).collect();
-    assert_eq!(scenes[0], "scene.toml");
-    let table = std::fs::read_to_string(folder.path().join("a.csv")).unwrap();
-    assert!(table.lines().any(|line| line.contains("scene.toml")), "{table}");
+    assert_eq!(scenes, ["scene.toml"]);
+    // A heading, and 1, 2 and 4 samples.
+    assert_eq!(std::fs::read_to_string(folder.path().join("a.csv")).unwrap().lines().count(), 4);
 }
 
 /// Runs until `ready`, and some more; then sends Ctrl-C.
