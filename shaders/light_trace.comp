@@ -119,7 +119,7 @@ LightPath light_path_begin(uint number, out bool alive) {
     b.index = number % BLOCK;
     // An emitter with a target.
     const uint pairs = EMITTER_COUNT * CASTER_COUNT;
-    float columns = float(pairs < 2u ? 1u : 2u << findMSB(pairs - 1u));     // of the table (src/render/alias.rs)
+    float columns = float(pairs < 2u ? 1u : 2u << findMSB(pairs - 1u));     // of the table (src/render/light/alias.rs)
     float place = sample_pair(b.key, b.index, PAIR_PIXEL, 0u).x * columns;
     uint pair = uint(place);
     vec4 entry = light_texel(int(CASTER_TEXELS + CASTER_COUNT + pair));

@@ -1,5 +1,5 @@
 // The scene's primitives, vertices and materials, whatever finds the hits. Primitives are numbered in the order of the scene: constant
-// spheres, polygons, other spheres, triangles. src/render/geometry.rs packs the table: two texels a primitive, two a material
+// spheres, polygons, other spheres, triangles. src/render/scene/geometry.rs packs the table: two texels a primitive, two a material
 // (material.glsl), then positions of vertices and their normals, a texel each.
 //
 //   triangle    vertex 0, vertex 1, vertex 2, material | flags;      normal | light

@@ -3,7 +3,7 @@
 // and random numbers for lights (reuse.glsl). All pixels of a group err alike: the difference between two neighbours is known
 // much better than either of them. The film notes the sum of that light, and of its differences from the neighbours on the
 // right and below, over the samples in which these are of the same group. From both the host makes the image
-// (src/render/renderer/gradients.rs).
+// (src/render/gradient/develop.rs).
 //
 // A slot has 3 texels: that sum, and the two of differences. Each is there with the difference between the two samples of
 // the pilot pass (reuse.glsl), from which the host learns how large its noise is; the first with that of what this
@@ -11,7 +11,7 @@
 //
 // Which differences are small depends on the surfaces. Before a rendering the host surveys them by a sample of each pixel
 // that is not light, but the place of the diffuse surface at its centre, also if that is seen in mirrors; 0 where there is
-// none (src/render/renderer/survey.rs).
+// none (src/render/gradient/surfaces.rs).
 
 #ifndef GRADIENT_GLSL
 #define GRADIENT_GLSL
@@ -43,9 +43,8 @@ void gradients_store(uint slot, Gradients g) {
     }
 }
 
-// Whether a member of a group has a neighbour in it on the right, or below.
+// Whether a member of a group has a neighbour in it on the right.
 bool has_right(uint member) { return (member & 3u) != 3u; }
-bool has_down(uint member) { return member < 4u; }
 
 // What a pixel's sample `index` counts in the pilot pass.
 float pilot_sign(uint index) { return index < PILOT_SAMPLES / 2u ? 1.0 : (index < PILOT_SAMPLES ? -1.0 : 0.0); }

@@ -3,7 +3,7 @@
 //
 // Rows are fetched by all lanes when a kernel begins, so that workgroups must fill their subgroups. They may be read when lanes that
 // hold them have left a loop, which Vulkan leaves undefined. So SHUFFLES is set for one CPU driver alone, llvmpipe
-// (src/render/driver.rs): such a lane is an element of a vector, and keeps what it holds behind a mask.
+// (src/render/kernel/driver_traits.rs): such a lane is an element of a vector, and keeps what it holds behind a mask.
 
 #ifndef LANE_TABLE_GLSL
 #define LANE_TABLE_GLSL

@@ -21,7 +21,7 @@
 // emitter, and a direction towards the target's sphere; from within the sphere, one by the cosine.
 //
 // light_texels from CASTER_TEXELS on: targets of a texel (centre, radius); then for each emitter (from the first on, point
-// lights left out) and each target a texel: threshold, alias, probability, unused (Walker 1977; src/render/alias.rs), as many as
+// lights left out) and each target a texel: threshold, alias, probability, unused (Walker 1977; src/render/light/alias.rs), as many as
 // the next power of two.
 
 #ifndef LIGHT_TRACING_GLSL

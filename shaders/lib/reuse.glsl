@@ -21,10 +21,10 @@
 // side, in a third of the time that they take among the rays of paths.
 //
 // All that pays where the light at x makes most of the noise; elsewhere it only costs time. So before a rendering there is a
-// pilot pass of PILOT_SAMPLES samples in one group, or a few, of every tile, of which the film notes how far they are from each other
-// (gradient.glsl). The host decides from that (src/render/renderer/verdict.rs).
+// pilot pass of PILOT_SAMPLES samples in one group, or a few, of every tile, of which the film records how far they are from each other
+// (gradient.glsl). The host decides from that (src/render/reuse/decision.rs).
 //
-// The paths of a group meet in the lanes of a subgroup (reuse_lanes.glsl): as they end, or, in the queue, once all have been noted in
+// The paths of a group meet in the lanes of a subgroup (reuse_lanes.glsl): as they end, or, in the queue, once all have been recorded in
 // memory (reuse_queue.glsl).
 
 #ifndef REUSE_GLSL
@@ -67,8 +67,7 @@ float geometry_term(vec3 x, vec3 nx, vec3 y, vec3 ny, out vec3 direction, out fl
 }
 
 // Whether it is worth finding out who sees light that leaves a second hit. (Not if it is none, nor if it is no number.) The lanes
-// of a group ask when they share their paths. Asked as each path ends, in the loop that traces rays, it would take rooms of
-// spheres 1.04 to 1.08 times the time (lavapipe 25.0.7).
+// of a group ask when they share their paths, not in the loop that traces rays.
 bool is_worth_sharing(vec3 light) { return brightness(light) > 0.0; }
 
 // Where a segment that comes from elsewhere may end at a hit: off its surface.

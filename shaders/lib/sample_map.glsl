@@ -1,5 +1,5 @@
 // The sample map: how many times as many samples as are asked for a pixel gets, a power of two from 1/2 to 32. The host makes it
-// before a rendering, from samples with other random numbers (src/render/sample_map.rs): from their noise and cost (Neyman
+// before a rendering, from samples with other random numbers (src/render/sampling/sample_map.rs): from their noise and cost (Neyman
 // allocation), and from what the camera sees, edges of emitters and glass. So it does not depend on the image's random numbers, and
 // the image is the same in the mean.
 //

@@ -8,7 +8,7 @@
 //
 // Pixels that share their paths (reuse.glsl) share a scramble too. Each of them then uses points of its own (but for lights at
 // first hits, if gradients are made), and as those of one pixel are well spread, so are those of all together
-// (src/render/sobol.rs). The three highest bits of a sample's index tell which of them it is.
+// (src/render/kernel/sobol.rs). The three highest bits of a sample's index tell which of them it is.
 
 #ifndef SAMPLER_GLSL
 #define SAMPLER_GLSL
@@ -57,7 +57,7 @@ uint index_of_sample(uint index) { return bitfieldExtract(index, 0, int(MEMBER_S
 
 const uint LEVEL_BITS = 10u;
 const uint LEVEL_ROWS = 1u << LEVEL_BITS;
-const uint COLUMN_GAP = 128u;     // see src/render/sobol.rs
+const uint COLUMN_GAP = 128u;     // see src/render/kernel/sobol.rs
 
 // Rows of the lowest level: one for each member of a group.
 uint lowest_rows() { return REUSE ? LEVEL_ROWS << MEMBER_BITS : LEVEL_ROWS; }

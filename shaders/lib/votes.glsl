@@ -1,6 +1,5 @@
 // Votes among the lanes of a subgroup. A CPU driver makes a loop over the lanes of a vote or a ballot, through memory, and straight
-// code of a sum (lavapipe 25.0.7: rooms of spheres whose paths are shared take .81 to .86 of the time with sums). Where lanes read each
-// other's registers in one instruction, the sum is three of these and three additions.
+// code of a sum. Where lanes read each other's registers in one instruction, the sum is three of these and three additions.
 
 #ifndef VOTES_GLSL
 #define VOTES_GLSL

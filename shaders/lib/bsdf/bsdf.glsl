@@ -10,7 +10,7 @@
 //
 // Conditions name a constant first, so that what a scene lacks is dropped before the driver sees it (src/gpu/prune.rs).
 //
-// To add a BSDF: its file, a line in each function below, its record in src/render/gather.rs, its type in src/render/layout.rs.
+// To add a BSDF: its file, a line in each function below, its record in src/render/scene/collect.rs, its type in src/render/kernel/layout.rs.
 
 #ifndef BSDF_GLSL
 #define BSDF_GLSL

@@ -1,5 +1,5 @@
 // Constant spheres: up to 16, unrolled, so that the compiler folds what a sphere does not need. Each has a *side* and a *form*,
-// chosen by the host (src/render/spheres.rs), which are specialization constants. Its numbers are fetched once, when a kernel
+// chosen by the host (src/render/scene/spheres.rs), which are specialization constants. Its numbers are fetched once, when a kernel
 // begins: as constants too they would save up to 6% of the time on lavapipe 25, and 15% on 22, but a kernel would be compiled
 // for each scene, and for each place of the camera.
 //

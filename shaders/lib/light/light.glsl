@@ -1,4 +1,4 @@
-// What lights are: points and emitters, as light_texels has them (src/render/lights.rs).
+// What lights are: points and emitters, as light_texels has them (src/render/light/table.rs).
 //
 //   light  a | kind,  b | area or radius,  c | leaf,  radiance | -
 //   kind 0: point at a, b = intensity;  1: triangle a, b, c;  2: sphere around a;  3: the same, emitting inward;

@@ -72,8 +72,8 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "emitters/flush",
-        what: "lamps in the plane of a ceiling, each of one face or of many, as polygons and in the tree, seen at all angles",
-        oracle: "their radiance, wherever the lamp is",
+        what: "emitters in the plane of a ceiling, each of one face or of many, as polygons and in the tree, seen at all angles",
+        oracle: "their radiance, wherever the emitter is",
         quantity: "rays that see another one",
         threshold: 0.0,
         full_only: false,
@@ -408,7 +408,7 @@ fn flush(lab: &Lab) -> Result<Measured, CheckError> {
                 scene.mesh(&positions, &triangles, surface);
             }
             let space = RenderSpace::of(&scene);
-            // From where the lamp's front is: below.
+            // From where the emitter's front is: below.
             let paths: Vec<_> = (0..lab.size(1 << 14, 1 << 20) as u32)
                 .map(|i| {
                     let height = -10f64.powf(rng.between(-2.0, 0.5));

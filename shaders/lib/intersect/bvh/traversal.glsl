@@ -123,9 +123,7 @@ void brute_force_step(inout Traversal w, BvhRay r, int self_id, bool any_hit) {
 #undef FOUR_RECORDS
 }
 
-// One step where lanes are threads, of which each takes its own way: .75 to .91 of the time that the step below takes there (H100;
-// meshes of 16 to 260 thousand triangles). Not faster there: to go on to the next leaf before any is tested (1.06 to 1.3 times the
-// time), to make floats of bytes by their bits (1.1 to 1.14), to read records from a storage buffer (.99 to 1.0).
+// One step where lanes are threads, of which each takes its own way.
 void traversal_step_alone(inout Traversal w, BvhRay r, int self_id, bool any_hit) {
     if (!w.running) return;
     int record = w.current;

@@ -16,7 +16,6 @@ bool hits_triangle(Shear r, Edges e, vec3 z, out float t) {
 }
 
 // The same for two triangles, v0, v1, v2 and v3, v2, v1: the function of their common edge is that of the other, negative.
-// (Only one division, for the triangle that the ray passes within, if not for both: 1.0 to 1.03 of the time, lavapipe 25.0.7.)
 bvec2 watertight(Shear r, vec3 o, vec3 v0, vec3 v1, vec3 v2, vec3 v3, out vec2 ts) {
     vec3 a = sheared(r, o, v0);
     vec3 b = sheared(r, o, v1);
