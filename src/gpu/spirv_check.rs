@@ -17,11 +17,11 @@ const VERSIONS: std::ops::RangeInclusive<u32> = 0x0001_0000..=0x0001_0500;
 /// What was found and what was expected.
 pub fn check_spirv(words: &[u32]) -> Result<(), String> {
     let &[magic, version, _, bound, _, ..] = words else {
-        return Err(format!("{} words, expected a SPIR-V module of at least {HEADER_WORDS}", words.len()));
+        return Err(format!("not a SPIR-V module: {} words, expected at least {HEADER_WORDS}", words.len()));
     };
     // SPIR-V specification 1.6, section 2.3.
     if magic != 0x0723_0203 {
-        return Err(format!("it begins with {magic:#010x}, expected a SPIR-V module: 0x07230203"));
+        return Err(format!("not a SPIR-V module: it begins with {magic:#010x}, expected 0x07230203"));
     }
     if !VERSIONS.contains(&version) {
         return Err(format!("SPIR-V of version {}.{}, expected 1.0 to 1.5", version >> 16, version >> 8 & 0xff));
@@ -29,7 +29,7 @@ pub fn check_spirv(words: &[u32]) -> Result<(), String> {
     if !is_well_formed(words) {
         return Err("the SPIR-V module is damaged, expected instructions that follow each other to its end".to_owned());
     }
-    let module = load_words(words).map_err(|error| format!("the SPIR-V module cannot be read: {error}"))?;
+    let module = load_words(words).map_err(|error| format!("the SPIR-V module is damaged: {error}"))?;
     if module.entry_points.is_empty() || module.functions.is_empty() {
         return Err("the SPIR-V module has no entry point or no function, expected a shader".to_owned());
     }

@@ -1,9 +1,5 @@
 //! How many invocations take the samples of a pixel (shaders/lib/split.glsl).
-//!
-//! Four of them for 256×256 pixels of 64 samples take .51 to .67 of the time where there is a mesh (.76 if it is of glass), .56 to .95
-//! in rooms of balls and boxes (H200; eight .92 to 1.1 of that). For 512×512 pixels, as many as the device holds invocations, they take
-//! .78 to .90 where rays traverse a BVH (a height field 1.0, glass 1.04), 1.0 to 1.22 elsewhere; for 1024×1024 two take 1.15 to 1.5 (H100):
-//! more than the device holds at a time only wait.
+//! What the numbers below gain: docs/notebook.md, "Several invocations for a pixel".
 
 /// Of a pixel, at most.
 const MOST: u64 = 8;
