@@ -6,7 +6,7 @@
 #extension GL_KHR_shader_subgroup_vote : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #extension GL_KHR_shader_subgroup_shuffle : require
-// Light traced from emitters through glass and mirrors: see lib/light_tracing.glsl. An invocation traces light paths, and notes for each the
+// Light traced from emitters through glass and mirrors: see lib/light_tracing.glsl. An invocation traces light paths, and records for each the
 // pixels that it lights and by how much. The host adds these up in the order of the light paths, so that the image has the same bits
 // however they are scheduled (src/render/light_tracing/).
 
@@ -16,10 +16,10 @@
 
 layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
 
-// Light, and its pixel (as bits): the first notes of all light paths of the dispatch, then the second ones, and so on, MAX_SPLATS of each.
+// Light, and its pixel (as bits): the first splats of all light paths of the dispatch, then the second ones, and so on, MAX_SPLATS of each.
 layout(rgba32ui, binding = 10) uniform uimageBuffer splat_texels;
 
-// In place of a pixel: there are no further notes; the loop budget was spent before the light path ended.
+// In place of a pixel: there are no further splats; the loop budget was spent before the light path ended.
 const uint NO_PIXEL = 0xffffffffu;
 const uint UNFINISHED = 0xfffffffeu;
 // Iterations of a light path's step: its own, and those in which the two loops over targets end.
@@ -64,7 +64,7 @@ int nearby_center(float x, float u, out float sum) {
     return chosen;
 }
 
-// The pixel which x is noted for, and what the light of a surface there counts per area, if the surface faces the camera by 1;
+// The pixel which x is recorded for, and what the light of a surface there counts per area, if the surface faces the camera by 1;
 // NO_PIXEL if the camera does not see it.
 uint pixel_at(Camera camera, vec3 x, vec2 u, out float importance) {
     float depth = dot(x, camera.forward);
@@ -100,7 +100,7 @@ struct LightPath {
     uint key;           // of its random numbers
     uint index;
     uint hits;          // surface hits so far
-    uint notes;         // and notes
+    uint splats;        // and splats
     vec3 origin;        // its next ray
     vec3 toward;
     int self_id;
@@ -134,7 +134,7 @@ LightPath light_path_begin(uint number, out bool alive) {
     alive = pdf > 0.0;
     b.power = light_of(b.light).radiance * (emitter_area(b.light) * b.cos_light / pdf);
     b.hits = 0u;
-    b.notes = 0u;
+    b.splats = 0u;
     b.origin = b.y;
     b.toward = b.direction;
     b.self_id = -1;
@@ -148,7 +148,7 @@ vec2 sample_near(LightPath b) {
 }
 
 // Records something of a light path of the dispatch.
-void note(uint light_path, uint number, uint pixel, vec3 light) {
+void record_splat(uint light_path, uint number, uint pixel, vec3 light) {
     imageStore(splat_texels, int(number * (end_slot - first_slot) + light_path), uvec4(floatBitsToUint(light), pixel));
 }
 
@@ -171,7 +171,7 @@ void main() [[maximally_reconverges]] {
             current = next;
             next += stride;
             light_path = light_path_begin(first_slot + current, alive);
-            if (!alive) note(current, 0u, NO_PIXEL, vec3(0.0));
+            if (!alive) record_splat(current, 0u, NO_PIXEL, vec3(0.0));
         }
         bool travels = alive;
         light_path.hits += 1u;
@@ -200,7 +200,7 @@ void main() [[maximally_reconverges]] {
             vec3 light = light_path.power * bsdf_eval(v.bsdf, v.normal, wo, to_camera) * (weight * importance);
             bool good = is_finite(brightness(light));
             counts.bad += good ? 0u : 1u;
-            if (good) note(current, light_path.notes++, pixel, light);
+            if (good) record_splat(current, light_path.splats++, pixel, light);
         }
         alive = alive && light_path.hits < MAX_DEPTH && light_path.hits < LIGHT_PATH_HITS;
 
@@ -215,7 +215,7 @@ void main() [[maximally_reconverges]] {
         // Paths leave out that radiance changes with the square of the index of refraction, which cancels out if emitter and surface are
         // in the same medium.
         if (HAS_DIELECTRIC && onward.crosses) share *= 1.0 / (v.bsdf.eta * v.bsdf.eta);
-        if (travels && !alive && light_path.notes < MAX_SPLATS) note(current, light_path.notes, NO_PIXEL, vec3(0.0));
+        if (travels && !alive && light_path.splats < MAX_SPLATS) record_splat(current, light_path.splats, NO_PIXEL, vec3(0.0));
         light_path.power *= share;
         light_path.origin = onward.crosses ? v.surface.position - v.up * v.surface.offset : v.outside;
         light_path.toward = onward.direction;
@@ -223,8 +223,8 @@ void main() [[maximally_reconverges]] {
         // A traversal may have ended too early.
         if (LOOP_BUDGET > 0u) fallback_loops = subgroupMax(fallback_loops);
         if (LOOP_BUDGET > 0u && loops + fallback_loops >= LOOP_BUDGET) {
-            if (travels) note(current, 0u, UNFINISHED, vec3(0.0));
-            for (; next < last; next += stride) note(next, 0u, UNFINISHED, vec3(0.0));
+            if (travels) record_splat(current, 0u, UNFINISHED, vec3(0.0));
+            for (; next < last; next += stride) record_splat(next, 0u, UNFINISHED, vec3(0.0));
             break;
         }
     }

@@ -26,7 +26,7 @@
 // runs. The light of each path goes to a slot of its own, and the film is summed in the order of the samples: the image does
 // not depend on how work is cut or scheduled, and no stage needs the host.
 //
-// With REUSE, what paths note of their first two hits is then used for the other pixels of their groups (reuse_queue.glsl).
+// With REUSE, what paths record of their first two hits is then used for the other pixels of their groups (reuse_queue.glsl).
 // Segments from hit to hit are tested at once, by lanes that share the paths of their groups.
 
 #include "lib/work.glsl"
@@ -49,7 +49,7 @@ const uint CHECK_TRAVERSALS = 4u;            // fetches from one count to the ne
 // What the subgroup shares; the same in all lanes.
 uint loops = 0u;
 uint budget;                // of the loops, until the present part of the work must end
-uint region;                // first of the PATHS paths that the workgroup may note
+uint region;                // first of the PATHS paths that the workgroup may record
 uint next_run = 0u;
 
 uint rays = 0u;             // of this lane
@@ -250,7 +250,7 @@ void traverse_pools(inout RayPool pool, inout PoolTraversal w, Run run, Held h) 
     } while (!out_of_budget());
 }
 
-// Makes what lanes have noted visible to the others, which on a CPU have all come as far. For all lanes to call.
+// Makes what lanes have recorded visible to the others, which on a CPU have all come as far. For all lanes to call.
 void publish_records() {
     subgroupMemoryBarrierImage();
     subgroupMemoryBarrierBuffer();
@@ -264,7 +264,7 @@ struct Added {
     uint bad;
 };
 
-// Adds to the film what has been noted of a tile's paths, each for its own pixel, in the order of the samples, up to the first sample
+// Adds to the film what has been recorded of a tile's paths, each for its own pixel, in the order of the samples, up to the first sample
 // that did not end.
 void add_recorded(uint tile, uint samples, inout Added added) {
     for (uint p = gl_SubgroupInvocationID; p < work_pixels; p += gl_SubgroupSize) {
@@ -295,7 +295,7 @@ void trace_tiles(uint tile, Camera camera, inout Counts counts) {
     uint shadow_rays_before = shadow_rays;
     uint occlusion_steps_before = occlusion_steps;
     next_run = 0u;
-    // Nobody reads the notes of the last tiles any more.
+    // Nobody reads the records of the last tiles any more.
     if (THREADS) subgroupBarrier();
     if (STATES_ARE_CLEARED) {
         [[dont_unroll]] for (uint p = gl_SubgroupInvocationID; p < work_pixels; p += gl_SubgroupSize) {

@@ -1,7 +1,7 @@
 // Gradients of the image (Lehtinen et al., "Gradient-domain Metropolis light transport", SIGGRAPH 2013; Kettunen et al.,
 // "Gradient-domain path tracing", SIGGRAPH 2015), for the light that comes to a pixel by what its group shares: second hits,
 // and random numbers for lights (reuse.glsl). All pixels of a group err alike: the difference between two neighbours is known
-// much better than either of them. The film notes the sum of that light, and of its differences from the neighbours on the
+// much better than either of them. The film records the sum of that light, and of its differences from the neighbours on the
 // right and below, over the samples in which these are of the same group. From both the host makes the image
 // (src/render/gradient/develop.rs).
 //
@@ -19,7 +19,7 @@
 #include "film.glsl"
 #include "pixel_order.glsl"
 
-// Samples of a pixel of which gradients are noted. More would be lost in the rounding of their sums.
+// Samples of a pixel of which gradients are recorded. More would be lost in the rounding of their sums.
 const uint MOST_GRADIENTS = 4096u;
 
 const uint PILOT_SAMPLES = 2u;          // samples

@@ -53,7 +53,7 @@ layout(constant_id = 40) const bool SHUFFLES = false;       // lanes read each o
 layout(constant_id = 41) const uint SUBGROUP_LANES = 8u;    // of each subgroup; where paths are reused, whole groups
 layout(constant_id = 42) const bool PERSISTENT_THREADS = false;     // pieces of work are drawn, see work.glsl
 layout(constant_id = 43) const uint SPLIT = 1u;             // invocations for a pixel, see split.glsl
-layout(constant_id = 44) const uint REGIONS = 64u;          // for notes of paths, which workgroups share; a multiple of 32
+layout(constant_id = 44) const uint REGIONS = 64u;          // for records of paths, which workgroups share; a multiple of 32
 layout(constant_id = 45) const uint ENOUGH_LANES = 5u;      // with fewer at work, a subgroup turns to what else there is
 layout(constant_id = 46) const uint LOOP_BUDGET = 0u;       // loop iterations of an invocation; 0: no bound
 layout(constant_id = 47) const bool PATH_STATS = false;     // count rays and traversal steps
@@ -106,7 +106,7 @@ layout(std430, binding = 12) writeonly buffer Film { uvec4 film_rows[]; };
 layout(std430, binding = 12) writeonly buffer FilmWords { uint film_words[]; };
 const uint FILM_ROWS = 3u;
 layout(std430, binding = 5) buffer Counters { uint counters[]; };         // two words each, see counting.glsl
-// What path_queue.comp notes of its paths; and light of samples, see split.glsl.
+// What path_queue.comp records of its paths; and light of samples, see split.glsl.
 layout(std430, binding = 6) coherent buffer Paths { vec4 path_rows[]; };    // PATH_ROWS a path, see reuse_queue.glsl
 layout(rgba32ui, binding = 8) coherent readonly uniform uimageBuffer path_texels;
 layout(std430, binding = 7) coherent buffer QueuePool { uint pool[]; };

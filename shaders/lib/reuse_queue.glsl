@@ -1,4 +1,4 @@
-// What is noted of paths in memory: of each its light, or L once the second hit is diffuse; then, when it arrives at its second
+// What is recorded of paths in memory: of each its light, or L once the second hit is diffuse; then, when it arrives at its second
 // hit, x and y, their normals, and the light from x itself.
 //
 // The lanes of a group fetch that once paths have ended, and share it as reuse_lanes.glsl does.
@@ -54,7 +54,7 @@ void record_second_hit(uint path, Path p, Vertex v, float t, vec3 direct) {
     }
 }
 
-// What has been noted of a path that has ended.
+// What has been recorded of a path that has ended.
 EndedPath recorded_path(uint path) {
     EndedPath ended = ended_none();
     vec4 light = path_load(path, ROW_LIGHT);
@@ -74,7 +74,7 @@ EndedPath recorded_path(uint path) {
     return ended;
 }
 
-// Shares the noted paths of a workgroup's tiles, `samples` for each pixel, and adds them to the film in their order, up to the
+// Shares the recorded paths of a workgroup's tiles, `samples` for each pixel, and adds them to the film in their order, up to the
 // first that did not end. Returns how many there were; `reused` of those pixels that serve others.
 uint share_recorded(uint tile, uint region, uint samples, inout uint shadow_rays, inout uint loops, inout uint bad,
                  inout uint reused) {

@@ -1,7 +1,7 @@
 // Several invocations for the samples of a pixel. A GPU that holds more invocations than an image has pixels is kept busy that way,
 // and a costly pixel does not take longer than all others together.
 //
-// Each invocation takes samples that follow one another, and notes the light of each. Then one of them adds it all up in the order of
+// Each invocation takes samples that follow one another, and records the light of each. Then one of them adds it all up in the order of
 // the samples: to the same bits as if it had taken them itself.
 
 #ifndef SPLIT_GLSL
@@ -28,11 +28,11 @@ uvec2 split_share(uint samples) {
 
 const float SPLIT_DONE = 1.0;
 
-// Where the light of a sample is noted. What is not is 0.
+// Where the light of a sample is recorded. What is not is 0.
 uint split_row(uint nth) { return nth * work_items * split_pixels() + split_number(); }
 void split_record(uint nth, vec3 radiance) { path_rows[split_row(nth)] = vec4(radiance, SPLIT_DONE); }
 
-// Adds to the film what has been noted of a pixel's samples, up to the first that has not ended, and forgets it all. To be called by
+// Adds to the film what has been recorded of a pixel's samples, up to the first that has not ended, and forgets it all. To be called by
 // all invocations of a workgroup. Returns how many samples were not finite.
 uint split_add(inout FilmPixel p, uint samples) {
     memoryBarrierBuffer();

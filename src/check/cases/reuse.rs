@@ -10,7 +10,7 @@ use crate::scene::{Normals, Scene};
 pub(super) const CASES: &[Case] = &[
     Case {
         name: "reuse/paths",
-        what: "a room with cells at its wall: by the notes of the queue, paths serve pixels that may not see their second hits",
+        what: "a room with cells at its wall: by the records of the queue, paths serve pixels that may not see their second hits",
         oracle: "each path by itself",
         quantity: "deviation of the image's contrast in standard errors",
         threshold: 4.0,
@@ -64,7 +64,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "gradients/paths",
-        what: "a room with cells at its wall, made from the differences between its pixels: by the notes of the queue",
+        what: "a room with cells at its wall, made from the differences between its pixels: by the records of the queue",
         oracle: "the same without",
         quantity: "deviation of the image's contrast in standard errors",
         threshold: 4.0,
@@ -82,7 +82,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "gradients/emitters-paths",
-        what: "a room with emitters, which neighbours sample alike, a mirror and glass: by the notes of the queue",
+        what: "a room with emitters, which neighbours sample alike, a mirror and glass: by the records of the queue",
         oracle: "each path by itself",
         quantity: "the same",
         threshold: 4.0,
@@ -100,7 +100,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "sample-map/paths",
-        what: "the room with emitters, whose noisy parts get more samples than others: by the notes of the queue",
+        what: "the room with emitters, whose noisy parts get more samples than others: by the records of the queue",
         oracle: "as many samples everywhere",
         quantity: "the same",
         threshold: 4.0,
@@ -117,8 +117,8 @@ pub(super) const CASES: &[Case] = &[
         measure: |lab| contrast(lab, emitters(), Meet::Lanes, [UNEVEN, COMPARED]),
     },
     Case {
-        name: "sample-map/notes",
-        what: "the same by the notes of the queue",
+        name: "sample-map/records",
+        what: "the same by the records of the queue",
         oracle: "each path by itself, as many everywhere",
         quantity: "the same",
         threshold: 4.0,
@@ -127,7 +127,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "sample-map/two",
-        what: "the same of two samples, of which no pixel has less: by the notes of the queue",
+        what: "the same of two samples, of which no pixel has less: by the records of the queue",
         oracle: "two samples everywhere",
         quantity: "the same",
         threshold: 4.0,
@@ -136,7 +136,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "light-samples/paths",
-        what: "the room with emitters, of which first diffuse hits get four samples: by the notes of the queue",
+        what: "the room with emitters, of which first diffuse hits get four samples: by the records of the queue",
         oracle: "one sample of them",
         quantity: "the same of contrast and of the mean, the larger one",
         threshold: 4.0,

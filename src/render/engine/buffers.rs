@@ -43,7 +43,7 @@ pub(crate) struct Shape {
     /// Whether paths may serve several pixels.
     pub reuse: bool,
     /// Whether paths note their hits in memory for that.
-    pub notes: bool,
+    pub records: bool,
     /// Bytes of the buffers through which the film is to pass, if the host is not to see it.
     pub passage: Option<u32>,
 }
@@ -60,7 +60,7 @@ impl Shape {
             regions: launch.regions(),
             split_samples: launch.split.recorded(slots.min(covered)),
             reuse: launch.kernel.reuse,
-            notes: launch.is_queued() && launch.kernel.reuse,
+            records: launch.is_queued() && launch.kernel.reuse,
             passage: settings.passage,
         }
     }
@@ -143,7 +143,7 @@ impl Buffers {
             .collect::<Result<Vec<_>, _>>()?;
         let queue_pool = Buffer::new(device, "queue pool", u64::from(shape.regions / 8), Usage::Storage)?;
         // Rows follow each other; only reuse needs more than the first, the paths' light.
-        let rows = if shape.notes { queue::PATH_ROWS } else { 1 };
+        let rows = if shape.records { queue::PATH_ROWS } else { 1 };
         let path_bytes = 16 * u64::from(rows) * u64::from(shape.regions) * u64::from(queue::PATHS);
         let path_bytes = path_bytes.max(16 * shape.split_samples);
         let paths = Buffer::new(device, "paths", path_bytes, Usage::StorageTexelAndArray)?;

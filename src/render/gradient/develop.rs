@@ -26,7 +26,7 @@ pub(crate) struct GradientPlan {
     pub band_rows: usize,
 }
 
-/// What slots of gradients say of the pixels of an image, row by row: the sum of the light of the samples that were noted, and the sums of
+/// What slots of gradients say of the pixels of an image, row by row: the sum of the light of the samples that were recorded, and the sums of
 /// its differences from that on the right and below. (What else is there means nothing.)
 #[derive(Debug, Clone)]
 pub(crate) struct GradientSums {
@@ -74,10 +74,10 @@ fn finite(c: Vec4) -> [f32; 3] {
 
 /// What is known of the pixels of an image, row by row.
 struct Recorded<'a> {
-    /// The mean of the light of the samples that were noted, and the sums of its differences from that on the right and below. (What
+    /// The mean of the light of the samples that were recorded, and the sums of its differences from that on the right and below. (What
     /// else is there means nothing.)
     pixels: Vec<[Vec4; 3]>,
-    /// Samples that were noted, with groups as they are and shifted.
+    /// Samples that were recorded, with groups as they are and shifted.
     phases: Vec<[u32; 2]>,
     first_hits: &'a FirstHits,
     weights: ClassWeights,
@@ -85,7 +85,7 @@ struct Recorded<'a> {
     band_rows: usize,
 }
 
-/// Samples that were noted of a pixel, or 1 if there are none.
+/// Samples that were recorded of a pixel, or 1 if there are none.
 fn recorded_count(phases: [u32; 2]) -> f32 {
     phases.iter().sum::<u32>().max(1) as f32
 }
@@ -113,7 +113,7 @@ impl Recorded<'_> {
         u32::from(plain) * a + u32::from(shifted) * b
     }
 
-    /// Whose solution is to be added to the mean of each pixel, over those samples that were noted.
+    /// Whose solution is to be added to the mean of each pixel, over those samples that were recorded.
     fn system(&self) -> System {
         let pair = |at: [usize; 2], p: usize, side: Side| {
             let samples = self.shared(at, side);

@@ -85,7 +85,7 @@ impl Phases {
         [plain + rest.min(length), plain + rest.saturating_sub(length)]
     }
 
-    /// The same for a pixel with such multipliers, as far as gradients are noted.
+    /// The same for a pixel with such multipliers, as far as gradients are recorded.
     pub fn recorded(self, count: u32, multipliers: [Multiplier; 2]) -> [u32; 2] {
         let mut left = count.min(queue::MOST_GRADIENTS);
         let (mut of_one, mut recorded) = ([0; 2], [0; 2]);

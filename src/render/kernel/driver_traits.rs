@@ -39,7 +39,7 @@ pub(crate) struct DriverTraits {
     pub groups_fit: bool,
     /// Invocations that keep the device busy; 0: any number. (An H100 holds 2¹⁸ of them, with few registers.)
     pub invocations: u64,
-    /// Regions for the notes of paths, which the workgroups that run share: a workgroup that finds none free waits.
+    /// Regions for the records of paths, which the workgroups that run share: a workgroup that finds none free waits.
     pub queue_regions: u32,
 }
 

@@ -166,7 +166,7 @@ pub(crate) struct SplatRecord {
 }
 
 impl SplatRecord {
-    /// Most notes of a light path.
+    /// Most records of a light path.
     pub const MOST: u32 = 16;
     /// The light path has no further ones.
     pub const NO_PIXEL: u32 = u32::MAX;
@@ -190,13 +190,13 @@ pub(crate) mod queue {
     pub const TILE: u32 = 64;
     /// Paths of a workgroup in one dispatch.
     pub const PATHS: u32 = 2048;
-    /// Texels of a path's notes.
+    /// Texels of a path's records.
     pub const PATH_ROWS: u32 = 7;
     /// Tiles of which a scattered one is made.
     pub const SCATTERED_TILES: u32 = 8;
     /// Samples of the pilot pass whether it pays to reuse paths.
     pub const PILOT_SAMPLES: u32 = 2;
-    /// Samples of a pixel of which gradients are noted.
+    /// Samples of a pixel of which gradients are recorded.
     pub const MOST_GRADIENTS: u32 = 4096;
 }
 

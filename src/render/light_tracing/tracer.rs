@@ -30,7 +30,7 @@ use crate::render::space::view::View;
 const LIGHT_PATHS_PER_SAMPLE: f64 = 1.0 / 8.0;
 /// Most light paths: their numbers have 32 bits.
 const MOST_LIGHT_PATHS: u64 = ((1 << 31) - BLOCK) as u64;
-/// Light paths of a dispatch, if as many notes fit into a buffer: on CPUs, and on GPUs.
+/// Light paths of a dispatch, if as many records fit into a buffer: on CPUs, and on GPUs.
 const DISPATCH: [u32; 2] = [1 << 15, 1 << 16];
 /// Blocks of light paths with numbers that are evenly spread.
 const BLOCK: u32 = 1024;
@@ -154,7 +154,7 @@ impl LightTracer {
         Ok(Self { pipeline, workgroup, dispatch, per_invocation: LIGHT_PATHS_PER_INVOCATION[of_gpus], records })
     }
 
-    /// What the light paths of these numbers have noted, which were the last to use that one of the buffers.
+    /// What the light paths of these numbers have recorded, which were the last to use that one of the buffers.
     fn recorded(&self, span: &Range<u32>, number: usize) -> Result<SplatRecords<'_>, RenderError> {
         let bytes = mapped(&self.records[number].buffer)?;
         Ok(SplatRecords::of(bytemuck::cast_slice(&bytes[..records_bytes(span.len()) as usize])))
@@ -171,7 +171,7 @@ impl LightTracer {
 
     /// Traces as many light paths as go with so many samples, over all pixels, or fewer if the control says stop: then what is in flight
     /// is still waited for. Any number of them is right in the mean, but none at all. Returns whether all are traced. The device traces a
-    /// dispatch while the host adds up what the one before it has noted.
+    /// dispatch while the host adds up what the one before it has recorded.
     ///
     /// # Errors
     /// The device fails, or the budget of loops does not suffice for a light path.

@@ -5,8 +5,8 @@
 const MOST: u64 = 8;
 /// At least, where some pixels take much longer than others and the device holds an invocation for each.
 const FEW: u64 = 4;
-/// Samples that are noted, over all pixels, at most: 64 MiB.
-const NOTED: u64 = 1 << 22;
+/// Samples that are recorded, over all pixels, at most: 64 MiB.
+const RECORDED: u64 = 1 << 22;
 
 /// Who takes the samples of a pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,7 +37,7 @@ impl Split {
         let least = if bounds.uneven && slots <= busy { FEW } else { 0 };
         let fit = (busy / slots.max(1)).max(least).min(u64::from(samples)).min(MOST) as u32;
         let invocations = 1 << wanted.unwrap_or(fit).min(bounds.invocations).max(1).ilog2();
-        let most_samples = (NOTED.min(bounds.recorded) / slots.max(1)).min(u64::from(samples)) as u32;
+        let most_samples = (RECORDED.min(bounds.recorded) / slots.max(1)).min(u64::from(samples)) as u32;
         // An image that is so large is not split.
         if invocations == 1 || most_samples == 0 { Self::NONE } else { Self { invocations, most_samples } }
     }
@@ -50,7 +50,7 @@ impl Split {
 
 #[cfg(test)]
 mod tests {
-    use super::{Bounds, NOTED, Split};
+    use super::{Bounds, RECORDED, Split};
 
     const ALL: Bounds = Bounds { uneven: false, invocations: 32, recorded: u64::MAX };
 
@@ -76,7 +76,7 @@ mod tests {
         // Few samples need little, and a small buffer has room for few.
         assert_eq!((of(3, u64::MAX).most_samples, of(3, u64::MAX).recorded(10_240)), (3, 30_720));
         assert_eq!(of(1000, u64::MAX).most_samples, 409);
-        for recorded in [0, 1 << 13, 1 << 16, 1 << 20, NOTED] {
+        for recorded in [0, 1 << 13, 1 << 16, 1 << 20, RECORDED] {
             assert!(of(1000, recorded).recorded(10_240) <= recorded, "{recorded}");
         }
         assert_eq!(of(1000, 1 << 13), Split::NONE);

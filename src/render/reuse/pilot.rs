@@ -104,7 +104,7 @@ fn pilot_samples(
             spans: vec![*span],
             tile_step: SET,
             target_samples: queue::PILOT_SAMPLES,
-            // At once, however many the others are to be: what they cost is noted for a dispatch.
+            // At once, however many the others are to be: what they cost is recorded for a dispatch.
             new_samples: queue::PILOT_SAMPLES,
         };
         let set_turn = |push: &mut Push| push.modes |= turn << mode::TURN_SHIFT;

@@ -75,7 +75,7 @@ pub(crate) fn allocate_samples(
         let mean = variances.iter().sum::<f64>() / variances.len() as f64;
         tiles[of_tile[0].tile as usize].variance = known.then_some(mean);
     }
-    // What is known of the cost is that of a set of tiles, part of which may be noted where there is no pixel. Where samples
+    // What is known of the cost is that of a set of tiles, part of which may be recorded where there is no pixel. Where samples
     // were taken again it is not known.
     for of_set in pilot.groups.chunk_by(|a, b| a.tile / SET == b.tile / SET) {
         let first = of_set[0].tile / SET * SET;

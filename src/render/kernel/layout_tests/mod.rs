@@ -160,8 +160,8 @@ fn records() {
     assert!(sampler.contains(&format!("const uint LEVEL_BITS = {}u;", sobol::LEVEL_BITS)));
     assert!(sampler.contains(&format!("const uint COLUMN_GAP = {}u;", sobol::COLUMN_GAP)));
     assert!(sampler.contains(&format!("const uint MEMBER_SHIFT = {}u;", sobol::MAX_SAMPLES.ilog2())));
-    let notes = include_str!("../../../../shaders/lib/reuse_queue.glsl");
-    assert!(notes.contains(&format!("const uint SLOT_BITS = {}u;", queue::PATHS.ilog2())));
+    let records = include_str!("../../../../shaders/lib/reuse_queue.glsl");
+    assert!(records.contains(&format!("const uint SLOT_BITS = {}u;", queue::PATHS.ilog2())));
     let layout = include_str!("../../../../shaders/lib/layout.glsl");
     let gradient = include_str!("../../../../shaders/lib/gradient.glsl");
     assert!(gradient.contains(&format!("const uint PILOT_SAMPLES = {}u;", queue::PILOT_SAMPLES)));
