@@ -21,16 +21,18 @@ pub(crate) fn permutes_lanes() -> bool {
 /// Bytes of memory that the program can still have, by what the system, its control group and `ulimit` allow; `None` where that is
 /// not known.
 pub fn available_memory() -> Option<u64> {
-    let of_system = || {
+    let of_system = || -> Option<u64> {
         let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-        let free = |key: &str| {
-            let line = text.lines().find_map(|line| line.strip_prefix(key))?;
-            line.trim_start_matches(':').trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
-        };
         // What is written to disk for others' sake counts too.
-        free("MemAvailable")?.checked_add(free("SwapFree").unwrap_or(0))
+        kilobytes(&text, "MemAvailable")?.checked_add(kilobytes(&text, "SwapFree").unwrap_or(0))
     };
     [of_system(), of_control_group(), of_address_space()].into_iter().flatten().min()
+}
+
+/// Bytes that the line `key:` of a file of /proc states in kilobytes.
+fn kilobytes(text: &str, key: &str) -> Option<u64> {
+    let line = text.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(':'))?;
+    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
 }
 
 /// What this process' control group (version 2) and those above it leave.
@@ -63,8 +65,7 @@ fn of_address_space() -> Option<u64> {
     if result != 0 || limit.rlim_cur == libc::RLIM_INFINITY {
         return None;
     }
-    let pages = std::fs::read_to_string("/proc/self/statm").ok()?;
-    let used = pages.split(' ').next()?.parse::<u64>().ok()?.saturating_mul(4096);
+    let used = kilobytes(&std::fs::read_to_string("/proc/self/status").ok()?, "VmSize")?;
     Some(limit.rlim_cur.saturating_sub(used))
 }
 

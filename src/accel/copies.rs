@@ -28,9 +28,9 @@ pub fn copies(primitives: &[Primitive], is_area_light: impl Fn(usize) -> bool + 
     suspects.par_sort_unstable();
     let mut copies = Vec::new();
     let mut firsts: Vec<u32> = Vec::new();
-    for correlated in suspects.chunk_by(|a, b| a.0 == b.0) {
+    for alike in suspects.chunk_by(|a, b| a.0 == b.0) {
         firsts.clear();
-        for &(.., i) in correlated {
+        for &(.., i) in alike {
             if firsts.iter().any(|&first| has_same_shape(&primitives[first as usize], &primitives[i as usize])) {
                 copies.push(i);
             } else {

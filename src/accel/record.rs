@@ -50,7 +50,9 @@ const LO_FLIP: u32 = 0x4040_4040;
 const INNER: u32 = 0xfe00_0000;
 /// Bits of words of inner nodes that mean nothing there, so that none is a subnormal float.
 const NOT_SUBNORMAL: u32 = 0x3000_0000;
+/// Beside the radius of a sphere.
 const SPHERE: u32 = -2i32 as u32;
+
 fn texel(v: Vec3, w: u32) -> Texel {
     [v.x.to_bits(), v.y.to_bits(), v.z.to_bits(), w]
 }

@@ -1,4 +1,4 @@
-//! Observation failures of drivers, declared as data.
+//! Known failures of drivers, declared as data.
 
 use std::io;
 use std::path::Path;

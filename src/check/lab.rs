@@ -117,8 +117,8 @@ impl Lab {
     }
 
     /// Closest polygons of a scene that has nothing else, by the exact test alone.
-    pub(crate) fn closest_facets(&self, scene: &Scene) -> Result<RayProbe<RayInput, HitRecord>, CheckError> {
-        RayProbe::closest_facets(&self.context, scene, &self.settings(scene))
+    pub(crate) fn closest_polygons(&self, scene: &Scene) -> Result<RayProbe<RayInput, HitRecord>, CheckError> {
+        RayProbe::closest_polygons(&self.context, scene, &self.settings(scene))
     }
 
     /// Occlusion in a scene.

@@ -67,7 +67,7 @@ pub struct CheckArgs {
     #[arg(long, value_name = "FILE", requires = "markdown")]
     with: Vec<PathBuf>,
 
-    /// Observation failures of drivers (TOML: [[expected]] driver, case, reason)
+    /// Known failures of drivers (TOML: [[expected]] driver, case, reason)
     #[arg(long, value_name = "FILE")]
     expectations: Option<PathBuf>,
 

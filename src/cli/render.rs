@@ -176,8 +176,8 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
             String::new()
         };
         // Where all pixels have what was asked for, light paths are lacking, or what noisy parts have more (`SampleMap`).
-        let residual = statistics.light_paths == 0 && statistics.samples_per_pixel >= most;
-        let more = if residual { "; noisy parts were to have more" } else { "" };
+        let lacking = statistics.light_paths == 0 && statistics.samples_per_pixel >= most;
+        let more = if lacking { "; noisy parts were to have more" } else { "" };
         output::tell(&format!(
             "{why} after {done} of {most} samples per pixel{light_paths}{more}; writing what there is"
         ));

@@ -99,7 +99,7 @@ fn compile(device: &Device, code: &Code<'_>, layout: vk::PipelineLayout) -> Resu
     Ok(RawPipeline::Shader(shader, Arc::clone(objects)))
 }
 
-/// The same, kept on disk from one start to the next: to take 650 KB apart takes about 7 ms.
+/// [`pruned`], kept on disk from one start to the next: to take 650 KB apart takes about 7 ms.
 fn pruned_once(device: &Device, code: &Code<'_>) -> Vec<u32> {
     let Some(folder) = &device.shader_folder else { return pruned(code) };
     let store = BinaryStore::new(folder);

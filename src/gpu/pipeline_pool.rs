@@ -19,17 +19,17 @@ impl<T> Default for PipelinePool<T> {
 impl<T> PipelinePool<T> {
     /// One that was made for exactly this.
     pub fn take(&self, identity: &[u8]) -> Option<T> {
-        let mut pipeline_pool = self.lock();
-        let place = pipeline_pool.iter().rposition(|(of, _)| of == identity)?;
-        pipeline_pool.remove(place).map(|(_, spare)| spare)
+        let mut spares = self.lock();
+        let place = spares.iter().rposition(|(of, _)| of == identity)?;
+        spares.remove(place).map(|(_, spare)| spare)
     }
 
     /// Gives one back. Returns the one that has to go for it.
     #[must_use]
     pub fn give_back(&self, identity: Vec<u8>, spare: T) -> Option<T> {
-        let mut pipeline_pool = self.lock();
-        pipeline_pool.push_back((identity, spare));
-        if pipeline_pool.len() > MOST { pipeline_pool.pop_front().map(|(_, oldest)| oldest) } else { None }
+        let mut spares = self.lock();
+        spares.push_back((identity, spare));
+        if spares.len() > MOST { spares.pop_front().map(|(_, oldest)| oldest) } else { None }
     }
 
     /// All that are left.

@@ -51,14 +51,4 @@ impl Specialization {
             self.entries.iter().flat_map(|&(_, value)| value.to_ne_bytes()).collect(),
         )
     }
-
-    /// Number of constants that are set.
-    pub fn len(&self) -> usize {
-        self.entries.len()
-    }
-
-    /// Whether none is set.
-    pub fn is_empty(&self) -> bool {
-        self.entries.is_empty()
-    }
 }

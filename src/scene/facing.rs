@@ -1,10 +1,11 @@
 //! Emitters that shine to where nothing is.
 
+use std::collections::BTreeSet;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::scene::description::Bsdf;
-use crate::scene::description::{Mesh, Scene};
+use crate::scene::description::{Bsdf, Mesh, Scene};
 use crate::scene::error::Entity;
 
 /// Pairs of a face and a vertex that are looked at, at most, for an emitter.
@@ -27,9 +28,7 @@ pub(super) fn looking_away(scene: &Scene) -> Vec<(Entity, String)> {
         }
     }
     for (index, mesh) in scene.meshes.iter().enumerate() {
-        let mut emitters: Vec<u32> = mesh.triangle_materials.iter().copied().filter(|&m| emits(m)).collect();
-        emitters.sort_unstable();
-        emitters.dedup();
+        let emitters: BTreeSet<u32> = mesh.triangle_materials.iter().copied().filter(|&m| emits(m)).collect();
         let away = emitters.into_iter().filter(|&material| looks_away(scene, mesh, material));
         found.extend(away.map(|material| (Entity::Mesh(index), scene.materials[material as usize].name.clone())));
     }

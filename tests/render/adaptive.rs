@@ -85,7 +85,7 @@ fn the_mean_over_seeds_is_that_of_uniform_sampling() {
         let settings = RenderSettings { sampler: Sampler::Independent, ..adaptive(&scene, noise) };
         let mut renderer = Renderer::new(&context, &scene, &settings).expect("a renderer");
         let mut counts = Vec::new();
-        let pilots: Vec<f64> = (1..=seeds)
+        let deviations: Vec<f64> = (1..=seeds)
             .map(|seed| {
                 renderer.set_seed(seed);
                 let film = renderer.render(|_| ControlFlow::Continue(())).expect("a film");
@@ -94,9 +94,9 @@ fn the_mean_over_seeds_is_that_of_uniform_sampling() {
             })
             .collect();
         assert!(counts.iter().any(|&n| n != counts[0]), "{name}: nothing was decided");
-        let n = pilots.len() as f64;
-        let bias = pilots.iter().sum::<f64>() / n;
-        let error = (pilots.iter().map(|t| (t - bias).powi(2)).sum::<f64>() / (n - 1.0) / n).sqrt();
+        let n = deviations.len() as f64;
+        let bias = deviations.iter().sum::<f64>() / n;
+        let error = (deviations.iter().map(|t| (t - bias).powi(2)).sum::<f64>() / (n - 1.0) / n).sqrt();
         println!("{name}: {bias} ± {error}, {} to {}", counts.iter().min().unwrap(), counts.iter().max().unwrap());
         assert!(bias.abs() < 4.0 * error && error < 0.002, "{name}: {bias} ± {error}");
     }

@@ -278,7 +278,7 @@ fn add_degenerate(mesh: &mut crate::scene::Mesh, i: u32, at: DVec3) {
 
 fn non_finite(_lab: &Lab) -> Result<Measured, CheckError> {
     let mut accepted = 0;
-    let mut pilot_groups = 0;
+    let mut tried = 0;
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e308] {
         let edits: [fn(&mut Scene, f64); 6] = [
             |s, x| s.meshes[0].positions[1].y = x,
@@ -291,11 +291,11 @@ fn non_finite(_lab: &Lab) -> Result<Measured, CheckError> {
         for edit in edits {
             let mut scene = crate::check::scenes::room();
             edit(&mut scene, bad);
-            pilot_groups += 1;
+            tried += 1;
             accepted += usize::from(scene.validate().is_ok());
         }
     }
-    Ok(Measured::new(f64::from(accepted as u32), format!("{pilot_groups} scenes")))
+    Ok(Measured::new(f64::from(accepted as u32), format!("{tried} scenes")))
 }
 
 fn quick_polygons(lab: &Lab) -> Result<Measured, CheckError> {
@@ -316,7 +316,7 @@ fn quick_polygons(lab: &Lab) -> Result<Measured, CheckError> {
     let (mut wrong, mut traced, mut hits) = (0, 0, 0);
     for scene in [boxes, soup(&mut rng, 30)] {
         let mut quick = lab.closest(&scene)?;
-        let mut exact = lab.closest_facets(&scene)?;
+        let mut exact = lab.closest_polygons(&scene)?;
         let scale = quick.scale();
         let rays: Vec<_> = (0..lab.size(1 << 17, 1 << 24))
             .map(|i| {

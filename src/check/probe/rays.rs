@@ -204,7 +204,7 @@ impl RayProbe<RayInput, HitRecord> {
     }
 
     /// Closest polygons, by the exact test alone.
-    pub fn closest_facets(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<Self, CheckError> {
+    pub fn closest_polygons(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<Self, CheckError> {
         Self::make(context, scene, settings, CLOSEST, 1)
     }
 }

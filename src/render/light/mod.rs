@@ -1,4 +1,4 @@
-//! TODO
+//! Lights as the device has them: a table of lights and emitters, and a grid by which one of many is chosen (shaders/lib/light/).
 
 pub(crate) mod alias;
 pub(crate) mod emitter;

@@ -96,8 +96,9 @@ impl Libraries {
             let index = self.materials.len();
             self.materials.push(LibraryMaterial { surface, warnings });
             let is_new = self.by_name.insert(material.name.clone(), index).is_none();
+            // Another name that is loosely the same leaves none of them; the same name once more is the last one.
             let loosely = self.loosely.entry(loose(&material.name)).or_insert(Some(index));
-            *loosely = if is_new && *loosely != Some(index) { None } else { Some(index) };
+            *loosely = loosely.filter(|&known| !is_new || known == index).map(|_| index);
         }
     }
 }
