@@ -27,7 +27,7 @@ pub fn spheres(count: u64) -> Scene {
     let mut scene = empty("spheres", 4);
     scene.materials.push(diffuse("white", [0.75, 0.75, 0.75]));
     let reflectance = [0.9, 0.9, 0.9];
-    scene.materials.push(Material { name: "mirror".to_owned(), surface: Surface::mirror(reflectance) });
+    scene.materials.push(Material::new("mirror", Surface::mirror(reflectance)));
     let per_side = (count as f64).cbrt().ceil() as u64;
     let cell = SIDE / per_side as f64;
     let mut random = Pcg64::for_pixel(1, 0);
@@ -101,6 +101,7 @@ fn empty(source: &str, max_depth: u32) -> Scene {
         integrator: Integrator { max_depth, samples: 16, russian_roulette: None, indirect: true },
         background: [0.0; 3],
         materials: Vec::new(),
+        images: vec![],
         spheres: Vec::new(),
         meshes: Vec::new(),
         lights: Vec::new(),
@@ -108,7 +109,7 @@ fn empty(source: &str, max_depth: u32) -> Scene {
 }
 
 fn diffuse(name: &str, reflectance: [f64; 3]) -> Material {
-    Material { name: name.to_owned(), surface: Surface::diffuse(reflectance) }
+    Material::new(name.to_owned(), Surface::diffuse(reflectance))
 }
 
 fn point(position: DVec3, power: f64) -> Light {
@@ -123,7 +124,7 @@ fn mesh(name: &str, positions: Vec<DVec3>, triangles: Vec<[u32; 3]>, material: u
         triangle_materials: vec![material; triangles.len()],
         triangles,
         normals: Normals::Flat,
-        degenerate_dropped: 0,
+        ..Mesh::default()
     }
 }
 

@@ -13,6 +13,7 @@ pub(crate) fn empty() -> Scene {
         integrator: Integrator { max_depth: 8, samples: 16, russian_roulette: None, indirect: true },
         background: [0.0; 3],
         materials: vec![],
+        images: vec![],
         spheres: vec![],
         meshes: vec![],
         lights: vec![],
@@ -33,7 +34,7 @@ pub(crate) trait Build {
 impl Build for Scene {
     fn material(&mut self, surface: Surface) -> u32 {
         let index = self.materials.len();
-        self.materials.push(Material { name: format!("{index}"), surface });
+        self.materials.push(Material::new(format!("{index}"), surface));
         index as u32
     }
 
@@ -52,7 +53,7 @@ impl Build for Scene {
             triangles: triangles.to_vec(),
             triangle_materials: vec![material; triangles.len()],
             normals: Normals::Flat,
-            degenerate_dropped: 0,
+            ..Mesh::default()
         });
         &mut self.meshes[index]
     }

@@ -63,6 +63,7 @@ fn kind(surface: &Surface) -> &'static str {
         Bsdf::Mirror { .. } => "mirror",
         Bsdf::Dielectric { .. } => "dielectric",
         Bsdf::Black => "emitter",
+        Bsdf::MetallicRoughness(_) => "metallic-roughness",
     }
 }
 

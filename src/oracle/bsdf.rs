@@ -15,6 +15,7 @@ pub fn eval(bsdf: &Bsdf, hit: &Hit, _wo: DVec3, wi: DVec3) -> DVec3 {
     match *bsdf {
         Bsdf::Diffuse { reflectance } => DVec3::from(reflectance) * wi.dot(hit.shading_normal).max(0.0) * FRAC_1_PI,
         Bsdf::Mirror { .. } | Bsdf::Dielectric { .. } | Bsdf::Black => DVec3::ZERO,
+        Bsdf::MetallicRoughness(_) => todo!(),
     }
 }
 
@@ -23,6 +24,7 @@ pub fn pdf(bsdf: &Bsdf, hit: &Hit, _wo: DVec3, wi: DVec3) -> f64 {
     match bsdf {
         Bsdf::Diffuse { .. } => wi.dot(hit.shading_normal).max(0.0) * FRAC_1_PI,
         Bsdf::Mirror { .. } | Bsdf::Dielectric { .. } | Bsdf::Black => 0.0,
+        Bsdf::MetallicRoughness(_) => todo!(),
     }
 }
 
@@ -44,12 +46,13 @@ pub fn sample(bsdf: &Bsdf, hit: &Hit, wo: DVec3, rng: &mut Pcg64) -> Option<(DVe
             }
         }
         Bsdf::Black => return None,
+        Bsdf::MetallicRoughness(_) => todo!(),
     };
     let up = if crosses { -hit.normal } else { hit.normal };
     let height = scattered.dot(up);
     match bsdf {
         _ if height > 0.0 => Some((scattered, weight)),
-        Bsdf::Diffuse { .. } | Bsdf::Black => None,
+        Bsdf::Diffuse { .. } | Bsdf::Black | Bsdf::MetallicRoughness(_) => None,
         Bsdf::Mirror { .. } | Bsdf::Dielectric { .. } => Some((grazing(scattered, up), weight)),
     }
 }

@@ -4,7 +4,11 @@
 //! [`Scene::validate`](crate::Scene::validate) is finite, has at least one primitive, and all of its
 //! indices are in range.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
+
+use crate::scene::texture::{Texture, TextureImage, TextureSlot};
 
 /// Linear RGB: a reflectance (0..=1), a radiance or a power, according to use.
 pub type Rgb = [f64; 3];
@@ -87,6 +91,71 @@ pub enum Bsdf {
         /// [`IOR_RANGE`](crate::scene::IOR_RANGE).
         ior: f64,
     },
+    /// glTF's metallic-roughness model and its extensions.
+    MetallicRoughness(MetallicRoughness),
+}
+
+/// glTF's metallic-roughness model: the mix by metalness of a metal and of a dielectric over a diffuse base. Both reflect by a GGX
+/// microfacet distribution with α = roughness², and what one scattering loses is added as more scatterings
+/// (docs/rendering.md).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MetallicRoughness {
+    /// Reflectance of the diffuse base, and of metal at normal incidence; 0..=1 per channel.
+    pub base_color: Rgb,
+    /// 0..=1.
+    pub metallic: f64,
+    /// 0..=1.
+    pub roughness: f64,
+    /// Index of refraction of the dielectric, at least 1.
+    pub ior: f64,
+    /// Strength of the dielectric's reflection, 0..=1.
+    pub specular: f64,
+    /// Colour of the dielectric's reflection at normal incidence, at least 0 per channel.
+    pub specular_color: Rgb,
+    /// Part of the diffuse base that lets light through instead, 0..=1.
+    pub transmission: f64,
+    /// Of what lets light through: a body with an inside, else a thin wall.
+    pub has_volume: bool,
+    /// Colour of white light after it has gone `attenuation_distance` through the body; 0..=1 per channel.
+    pub attenuation_color: Rgb,
+    /// Scene units; infinite where nothing is absorbed.
+    pub attenuation_distance: f64,
+    /// Strength of a clear coat of index 1.5, 0..=1.
+    pub coat: f64,
+    /// Of the coat, 0..=1.
+    pub coat_roughness: f64,
+    /// 0..=1 per channel.
+    pub sheen_color: Rgb,
+    /// 0..=1.
+    pub sheen_roughness: f64,
+    /// Stretches reflections across the tangent, 0..=1.
+    pub anisotropy: f64,
+    /// From the tangent towards the bitangent, radians.
+    pub anisotropy_rotation: f64,
+}
+
+impl Default for MetallicRoughness {
+    /// What glTF says of a material that states nothing.
+    fn default() -> Self {
+        Self {
+            base_color: [1.0; 3],
+            metallic: 1.0,
+            roughness: 1.0,
+            ior: 1.5,
+            specular: 1.0,
+            specular_color: [1.0; 3],
+            transmission: 0.0,
+            has_volume: false,
+            attenuation_color: [1.0; 3],
+            attenuation_distance: f64::INFINITY,
+            coat: 0.0,
+            coat_roughness: 0.0,
+            sheen_color: [0.0; 3],
+            sheen_roughness: 0.0,
+            anisotropy: 0.0,
+            anisotropy_rotation: 0.0,
+        }
+    }
 }
 
 /// What a surface does with light: it scatters and, on its front or on both sides, emits.
@@ -144,13 +213,56 @@ impl Surface {
     }
 }
 
-/// A named surface.
+/// Which rays a surface stops. Those that it lets pass do not meet it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Coverage {
+    /// All.
+    #[default]
+    Opaque,
+    /// All, where alpha is at least this.
+    Mask(f64),
+    /// The part alpha of them.
+    Blend,
+}
+
+/// A named surface, with what varies over it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
     /// Unique in the scene.
     pub name: String,
-    /// What it does.
+    /// What it does, where no texture or vertex colour changes that.
     pub surface: Surface,
+    /// By what they change.
+    pub textures: BTreeMap<TextureSlot, Texture>,
+    /// Scales x and y of normals that textures give.
+    pub normal_scale: f64,
+    /// The same, of the coat.
+    pub coat_normal_scale: f64,
+    /// Alpha: 0..=1; times that of the texture of the base colour, and that of vertex colours.
+    pub alpha: f64,
+    /// What alpha means.
+    pub coverage: Coverage,
+    /// Its back lets all rays pass.
+    pub culls_back: bool,
+    /// Its emission is not light for light sampling, and has the colour of the base texture and of the vertices.
+    pub unlit: bool,
+}
+
+impl Material {
+    /// Without textures; opaque on both sides.
+    pub fn new(name: impl Into<String>, surface: Surface) -> Self {
+        Self {
+            name: name.into(),
+            surface,
+            textures: BTreeMap::new(),
+            normal_scale: 1.0,
+            coat_normal_scale: 1.0,
+            alpha: 1.0,
+            coverage: Coverage::Opaque,
+            culls_back: false,
+            unlit: false,
+        }
+    }
 }
 
 /// An analytic sphere.
@@ -167,9 +279,10 @@ pub struct Sphere {
 }
 
 /// Which normal shades a triangle.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Normals {
     /// The geometric one.
+    #[default]
     Flat,
     /// Interpolated from the vertices (from the file, else area-weighted from the faces).
     Smooth,
@@ -178,7 +291,7 @@ pub enum Normals {
 /// A triangle mesh in scene space (scale, rotation and translation are already applied).
 ///
 /// Front is the side from which the vertices run counter-clockwise.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Mesh {
     /// For messages: the file.
     pub name: String,
@@ -186,6 +299,12 @@ pub struct Mesh {
     pub positions: Vec<DVec3>,
     /// Unit vertex normals, one for each position; empty when `normals` is flat.
     pub vertex_normals: Vec<DVec3>,
+    /// Two sets of texture coordinates, each with one for each position or empty.
+    pub uvs: [Vec<[f32; 2]>; 2],
+    /// Unit tangent and bitangent, one for each position; empty where no texture gives normals and nothing is anisotropic.
+    pub tangents: Vec<[[f32; 3]; 2]>,
+    /// Linear colours that multiply the base colour, and alpha; one for each position or empty.
+    pub colors: Vec<[f32; 4]>,
     /// Indices into `positions`; no degenerate triangles.
     pub triangles: Vec<[u32; 3]>,
     /// Index into [`Scene::materials`], one for each triangle.
@@ -231,6 +350,8 @@ pub struct Scene {
     pub background: Rgb,
     /// Surfaces, referred to by index.
     pub materials: Vec<Material>,
+    /// What textures show, referred to by index.
+    pub images: Vec<TextureImage>,
     /// Analytic spheres.
     pub spheres: Vec<Sphere>,
     /// Triangle meshes.

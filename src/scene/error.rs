@@ -66,6 +66,8 @@ pub enum Entity {
     Background,
     /// An element of [`Scene::materials`](crate::Scene::materials).
     Material(usize),
+    /// An element of [`Scene::images`](crate::Scene::images).
+    Image(usize),
     /// An element of [`Scene::spheres`](crate::Scene::spheres).
     Sphere(usize),
     /// An element of [`Scene::meshes`](crate::Scene::meshes).
@@ -84,6 +86,7 @@ impl Entity {
             Self::Integrator => ("integrator", None),
             Self::Background => ("background", None),
             Self::Material(index) => ("material", Some(index)),
+            Self::Image(index) => ("image", Some(index)),
             Self::Sphere(index) => ("sphere", Some(index)),
             Self::Mesh(index) => ("mesh", Some(index)),
             Self::Light(index) => ("light", Some(index)),

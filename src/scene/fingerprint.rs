@@ -2,8 +2,8 @@
 
 use std::hash::Hasher;
 
-use crate::hash::Fnv;
-use crate::scene::{Bsdf, Light, PixelFilter, Scene, Surface};
+use crate::hash::{Fnv, digest};
+use crate::scene::{Bsdf, Coverage, Light, Material, PixelFilter, Scene, Surface, TextureImage};
 
 /// Hash of everything that the expectation of a scene's image depends on. Names, files, the number of samples,
 /// roulette and the transfer curve are left out.
@@ -19,21 +19,12 @@ pub fn fingerprint(scene: &Scene) -> u64 {
     h.numbers(&scene.background);
     h.count(scene.materials.len());
     for material in &scene.materials {
-        let Surface { bsdf, emission, two_sided } = material.surface;
-        let (kind, values) = match bsdf {
-            Bsdf::Diffuse { reflectance } => (0, reflectance),
-            Bsdf::Mirror { reflectance } => (1, reflectance),
-            Bsdf::Dielectric { ior } => (2, [ior; 3]),
-            Bsdf::Black => (3, [0.0; 3]),
-        };
-        h.write(&[kind]);
-        h.numbers(&values);
-        h.numbers(&emission);
-        // Scenes without such a material keep their numbers.
-        if two_sided {
-            h.write(&[1]);
+        add_surface(&mut h, &material.surface);
+        if *material != Material::new(material.name.clone(), material.surface) {
+            add_details(&mut h, material);
         }
     }
+    scene.images.iter().for_each(|image| add_image(&mut h, image));
     h.count(scene.spheres.len());
     for s in &scene.spheres {
         h.points(&[s.center]);
@@ -49,6 +40,17 @@ pub fn fingerprint(scene: &Scene) -> u64 {
             triangle.iter().chain([material]).for_each(|i| h.write(&i.to_le_bytes()));
         }
         h.count(mesh.triangles.len());
+        let attributes: [&[f32]; 4] = [
+            mesh.uvs[0].as_flattened(),
+            mesh.uvs[1].as_flattened(),
+            mesh.tangents.as_flattened().as_flattened(),
+            mesh.colors.as_flattened(),
+        ];
+        // Meshes without them keep their numbers.
+        for (kind, numbers) in (1..).zip(attributes).filter(|(_, numbers)| !numbers.is_empty()) {
+            h.write(&[kind]);
+            h.write(bytemuck::cast_slice(numbers));
+        }
     }
     h.count(scene.lights.len());
     for Light::Point { position, power } in &scene.lights {
@@ -56,6 +58,54 @@ pub fn fingerprint(scene: &Scene) -> u64 {
         h.numbers(power);
     }
     h.finish()
+}
+
+fn add_surface(h: &mut Fnv, surface: &Surface) {
+    let Surface { bsdf, emission, two_sided } = *surface;
+    let mut add = |kind, values: &[f64]| {
+        h.write(&[kind]);
+        h.numbers(values);
+    };
+    match bsdf {
+        Bsdf::Diffuse { reflectance } => add(0, &reflectance),
+        Bsdf::Mirror { reflectance } => add(1, &reflectance),
+        Bsdf::Dielectric { ior } => add(2, &[ior; 3]),
+        Bsdf::Black => add(3, &[0.0; 3]),
+        Bsdf::MetallicRoughness(m) => {
+            add(4, &m.base_color);
+            let transmission = if m.has_volume { -1.0 - m.transmission } else { m.transmission };
+            h.numbers(&[m.metallic, m.roughness, m.ior, m.specular, transmission, m.attenuation_distance, m.coat]);
+            h.numbers(&[m.coat_roughness, m.sheen_roughness, m.anisotropy, m.anisotropy_rotation]);
+            [m.specular_color, m.attenuation_color, m.sheen_color].iter().for_each(|color| h.numbers(color));
+        }
+    }
+    h.numbers(&emission);
+    // Scenes without such a material keep their numbers.
+    if two_sided {
+        h.write(&[1]);
+    }
+}
+
+fn add_details(h: &mut Fnv, material: &Material) {
+    h.numbers(&[material.normal_scale, material.coat_normal_scale, material.alpha]);
+    match material.coverage {
+        Coverage::Opaque => h.write(&[0]),
+        Coverage::Blend => h.write(&[1]),
+        Coverage::Mask(cutoff) => h.numbers(&[cutoff]),
+    }
+    h.write(&[u8::from(material.culls_back), u8::from(material.unlit)]);
+    for (&slot, texture) in &material.textures {
+        h.write(&[slot as u8, u8::from(texture.srgb), u8::from(texture.nearest), texture.uv_set as u8]);
+        h.write(&texture.image.to_le_bytes());
+        h.write(&texture.wrap.map(|wrap| wrap as u8));
+        h.numbers(texture.transform.as_flattened());
+    }
+}
+
+fn add_image(h: &mut Fnv, image: &TextureImage) {
+    h.write(&image.width.to_le_bytes());
+    h.write(&image.height.to_le_bytes());
+    h.write(&digest(image.texels.as_bytes()).to_le_bytes());
 }
 
 #[cfg(test)]
@@ -72,7 +122,8 @@ mod tests {
             film: Film { width: 8, height: 8, filter: PixelFilter::Box, transfer: Transfer::Srgb },
             integrator: Integrator { max_depth: 8, samples: 1, russian_roulette: None, indirect: true },
             background: [0.0; 3],
-            materials: vec![Material { name: "grey".into(), surface: Surface::diffuse([0.5; 3]) }],
+            materials: vec![Material::new("grey", Surface::diffuse([0.5; 3]))],
+            images: vec![],
             spheres: vec![],
             meshes: vec![Mesh {
                 name: "mesh".into(),
@@ -81,7 +132,7 @@ mod tests {
                 triangles: vec![[0, 1, 2]],
                 triangle_materials: vec![0],
                 normals: Normals::Flat,
-                degenerate_dropped: 0,
+                ..Mesh::default()
             }],
             lights: vec![Light::Point { position: DVec3::Z, power: [1.0; 3] }],
         }
@@ -104,6 +155,8 @@ mod tests {
         assert!(!same(|s| s.film.width += 1));
         assert!(!same(|s| s.materials[0].surface = Surface::dielectric(1.5)));
         assert!(!same(|s| s.materials[0].surface.two_sided = true));
+        assert!(!same(|s| s.materials[0].culls_back = true));
+        assert!(!same(|s| s.meshes[0].uvs[1] = vec![[0.0; 2]; 3]));
         assert!(!same(|s| s.lights.clear()));
     }
 }

@@ -68,6 +68,7 @@ pub(super) fn build(source: &Source<'_>, tables: SceneTable, warnings: &mut Vec<
         background: tables.background.radiance.0,
         lights: lights.collect(),
         materials: materials.into_vec(),
+        images: Vec::new(),
         spheres,
         meshes,
     })

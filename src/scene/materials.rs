@@ -23,7 +23,7 @@ impl MaterialList {
         // Does not wrap: 2³² materials do not fit in memory.
         let index = self.materials.len() as u32;
         self.index_of_name.insert(name.clone(), index);
-        self.materials.push(Material { name, surface });
+        self.materials.push(Material::new(name, surface));
         index
     }
 

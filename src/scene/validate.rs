@@ -1,7 +1,6 @@
 //! What makes a scene renderable: every number finite and in range, every index in bounds.
 
 use std::borrow::Cow;
-use std::collections::HashMap;
 use std::ops::RangeInclusive;
 
 use glam::DVec3;
@@ -11,6 +10,7 @@ use crate::scene::description::*;
 use crate::scene::error::{Entity, Location, SceneError};
 use crate::scene::triangle::has_area;
 use crate::scene::unit::unit;
+use crate::scene::validate_material::{check_image, check_materials};
 
 /// Largest magnitude of any number of a scene: leaves room below `f32::MAX` (3.4e38) for a sum or a product with a
 /// few others, since images are rendered in single precision.
@@ -69,7 +69,7 @@ impl Problem {
     }
 }
 
-type Check = Result<(), Problem>;
+pub(super) type Check = Result<(), Problem>;
 
 impl Scene {
     /// Checks everything that rendering relies on.
@@ -94,7 +94,8 @@ impl Scene {
         check_film(&self.film)?;
         check_integrator(&self.integrator)?;
         check_non_negative(Entity::Background, "radiance", self.background)?;
-        check_materials(&self.materials)?;
+        check_materials(&self.materials, &self.images)?;
+        self.images.iter().enumerate().try_for_each(|(index, image)| check_image(index, image))?;
         for (index, sphere) in self.spheres.iter().enumerate() {
             let entity = Entity::Sphere(index);
             check_vector(entity, "center", sphere.center)?;
@@ -176,29 +177,6 @@ fn check_integrator(integrator: &Integrator) -> Check {
     Ok(())
 }
 
-fn check_materials(materials: &[Material]) -> Check {
-    let mut first_of_name = HashMap::new();
-    for (index, material) in materials.iter().enumerate() {
-        let entity = Entity::Material(index);
-        if material.name.is_empty() {
-            return Err(Problem::new(entity, "name", "empty", "a name"));
-        }
-        if let Some(first) = first_of_name.insert(&material.name, index) {
-            let expected = format!("a name of its own: it is taken by {}", Entity::Material(first));
-            return Err(Problem::new(entity, "name", format!("{:?}", material.name), expected));
-        }
-        let Surface { bsdf, emission, .. } = material.surface;
-        match bsdf {
-            Bsdf::Diffuse { reflectance } | Bsdf::Mirror { reflectance } => check_reflectance(entity, reflectance)?,
-            Bsdf::Dielectric { ior } => check_ior(entity, ior)?,
-            Bsdf::Black => {}
-        }
-        let field = if bsdf == Bsdf::Black { "radiance" } else { "emission" };
-        check_non_negative(entity, field, emission)?;
-    }
-    Ok(())
-}
-
 fn check_mesh(entity: Entity, mesh: &Mesh, material_count: usize) -> Check {
     let count = mesh.positions.len();
     if let Some(index) = mesh.positions.par_iter().position_first(|&position| !in_range(position)) {
@@ -211,6 +189,30 @@ fn check_mesh(entity: Entity, mesh: &Mesh, material_count: usize) -> Check {
     if let Some(index) = mesh.vertex_normals.par_iter().position_first(|normal| !normal.is_normalized()) {
         let field = format!("vertex normal {}", index + 1);
         return Err(Problem::new(entity, field, vector(mesh.vertex_normals[index]), "a vector of length 1"));
+    }
+    for (what, found) in [
+        ("the number of texture coordinates", mesh.uvs[0].len()),
+        ("the number of second texture coordinates", mesh.uvs[1].len()),
+        ("the number of tangents", mesh.tangents.len()),
+        ("the number of vertex colours", mesh.colors.len()),
+    ] {
+        if found != 0 {
+            check_length(entity, what, found, count)?;
+        }
+    }
+    let is_finite = |x: &f32| x.is_finite();
+    let attributes =
+        [mesh.uvs[0].as_flattened(), mesh.uvs[1].as_flattened(), mesh.tangents.as_flattened().as_flattened()];
+    if !attributes.iter().all(|numbers| numbers.par_iter().all(is_finite)) {
+        return Err(Problem::new(
+            entity,
+            "texture coordinates or tangents",
+            "a number that is not finite",
+            "finite numbers",
+        ));
+    }
+    if let Some(&x) = mesh.colors.as_flattened().iter().find(|&&x| !(x >= 0.0 && x.is_finite())) {
+        return Err(Problem::new(entity, "vertex colours", x, "finite numbers >= 0"));
     }
     check_length(entity, "the number of triangle materials", mesh.triangle_materials.len(), mesh.triangles.len())?;
     if mesh.triangles.is_empty() {
@@ -266,22 +268,11 @@ pub(super) fn check_vector(entity: Entity, field: &'static str, value: DVec3) ->
     Err(Problem::new(entity, field, vector(value), "three finite numbers of magnitude <= 1e30"))
 }
 
-fn check_non_negative(entity: Entity, field: &'static str, value: Rgb) -> Check {
+pub(super) fn check_non_negative(entity: Entity, field: &'static str, value: Rgb) -> Check {
     if value.iter().all(|&x| (0.0..=MAX_MAGNITUDE).contains(&x)) {
         return Ok(());
     }
     Err(Problem::new(entity, field, vector(value.into()), "three finite numbers >= 0 (and <= 1e30)"))
-}
-
-fn check_ior(entity: Entity, value: f64) -> Check {
-    if IOR_RANGE.contains(&value) { Ok(()) } else { Err(Problem::new(entity, "ior", number(value), EXPECTED_IOR)) }
-}
-
-fn check_reflectance(entity: Entity, value: Rgb) -> Check {
-    if value.iter().all(|x| (0.0..=1.0).contains(x)) {
-        return Ok(());
-    }
-    Err(Problem::new(entity, "reflectance", vector(value.into()), "three numbers from 0 to 1"))
 }
 
 /// Whether all components are finite and of usable magnitude.

@@ -203,7 +203,7 @@ fn lanes_that_never_work() {
     let mut scene = shipped("indirect", (24, 20), 3);
     let power = [9000.0, 7000.0, 5000.0];
     scene.lights.push(Light::Point { position: DVec3::new(20.0, 30.0, 10.0), power });
-    scene.materials.push(Material { name: "emitter".to_owned(), surface: Surface::emitter([5.0, 7.0, 9.0]) });
+    scene.materials.push(Material::new("emitter", Surface::emitter([5.0, 7.0, 9.0])));
     let material = scene.materials.len() as u32 - 1;
     scene.spheres.push(Sphere { center: DVec3::new(-30.0, 30.0, 0.0), radius: 4.0, material, inward: false });
     let base = RenderSettings { reuse: Reuse::Off, ..RenderSettings::of(&scene) };
@@ -287,7 +287,7 @@ fn an_emitter_in_a_small_mirror() {
         let first = scene.materials.len() as u32;
         scene.spheres.extend([ball(-10.0, 4.0, first), ball(30.0, 3.0, first + 1)]);
         let surfaces = [Surface::mirror([0.9; 3]), Surface::emitter([50.0; 3])];
-        scene.materials.extend(surfaces.map(|surface| Material { name: format!("{surface:?}"), surface }));
+        scene.materials.extend(surfaces.map(|surface| Material::new(format!("{surface:?}"), surface)));
         let settings = RenderSettings { reuse: Reuse::Off, ..RenderSettings::of(&scene) };
         let (_, statistics) = render_counted(&context, &scene, &settings);
         assert!((4..100).contains(&statistics.multiplied_pixels), "{statistics:?}");
@@ -304,7 +304,7 @@ fn lights_of_each_kind() {
         Sphere { center: DVec3::new(0.0, -1000.0, 0.0), radius: 990.0, inward: false, ..scene.spheres[0] };
     scene.lights.truncate(1);
     let emitter = scene.materials.len() as u32;
-    scene.materials.push(Material { name: "emitter".to_owned(), surface: Surface::emitter([3.0; 3]) });
+    scene.materials.push(Material::new("emitter", Surface::emitter([3.0; 3])));
     // Facing down.
     let flat = |corners: &[[f64; 2]]| Mesh {
         name: "emitter".to_owned(),
@@ -313,7 +313,7 @@ fn lights_of_each_kind() {
         triangles: (2..corners.len() as u32).map(|i| [0, i - 1, i]).collect(),
         triangle_materials: vec![emitter; corners.len() - 2],
         normals: Normals::Flat,
-        degenerate_dropped: 0,
+        ..Mesh::default()
     };
     let ball = |radius, inward| Sphere { center: DVec3::new(0.0, 10.0, 0.0), radius, material: emitter, inward };
     let meshes = [

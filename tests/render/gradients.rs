@@ -15,7 +15,7 @@ fn fence() -> Scene {
     scene.background = [1.0; 3];
     scene.lights.clear();
     scene.spheres.clear();
-    scene.materials = vec![Material { name: "paint".to_owned(), surface: Surface::diffuse([0.02; 3]) }];
+    scene.materials = vec![Material::new("paint", Surface::diffuse([0.02; 3]))];
     let corner = |i: u32, right: bool, up: bool| {
         let x = f64::from(i) + if right { 0.4 } else { 0.0 } + if up { 2.5 } else { 0.0 };
         DVec3::new(x - 31.5, if up { 40.0 } else { -40.0 }, 0.0)
@@ -30,7 +30,7 @@ fn fence() -> Scene {
         triangles: (0..slats).flat_map(|i| [[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]]).collect(),
         triangle_materials: vec![0; 2 * slats as usize],
         normals: Normals::Flat,
-        degenerate_dropped: 0,
+        ..Mesh::default()
     }];
     scene
 }

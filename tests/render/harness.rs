@@ -90,12 +90,12 @@ pub fn glass_cat(size: (u32, u32), samples: u32) -> Scene {
     let mut scene = shipped("cat", size, samples);
     scene.lights.clear();
     let emitter = scene.materials.len() as u32;
-    scene.materials.push(Material { name: "emitter".to_owned(), surface: Surface::emitter([50.0; 3]) });
+    scene.materials.push(Material::new("emitter", Surface::emitter([50.0; 3])));
     scene.spheres.push(Sphere { center: DVec3::new(-5.0, 45.0, 15.0), radius: 5.0, material: emitter, inward: false });
     for mesh in &mut scene.meshes {
         mesh.normals = Normals::Flat;
         mesh.triangle_materials.fill(emitter + 1);
     }
-    scene.materials.push(Material { name: "glass".to_owned(), surface: Surface::dielectric(1.5) });
+    scene.materials.push(Material::new("glass", Surface::dielectric(1.5)));
     scene
 }

@@ -22,6 +22,7 @@ fn empty(position: DVec3, target: DVec3, horizontal_fov: f64, side: u32, samples
         integrator: Integrator { max_depth: 1, samples, russian_roulette: None, indirect: true },
         background: [0.0; 3],
         materials: vec![],
+        images: vec![],
         spheres: vec![],
         meshes: vec![],
         lights: vec![],
@@ -29,7 +30,7 @@ fn empty(position: DVec3, target: DVec3, horizontal_fov: f64, side: u32, samples
 }
 
 fn material(scene: &mut Scene, surface: Surface) -> u32 {
-    scene.materials.push(Material { name: scene.materials.len().to_string(), surface });
+    scene.materials.push(Material::new(scene.materials.len().to_string(), surface));
     scene.materials.len() as u32 - 1
 }
 
@@ -50,7 +51,7 @@ fn square(scene: &mut Scene, y: f64, half: f64, n: u32, surface: Surface) {
         triangle_materials: vec![material; triangles.len()],
         triangles,
         normals: Normals::Flat,
-        degenerate_dropped: 0,
+        ..Mesh::default()
     });
 }
 
@@ -117,7 +118,7 @@ fn tetrahedron(surface: Surface, samples: u32) -> Scene {
         triangles: vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]],
         triangle_materials: vec![material; 4],
         normals: Normals::Smooth,
-        degenerate_dropped: 0,
+        ..Mesh::default()
     });
     scene
 }

@@ -34,7 +34,7 @@ fn many_bodies(size: (u32, u32), samples: u32) -> Scene {
     let mut scene = glass_cat(size, samples);
     scene.meshes.clear();
     let glass = scene.materials.len() as u32 - 1;
-    scene.materials.push(Material { name: "mirror".to_owned(), surface: Surface::mirror([0.9; 3]) });
+    scene.materials.push(Material::new("mirror", Surface::mirror([0.9; 3])));
     scene.spheres.extend((0..30u32).map(|i| Sphere {
         center: DVec3::new(f64::from(i % 6) * 6.0 - 15.0, f64::from(i / 6) * 5.0 - 6.0, f64::from(i % 4) * 3.0),
         radius: 2.0,

@@ -61,13 +61,14 @@ fn scene() -> impl Strategy<Value = Scene> {
             integrator: Integrator { max_depth, samples: 1, russian_roulette: None, indirect: true },
             background,
             materials: vec![],
+            images: vec![],
             spheres: vec![],
             meshes: vec![],
             lights: lights.into_iter().map(|(position, power)| Light::Point { position, power: [power; 3] }).collect(),
         };
         let mut material = |surface| {
             let name = scene.materials.len().to_string();
-            scene.materials.push(Material { name, surface });
+            scene.materials.push(Material::new(name, surface));
             scene.materials.len() as u32 - 1
         };
         for (center, radius, surface) in spheres {
@@ -85,7 +86,7 @@ fn scene() -> impl Strategy<Value = Scene> {
                 vertex_normals: vec![],
                 triangles,
                 normals: Normals::Flat,
-                degenerate_dropped: 0,
+                ..Mesh::default()
             });
         }
         scene

@@ -264,6 +264,7 @@ fn material_texels(material: &Material) -> [Texel; 2] {
         Bsdf::Diffuse { reflectance } => (kind::DIFFUSE, reflectance, 1.0),
         Bsdf::Mirror { reflectance } => (kind::MIRROR, reflectance, 1.0),
         Bsdf::Dielectric { ior } => (kind::DIELECTRIC, [1.0; 3], ior),
+        Bsdf::MetallicRoughness(m) => (kind::DIFFUSE, m.base_color, 1.0),
     };
     let kind = if two_sided { kind | flag::TWO_SIDED } else { kind };
     [rgb(reflectance, f32::from_bits(kind)), rgb(emission, ior as f32)].map(|texel| texel.map(f32::to_bits))

@@ -89,6 +89,7 @@ impl MeshRequest {
             triangles: vertices_of_triangles,
             normals: if smooth { Normals::Smooth } else { Normals::Flat },
             degenerate_dropped: degenerate,
+            ..Mesh::default()
         };
         if smooth {
             let rotation = self.placement.rotation();

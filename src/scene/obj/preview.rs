@@ -68,6 +68,7 @@ pub(in crate::scene) fn preview(
         integrator: Integrator::default(),
         background: if emits { [0.0; 3] } else { BACKGROUND },
         materials,
+        images: vec![],
         spheres: Vec::new(),
         meshes: vec![mesh],
         lights: if emits { Vec::new() } else { vec![light] },
