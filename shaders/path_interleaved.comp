@@ -134,7 +134,7 @@ void main() [[maximally_reconverges]] {
                 bool alive = path_arrive(path, hit_of(id, t), key, 1u, radiance, vertex, shadow);
                 counts.rays += 1u;
                 uint entry = 0u;        // of the shadow ray
-                if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
+                if (SAMPLES_LIGHTS) {
                     counts.shadow_rays += shadow.enabled ? 1u : 0u;
                     bool occluded;
                     entry = shadow_root_mask(ray_of(shadow), shadow.distance, shadow.enabled, occluded);

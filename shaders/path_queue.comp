@@ -167,7 +167,7 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         }
         rays += shades ? 1u : 0u;
         uint root_mask_of_shadow = 0u;    // see root_hit_mask
-        if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
+        if (SAMPLES_LIGHTS) {
             bool enabled = shades && shadow.enabled;
             shadow_rays += enabled ? 1u : 0u;
             bool occluded;

@@ -89,7 +89,7 @@ void main() [[maximally_reconverges]] {
                 if (second) vertices = vertices_at(path, vertex, hit.t, direct, first_up);
             }
             counts.rays += going ? 1u : 0u;
-            if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
+            if (SAMPLES_LIGHTS) {
                 counts.shadow_rays += shadow.enabled ? 1u : 0u;
                 bool occluded = light_occluded(ray_of(shadow), shadow.distance, shadow.enabled, loops);
                 radiance += shadow.enabled && !occluded ? shadow.radiance : vec3(0.0);

@@ -49,6 +49,7 @@ pub mod bench;
 mod cache;
 pub mod check;
 pub mod files;
+mod ggx_albedo;
 pub mod gpu;
 mod hash;
 pub mod host;

@@ -1,6 +1,7 @@
 // The scene's primitives, vertices and materials, whatever finds the hits. Primitives are numbered in the order of the scene: constant
 // spheres, polygons, other spheres, triangles. src/render/scene/geometry.rs packs the table: two texels a primitive, two a material
-// (material.glsl), then positions of vertices and their normals, a texel each.
+// (material.glsl), materials' details, then of vertices a texel each: position, normal, coordinates of textures (both sets), colour; and two,
+// tangent and bitangent.
 //
 //   triangle    vertex 0, vertex 1, vertex 2, material | flags;      normal | light
 //   sphere      centre | material | flags;                           radius, 1/radius with the normal's sign, - | light
@@ -13,7 +14,8 @@
 
 const uint IS_SPHERE = 0x80000000u;
 const uint IS_SMOOTH = 0x40000000u;     // vertices have normals
-const uint MATERIAL_BITS = 0x3fffffffu;
+const uint IS_PARTIAL = 0x20000000u;    // rays may pass: alpha, or culled backs
+const uint MATERIAL_BITS = 0x1fffffffu;
 
 // Constant spheres and polygons: they come first.
 const uint CONSTANTS = SPHERE_COUNT + POLYGON_COUNT;
@@ -23,6 +25,11 @@ uvec4 primitive_attributes(int primitive) { return texelFetch(geometry_texels, 2
 
 vec3 vertex_position(uint vertex) { return uintBitsToFloat(texelFetch(geometry_texels, int(first_position + vertex)).xyz); }
 vec3 vertex_normal(uint vertex) { return uintBitsToFloat(texelFetch(geometry_texels, int(first_normal + vertex)).xyz); }
+
+vec4 vertex_uvs(uint vertex) { return uintBitsToFloat(texelFetch(geometry_texels, int(first_uv + vertex))); }
+vec4 vertex_color(uint vertex) { return uintBitsToFloat(texelFetch(geometry_texels, int(first_color + vertex))); }
+vec3 vertex_tangent(uint vertex) { return uintBitsToFloat(texelFetch(geometry_texels, int(first_tangent + 2u * vertex)).xyz); }
+vec3 vertex_bitangent(uint vertex) { return uintBitsToFloat(texelFetch(geometry_texels, int(first_tangent + 2u * vertex) + 1).xyz); }
 
 // Of a primitive with such a word.
 uint material_index(uint word) { return word & MATERIAL_BITS; }

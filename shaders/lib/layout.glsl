@@ -57,7 +57,17 @@ layout(constant_id = 44) const uint REGIONS = 64u;          // for records of pa
 layout(constant_id = 45) const uint ENOUGH_LANES = 5u;      // with fewer at work, a subgroup turns to what else there is
 layout(constant_id = 46) const uint LOOP_BUDGET = 0u;       // loop iterations of an invocation; 0: no bound
 layout(constant_id = 47) const bool PATH_STATS = false;     // count rays and traversal steps
+layout(constant_id = 49) const bool HAS_METALLIC_ROUGHNESS = false;
+layout(constant_id = 50) const bool HAS_DETAILS = false;    // materials with textures, vertex colours or the metallic-roughness model
+layout(constant_id = 51) const bool HAS_TEXTURES = false;
+layout(constant_id = 52) const bool HAS_VERTEX_COLORS = false;
+layout(constant_id = 53) const bool HAS_NORMAL_MAPS = false;
+layout(constant_id = 54) const bool HAS_COVERAGE = false;   // surfaces that let rays pass
+layout(constant_id = 55) const bool HAS_VARIED_EMISSION = false;     // emitters with textures or alpha
 layout(constant_id = 48) const uint MUTATION = 0u;          // tests only: breaks one thing, see src/render/settings/mutation.rs
+// Simple operands: glslang makes control flow of others, for which there is no place here.
+const bool HAS_DENSITIES = HAS_DIFFUSE || HAS_METALLIC_ROUGHNESS;   // some BSDF is no distribution of single directions
+const bool SAMPLES_LIGHTS = HAS_DENSITIES && LIGHT_COUNT > 0u;
 const bool SINGLE_POINT = LIGHT_COUNT == 1u && EMITTER_COUNT == 0u;     // the only light is a point
 
 // Values of MUTATION (src/render/settings/mutation.rs): errors in transport, then numerical protections taken away.
@@ -89,6 +99,12 @@ const uint MUTATE_LIGHT_TRACING = 27u;
 const uint MUTATE_LIMB = 28u;
 const uint MUTATE_BEND = 29u;
 const uint MUTATE_CHOICE = 30u;
+const uint MUTATE_MULTIPLE = 32u;
+const uint MUTATE_COUPLING = 33u;
+const uint MUTATE_VISIBLE_NORMALS = 34u;
+const uint MUTATE_SRGB = 35u;
+const uint MUTATE_TANGENT = 36u;
+const uint MUTATE_ALPHA = 37u;
 
 // ---- bindings
 // All texels are bits, of numbers too: lavapipe compiles five functions for each format that it meets, and small integers
@@ -97,6 +113,7 @@ layout(binding = 0) uniform usamplerBuffer bvh_texels;    // 3 texels a record, 
 layout(binding = 1) uniform usamplerBuffer geometry_texels;    // primitives, materials and vertices, see geometry.glsl
 layout(binding = 2) uniform usamplerBuffer sobol_texels;   // see sampler.glsl
 layout(binding = 3) uniform usamplerBuffer light_texels;   // see light/
+layout(binding = 14) uniform usamplerBuffer texture_texels;    // see texture.glsl
 vec4 light_texel(int row) { return uintBitsToFloat(texelFetch(light_texels, row)); }
 // What kernels both read and write is texels to read and an array to write. On lavapipe a vec4 of an array is 4 scalar accesses for
 // each lane, all of them unrolled: much to compile, so that such a write should be in one place. A texel is one call, which
@@ -134,6 +151,10 @@ layout(std140, binding = 11) uniform SceneValues {
     uint first_material;        // texels of the table of primitives, see geometry.glsl
     uint first_position;
     uint first_normal;
+    uint first_detail;
+    uint first_uv;
+    uint first_color;
+    uint first_tangent;
     float even_share;           // of light samples, see light/choice.glsl
 };
 

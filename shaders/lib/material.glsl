@@ -1,11 +1,16 @@
 // What surfaces do with light, as the table of geometry.glsl has it, two texels a material:
 //
-//   reflectance | type of the BSDF;  emission | index of refraction
+//   reflectance | type of the BSDF and flags;  emission | index of refraction, or of what has details their number
+//
+// Details are what not all materials have, in texels after those of all materials:
+//   metalness, roughness, alpha, coverage: 0 opaque, > 0 where alpha is at least this, < 0 the part alpha;  F0 and F90 of the dielectric;
+//   scale of normals, -, -, -;  textures of base colour, of metalness and roughness, of normals, of emission, or −1
 
 #ifndef MATERIAL_GLSL
 #define MATERIAL_GLSL
 
 #include "bsdf/closure.glsl"
+#include "bsdf/metallic_roughness.glsl"
 #include "geometry.glsl"
 #include "lane_table.glsl"
 
@@ -13,21 +18,32 @@
 const bool HAS_TWO_SIDED = (LIGHT_KINDS & 1u << 6) != 0u;
 // In a material's type: it does.
 const uint TWO_SIDED = 0x100u;
+// It has details.
+const uint DETAILED = 0x200u;
+// Its back lets all rays pass.
+const uint CULLS_BACK = 0x400u;
+const uint BSDF_TYPE_BITS = 0xffu;
 
 struct Material {
-    uint type;          // BSDF_… (bsdf/closure.glsl) | TWO_SIDED
+    uint type;          // BSDF_… (bsdf/closure.glsl) | flags
     vec3 reflectance;
     vec3 emission;      // radiance that leaves its front, or both sides
-    float ior;          // of a dielectric: index of refraction of the back over that of the front
+    float ior;          // of a dielectric: index of refraction of the back over that of the front; or the number of its details
+    float metallic;     // with details:
+    float roughness;
+    vec4 dielectric;    // F0 and F90 of the dielectric
 };
 
 const uint MATERIAL_TEXELS = 2u;
 
+// First of the texels of details.
+int details_texel(float number) { return int(first_detail) + 4 * int(number); }
+
 Material fetch_material(uint index) {
     int texel = int(first_material + MATERIAL_TEXELS * index);
     uvec4 a = texelFetch(geometry_texels, texel);
-    Material m = Material(a.w, uintBitsToFloat(a.xyz), vec3(0.0), 1.0);
-    if (HAS_EMITTER || HAS_DIELECTRIC) {
+    Material m = Material(a.w, uintBitsToFloat(a.xyz), vec3(0.0), 1.0, 0.0, 1.0, vec4(0.0));
+    if (HAS_EMITTER || HAS_DIELECTRIC || HAS_DETAILS) {
         vec4 b = uintBitsToFloat(texelFetch(geometry_texels, texel + 1));
         m.emission = b.xyz;
         m.ior = b.w;
@@ -40,21 +56,27 @@ Material table_value(Material m, int row) {
     m.type = uint(table_value(int(m.type), row));
     m.reflectance = table_value(m.reflectance, row);
     if (HAS_EMITTER) m.emission = table_value(m.emission, row);
-    if (HAS_DIELECTRIC) m.ior = table_value(m.ior, row);
+    if (HAS_DIELECTRIC || HAS_DETAILS) m.ior = table_value(m.ior, row);
     return m;
 }
 
 Material either_material(bool second, Material b, Material a) {
-    return Material(second ? b.type : a.type, second ? b.reflectance : a.reflectance, second ? b.emission : a.emission,
-                    second ? b.ior : a.ior);
+    a.type = second ? b.type : a.type;
+    a.reflectance = second ? b.reflectance : a.reflectance;
+    a.emission = second ? b.emission : a.emission;
+    a.ior = second ? b.ior : a.ior;
+    return a;
 }
 
 // Whether a material emits from that side, if it emits.
 bool shines_from(Material m, bool front) { return front || (HAS_TWO_SIDED && (m.type & TWO_SIDED) != 0u); }
 
-// How a material scatters light that comes from its front, or from its back.
-Bsdf bsdf_of(Material m, bool front) {
-    Bsdf b = Bsdf(HAS_TWO_SIDED ? m.type & ~TWO_SIDED : m.type, m.reflectance, 1.0);
+// How a material scatters light that comes from its front, or from its back, under a cosine `mu`.
+Bsdf bsdf_of(Material m, bool front, float mu) {
+    Bsdf b = Bsdf(HAS_TWO_SIDED || HAS_DETAILS ? m.type & BSDF_TYPE_BITS : m.type, m.reflectance, 1.0, NO_LOBES);
+    if (HAS_METALLIC_ROUGHNESS && b.type == BSDF_METALLIC_ROUGHNESS) {
+        b.lobes = lobes_of(m.reflectance, m.metallic, m.roughness, m.dielectric.xyz, m.dielectric.w, mu);
+    }
     if (HAS_DIELECTRIC) b.eta = front != (MUTATION == MUTATE_IOR) ? m.ior : 1.0 / m.ior;
     if (MUTATION == MUTATE_ALBEDO) b.reflectance *= 1.01;
     return b;

@@ -192,9 +192,13 @@ Vertex vertex_at(inout Hit hit, Ray ray) {
     v.surface = surface_at(hit, ray);
     v.self_id = hit.self_id;
     v.front = dot(ray.direction, v.surface.normal) <= 0.0;
-    v.bsdf = bsdf_of(v.surface.material, v.front);
     v.normal = v.front ? v.surface.shading : -v.surface.shading;
     v.up = v.front ? v.surface.normal : -v.surface.normal;
+    if (HAS_METALLIC_ROUGHNESS && SMOOTH_NORMALS && MUTATION != MUTATE_BEND) {
+        bool bends = (v.surface.material.type & BSDF_TYPE_BITS) == BSDF_METALLIC_ROUGHNESS;
+        v.normal = bends ? bent_normal(v.normal, v.up, -ray.direction) : v.normal;
+    }
+    v.bsdf = bsdf_of(v.surface.material, v.front, -dot(v.normal, ray.direction));
     v.outside = v.surface.position + v.up * v.surface.offset;
     v.throughput = vec3(0.0);
     v.last = v.first = v.shareable = false;
@@ -235,7 +239,7 @@ bool path_arrive(Path path, Hit hit, uint key, uint light_samples, inout vec3 ra
     // A path of MAX_DEPTH hits may still meet light with its last ray. Further samples of lights are for those that go on otherwise.
     v.last = v.hits == MAX_DEPTH || (!INDIRECT && !is_delta(v.bsdf));
     shadow = shadow_none(vec3(0.0), -1);
-    if (HAS_DIFFUSE) {
+    if (HAS_DENSITIES) {
         shadow = direct_light(v, -path.direction, path.index, key, v.first ? light_samples : 1u);
         shadow.enabled = shadow.enabled && alive;
     }
@@ -250,6 +254,8 @@ bool path_arrive(Path path, Hit hit, uint key, uint light_samples, inout vec3 ra
         v.throughput *= 1.0 / survive;
     }
     if (MAX_DEPTH == 1u && !LIGHT_AFTER_LAST_HIT) alive = false;
+    // Of the samples of lights there the mean is taken (reuse_lanes.glsl): what the path has gathered before is no part of it.
+    if (LIGHT_SAMPLES > 1u && light_samples > 1u && alive && v.first && reconnectable && !v.last) radiance *= float(LIGHT_SAMPLES);
     return alive;
 }
 

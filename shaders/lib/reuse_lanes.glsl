@@ -103,7 +103,7 @@ bool goes_on_from_first(PathVertices m) { return m.nx != vec3(0.0) && uint(m.hit
 ShadowRay light_ray_at_first(PathVertices m, uint key, uint index, uint nth) {
     LightNumbers n = light_numbers(key, index_at_first(index), uint(m.hit), nth, true);
     // The surface there is reconnectable, with its reflectance in beta.
-    Bsdf bsdf = Bsdf(BSDF_DIFFUSE, m.beta, 1.0);
+    Bsdf bsdf = diffuse_bsdf(m.beta);
     ShadowRay ray = light_ray(m.x, bsdf, m.nx, m.up, m.nx, m.self_id, vec3(1.0), n, LIGHT_SAMPLES);
     ray.enabled = ray.enabled && goes_on_from_first(m);
     return ray;

@@ -3,11 +3,13 @@
 #ifndef SURFACE_GLSL
 #define SURFACE_GLSL
 
+#include "coverage.glsl"
 #include "geometry.glsl"
 #include "lane_table.glsl"
 #include "material.glsl"
 #include "layout.glsl"
 #include "math.glsl"
+#include "texture.glsl"
 #include "intersect/intersect.glsl"
 
 struct Surface {
@@ -111,8 +113,7 @@ Surface surface_of_primitive(inout Hit hit, Ray ray, vec3 p) {
         if (SMOOTH_NORMALS && (shape.w & IS_SMOOTH) != 0u) {
             vec3 s = b.x * vertex_normal(shape.x) + b.y * vertex_normal(shape.y) + b.z * vertex_normal(shape.z);
             float length2 = dot(s, s);
-            s = length2 > 0.0 ? s * inversesqrt(length2) : n;
-            ns = dot(s, n) < 0.0 ? -s : s;
+            ns = length2 > 0.0 ? s * inversesqrt(length2) : n;
         }
     }
     if (sphere) {
@@ -123,15 +124,67 @@ Surface surface_of_primitive(inout Hit hit, Ray ray, vec3 p) {
     return Surface(p, n, ns, fetch_material(material_index(shape.w)), offset, curvature, int(attributes.w));
 }
 
+vec3 unit_or_zero(vec3 v) { return v * inversesqrt(max(dot(v, v), 1e-30)); }
+
+// What varies over a surface: its material by textures and the colours of vertices, and its normal.
+void add_details(inout Surface s, int primitive, vec2 barycentrics) {
+    Material m = s.material;
+    if ((m.type & DETAILED) == 0u) return;
+    int texel = details_texel(m.ior);
+    vec4 numbers = uintBitsToFloat(texelFetch(geometry_texels, texel));
+    m.metallic = numbers.x;
+    m.roughness = numbers.y;
+    m.dielectric = uintBitsToFloat(texelFetch(geometry_texels, texel + 1));
+    uvec4 shape = primitive_shape(primitive);
+    uvec3 corners = shape.xyz;
+    bool is_triangle = BVH_TRIANGLES && primitive >= int(CONSTANTS) && !is_sphere(shape);
+    vec3 b = vec3(1.0 - barycentrics.x - barycentrics.y, barycentrics);
+    if (HAS_VERTEX_COLORS && is_triangle) {
+        m.reflectance *= b.x * vertex_color(corners.x).xyz + b.y * vertex_color(corners.y).xyz + b.z * vertex_color(corners.z).xyz;
+    }
+    if (HAS_TEXTURES && is_triangle) {
+        ivec4 textures = ivec4(uintBitsToFloat(texelFetch(geometry_texels, texel + 3)));
+        if (any(greaterThanEqual(textures, ivec4(0)))) {
+            vec4 uvs = uvs_at(corners, barycentrics);
+            if (textures.x >= 0) m.reflectance *= texture_value(uint(textures.x), uvs).xyz;
+            if (textures.y >= 0) {
+                vec4 value = texture_value(uint(textures.y), uvs);
+                m.roughness *= value.y;
+                m.metallic *= value.z;
+            }
+            if (HAS_NORMAL_MAPS && textures.z >= 0) {
+                float scale = uintBitsToFloat(texelFetch(geometry_texels, texel + 2).x);
+                vec3 tangent = b.x * vertex_tangent(corners.x) + b.y * vertex_tangent(corners.y) + b.z * vertex_tangent(corners.z);
+                vec3 bitangent = b.x * vertex_bitangent(corners.x) + b.y * vertex_bitangent(corners.y) + b.z * vertex_bitangent(corners.z);
+                vec3 relief = (2.0 * texture_value(uint(textures.z), uvs).xyz - 1.0) * vec3(scale, scale, 1.0);
+                if (MUTATION == MUTATE_TANGENT) relief.y = -relief.y;
+                vec3 n = unit_or_zero(tangent) * relief.x + unit_or_zero(bitangent) * relief.y + s.shading * relief.z;
+                s.shading = dot(n, n) > 1e-12 ? normalize(n) : s.shading;
+            }
+            if (HAS_VARIED_EMISSION && textures.w >= 0) m.emission *= texture_value(uint(textures.w), uvs).xyz;
+        }
+    }
+    // Filtered values of the range end there.
+    m.reflectance = min(m.reflectance, vec3(1.0));
+    s.material = m;
+}
+
 // The surface that a ray meets, and the barycentrics there. For rays that meet none it is some surface: the table has a primitive even
 // if the scene is empty.
 Surface surface_at(inout Hit hit, Ray ray) {
     vec3 p = ray.origin + (hit.primitive >= 0 ? hit.t : 0.0) * ray.direction;
-    if (!HAS_BVH) return surface_of_constant(max(hit.primitive, 0), p);
-    if (CONSTANTS == 0u) return surface_of_primitive(hit, ray, p);
     bool is_constant = hit.primitive < int(CONSTANTS);
-    Surface s = surface_of_constant(is_constant ? max(hit.primitive, 0) : 0, p);
-    if (!is_constant) s = surface_of_primitive(hit, ray, p);
+    Surface s;
+    if (!HAS_BVH) {
+        s = surface_of_constant(max(hit.primitive, 0), p);
+    } else if (CONSTANTS == 0u) {
+        s = surface_of_primitive(hit, ray, p);
+    } else {
+        s = surface_of_constant(is_constant ? max(hit.primitive, 0) : 0, p);
+        if (!is_constant) s = surface_of_primitive(hit, ray, p);
+    }
+    if (HAS_DETAILS) add_details(s, max(hit.primitive, 0), hit.barycentrics);
+    if (SMOOTH_NORMALS) s.shading = dot(s.shading, s.normal) < 0.0 ? -s.shading : s.shading;
     return s;
 }
 

@@ -10,6 +10,7 @@
 #include "../lib/bsdf/diffuse.glsl"
 #include "../lib/bsdf/mirror.glsl"
 #include "../lib/bsdf/dielectric.glsl"
+#include "../lib/bsdf/metallic_roughness.glsl"
 
 const uint PROBE_TWO_SUM = 0u;
 const uint PROBE_TWO_PRODUCT = 1u;
@@ -22,6 +23,7 @@ const uint PROBE_FRESNEL = 7u;
 const uint PROBE_DIELECTRIC = 8u;
 const uint PROBE_SAMPLE_PAIR = 9u;
 const uint PROBE_ATAN = 10u;
+const uint PROBE_LOBES = 11u;
 
 void main() {
     uint i = gl_GlobalInvocationID.x;
@@ -46,9 +48,17 @@ void main() {
     if (PROBE == PROBE_DIFFUSE) x.xyz = cosine_sample(a.xyz, b.xy);
     if (PROBE == PROBE_FRESNEL) x.x = fresnel(a.x, a.y, x.y);
     if (PROBE == PROBE_DIELECTRIC) {
-        Bsdf glass = Bsdf(BSDF_DIELECTRIC, vec3(1.0), MUTATION == MUTATE_IOR ? 1.0 / a.w : a.w);
+        Bsdf glass = Bsdf(BSDF_DIELECTRIC, vec3(1.0), MUTATION == MUTATE_IOR ? 1.0 / a.w : a.w, NO_LOBES);
         BsdfSample s = dielectric_sample(glass, b.xyz, -a.xyz, b.ww);
         x = vec4(s.direction, s.crosses ? 1.0 : 0.0);
+    }
+    if (PROBE == PROBE_LOBES) {
+        vec3 wo = vec3(sqrt(1.0 - a.w * a.w), 0.0, a.w);
+        Lobes lobes = lobes_of(vec3(a.z), a.x, a.y, vec3(0.04), 1.0, wo.z);
+        vec3 value;
+        float pdf;
+        lobes_eval(lobes, wo, b.xyz, value, pdf);
+        x = vec4(value, pdf);
     }
     if (PROBE == PROBE_SAMPLE_PAIR) x.xy = sample_pair(pixel_key(bits.x), bits.y, bits.z, bits.w);
     output_floats(2u * i, x);

@@ -26,7 +26,7 @@ void scatter(uint i) {
     ShadowRay shadow;
     bool alive = path_arrive(path, hit, key, 1u, radiance, vertex, shadow);
     bool lit = false;
-    if (HAS_DIFFUSE && LIGHT_COUNT + EMITTER_COUNT > 0u) {
+    if (SAMPLES_LIGHTS) {
         bool occluded = light_occluded(ray_of(shadow), shadow.distance, shadow.enabled, steps);
         lit = shadow.enabled && !occluded;
         if (lit) radiance += shadow.radiance;

@@ -35,6 +35,12 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::UnbentNormals => &["energy/low-poly"],
         Mutation::NoEvenShare => &["lights/hidden"],
         Mutation::FlushEmitters => &["emitters/flush"],
+        Mutation::SingleScattering => &["materials/furnace"],
+        Mutation::UncoupledBase => &["materials/furnace", "materials/reciprocity"],
+        Mutation::UnboundedNormals => &["materials/furnace"],
+        Mutation::UndecodedColors => &["materials/textures"],
+        Mutation::SwappedBitangent => &["materials/textures"],
+        Mutation::ThresholdAlpha => &["materials/coverage"],
         Mutation::OwnSampleMap => &["emitters/edges-of-glass"],
     }
 }

@@ -7,24 +7,30 @@ use std::f64::consts::{FRAC_1_PI, TAU};
 
 use glam::DVec3;
 
-use crate::oracle::{Hit, Pcg64};
+use crate::oracle::{Hit, Pcg64, metallic_roughness};
 use crate::scene::Bsdf;
 
 /// f(wo, wi)·|cos θi|; 0 where single directions are scattered into.
-pub fn eval(bsdf: &Bsdf, hit: &Hit, _wo: DVec3, wi: DVec3) -> DVec3 {
+pub fn eval(bsdf: &Bsdf, hit: &Hit, wo: DVec3, wi: DVec3) -> DVec3 {
     match *bsdf {
         Bsdf::Diffuse { reflectance } => DVec3::from(reflectance) * wi.dot(hit.shading_normal).max(0.0) * FRAC_1_PI,
         Bsdf::Mirror { .. } | Bsdf::Dielectric { .. } | Bsdf::Black => DVec3::ZERO,
-        Bsdf::MetallicRoughness(_) => todo!(),
+        Bsdf::MetallicRoughness(m) => {
+            let frame = Frame::of(hit, wo);
+            metallic_roughness::eval(&m, frame.to_local(wo), frame.to_local(wi))
+        }
     }
 }
 
 /// Density of [`sample`] per solid angle; 0 where single directions are scattered into.
-pub fn pdf(bsdf: &Bsdf, hit: &Hit, _wo: DVec3, wi: DVec3) -> f64 {
+pub fn pdf(bsdf: &Bsdf, hit: &Hit, wo: DVec3, wi: DVec3) -> f64 {
     match bsdf {
         Bsdf::Diffuse { .. } => wi.dot(hit.shading_normal).max(0.0) * FRAC_1_PI,
         Bsdf::Mirror { .. } | Bsdf::Dielectric { .. } | Bsdf::Black => 0.0,
-        Bsdf::MetallicRoughness(_) => todo!(),
+        Bsdf::MetallicRoughness(m) => {
+            let frame = Frame::of(hit, wo);
+            metallic_roughness::pdf(m, frame.to_local(wo), frame.to_local(wi))
+        }
     }
 }
 
@@ -46,7 +52,16 @@ pub fn sample(bsdf: &Bsdf, hit: &Hit, wo: DVec3, rng: &mut Pcg64) -> Option<(DVe
             }
         }
         Bsdf::Black => return None,
-        Bsdf::MetallicRoughness(_) => todo!(),
+        Bsdf::MetallicRoughness(m) => {
+            let frame = Frame::of(hit, wo);
+            let o = frame.to_local(wo);
+            let i = metallic_roughness::sample(&m, o, rng);
+            if i.z <= 0.0 {
+                return None;
+            }
+            let weight = metallic_roughness::eval(&m, o, i) / metallic_roughness::pdf(&m, o, i);
+            (frame.to_world(i), weight, false)
+        }
     };
     let up = if crosses { -hit.normal } else { hit.normal };
     let height = scattered.dot(up);
@@ -54,6 +69,32 @@ pub fn sample(bsdf: &Bsdf, hit: &Hit, wo: DVec3, rng: &mut Pcg64) -> Option<(DVe
         _ if height > 0.0 => Some((scattered, weight)),
         Bsdf::Diffuse { .. } | Bsdf::Black | Bsdf::MetallicRoughness(_) => None,
         Bsdf::Mirror { .. } | Bsdf::Dielectric { .. } => Some((grazing(scattered, up), weight)),
+    }
+}
+
+/// Two tangents and the normal that a microfacet model is evaluated about: the shading normal, or, where that would show the mirror
+/// image of what lies below the surface, the one that shows what lies just above (Keller et al., "The Iray light transport simulation
+/// and rendering system", 2017, A.3).
+struct Frame([DVec3; 3]);
+
+impl Frame {
+    fn of(hit: &Hit, wo: DVec3) -> Self {
+        let mirror = reflect(-wo, hit.shading_normal);
+        let normal = if mirror.dot(hit.normal) > 0.0 {
+            hit.shading_normal
+        } else {
+            (wo + (mirror.reject_from_normalized(hit.normal) + 1e-6 * hit.normal).normalize()).normalize()
+        };
+        let (tangent, bitangent) = normal.any_orthonormal_pair();
+        Self([tangent, bitangent, normal])
+    }
+
+    fn to_local(&self, w: DVec3) -> DVec3 {
+        self.0.map(|axis| axis.dot(w)).into()
+    }
+
+    fn to_world(&self, w: DVec3) -> DVec3 {
+        (w.x * self.0[0] + w.y * self.0[1] + w.z * self.0[2]).normalize()
     }
 }
 

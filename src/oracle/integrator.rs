@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use crate::oracle::trace::{Hit, Ray, closest_hit, occluded};
+use crate::oracle::trace::{Hit, Ray, closest_hit, transmittance};
 use crate::oracle::{Pcg64, bsdf};
 use crate::scene::{Bsdf, Light, Scene, Surface};
 
@@ -17,8 +17,12 @@ pub fn radiance(scene: &Scene, mut ray: Ray, rng: &mut Pcg64) -> DVec3 {
     let mut last_hit = scene.integrator.max_depth;
     let mut depth = 0;
     while let Some(hit) = closest_hit(scene, &ray) {
+        if hit.coverage < 1.0 && rng.uniform() >= hit.coverage {
+            ray = hit.spawn(ray.direction);
+            continue;
+        }
         depth += 1;
-        let Surface { bsdf, emission, two_sided } = scene.materials[hit.material].surface;
+        let Surface { bsdf, emission, two_sided } = hit.surface;
         if hit.front || two_sided {
             radiance += throughput * DVec3::from(emission);
         }
@@ -27,7 +31,7 @@ pub fn radiance(scene: &Scene, mut ray: Ray, rng: &mut Pcg64) -> DVec3 {
         }
         let wo = -ray.direction;
         radiance += throughput * direct_light(scene, &hit, |wi| bsdf::eval(&bsdf, &hit, wo, wi));
-        if !scene.integrator.indirect && matches!(bsdf, Bsdf::Diffuse { .. }) {
+        if !scene.integrator.indirect && matches!(bsdf, Bsdf::Diffuse { .. } | Bsdf::MetallicRoughness(_)) {
             last_hit = depth;
         }
         let Some((direction, weight)) = bsdf::sample(&bsdf, &hit, wo, rng) else {
@@ -54,9 +58,9 @@ fn direct_light(scene: &Scene, hit: &Hit, scatter: impl Fn(DVec3) -> DVec3) -> D
         let to_light = *position - hit.position;
         let distance = to_light.length();
         // also false where the light lies on the very point
-        let lit = to_light.dot(hit.normal) > 0.0 && to_light.dot(hit.shading_normal) > 0.0;
-        if lit && !occluded(scene, &hit.spawn(to_light), 1.0) {
-            let irradiance = DVec3::from(*power) / (4.0 * PI * distance * distance);
+        if to_light.dot(hit.normal) > 0.0 {
+            let passes = transmittance(scene, &hit.spawn(to_light), 1.0);
+            let irradiance = passes * DVec3::from(*power) / (4.0 * PI * distance * distance);
             sum += irradiance * scatter(to_light / distance);
         }
     }
@@ -65,5 +69,5 @@ fn direct_light(scene: &Scene, hit: &Hit, scatter: impl Fn(DVec3) -> DVec3) -> D
 
 /// Irradiance from all point lights at a hit, on the side that the ray came from.
 pub fn direct_irradiance(scene: &Scene, hit: &Hit) -> DVec3 {
-    direct_light(scene, hit, |wi| DVec3::splat(wi.dot(hit.shading_normal)))
+    direct_light(scene, hit, |wi| DVec3::splat(wi.dot(hit.shading_normal).max(0.0)))
 }

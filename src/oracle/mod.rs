@@ -19,6 +19,8 @@
 pub mod bsdf;
 mod camera;
 mod integrator;
+pub mod material;
+pub mod metallic_roughness;
 mod rng;
 pub mod trace;
 

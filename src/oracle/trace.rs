@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use crate::scene::{Mesh, Normals, Scene, Sphere};
+use crate::oracle::material::Place;
+use crate::scene::{Mesh, Normals, Scene, Sphere, Surface};
 
 /// A surface of the scene; ordered as they are tested, and the first of equally near ones is hit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -48,6 +49,10 @@ pub struct Hit {
     pub shading_normal: DVec3,
     /// Whether the ray comes from the front: the side that the untouched normal points to.
     pub front: bool,
+    /// What the surface does there.
+    pub surface: Surface,
+    /// The part of rays that meet it there; the others pass.
+    pub coverage: f64,
 }
 
 impl Hit {
@@ -60,12 +65,12 @@ impl Hit {
 /// The nearest hit of `ray`. Rays that are not finite, or have no direction, miss.
 pub fn closest_hit(scene: &Scene, ray: &Ray) -> Option<Hit> {
     let (t, primitive, weights) = nearest(scene, ray, f64::INFINITY)?;
-    let (material, position, outward, shading) = match primitive {
+    let (material, position, outward, shading, place) = match primitive {
         Primitive::Sphere(index) => {
             let sphere = &scene.spheres[index];
             let radial = (ray.origin + t * ray.direction - sphere.center).normalize();
             let normal = if sphere.inward { -radial } else { radial };
-            (sphere.material, sphere.center + sphere.radius * radial, normal, normal)
+            (sphere.material, sphere.center + sphere.radius * radial, normal, normal, None)
         }
         Primitive::Triangle(mesh, triangle) => {
             let mesh = &scene.meshes[mesh];
@@ -78,16 +83,38 @@ pub fn closest_hit(scene: &Scene, ray: &Ray) -> Option<Hit> {
                     blend(mesh.triangles[triangle].map(|i| mesh.vertex_normals[i as usize])).normalize_or(normal)
                 }
             };
-            (mesh.triangle_materials[triangle], blend(corners), normal, shading)
+            let place = Place { mesh, vertices: mesh.triangles[triangle], weights };
+            let index = mesh.triangle_materials[triangle];
+            let shading = place.normal(scene, &scene.materials[index as usize], shading);
+            (index, blend(corners), normal, shading, Some(place))
         }
     };
     let front = ray.direction.dot(outward) < 0.0;
     let normal = if front { outward } else { -outward };
     let shading_normal = if shading.dot(normal) < 0.0 { -shading } else { shading };
-    Some(Hit { t, primitive, material: material as usize, position, normal, shading_normal, front })
+    let material = material as usize;
+    let (surface, coverage) = match place {
+        Some(place) => {
+            let material = &scene.materials[material];
+            (place.surface(scene, material), place.coverage(scene, material, front))
+        }
+        None => (scene.materials[material].surface, 1.0),
+    };
+    Some(Hit { t, primitive, material, position, normal, shading_normal, front, surface, coverage })
 }
 
-/// Whether anything lies on `ray` strictly between distance 0 and `t_max`.
+/// The part of light that passes along `ray` strictly between distance 0 and `t_max`.
+pub fn transmittance(scene: &Scene, ray: &Ray, t_max: f64) -> f64 {
+    let (mut ray, mut left, mut passes) = (*ray, t_max, 1.0);
+    while let Some(hit) = closest_hit(scene, &ray).filter(|hit| hit.t < left && passes > 0.0) {
+        passes *= 1.0 - hit.coverage;
+        left -= hit.t;
+        ray = hit.spawn(ray.direction);
+    }
+    passes
+}
+
+/// Whether anything lies on `ray` strictly between distance 0 and `t_max`, whatever part of rays it stops.
 pub fn occluded(scene: &Scene, ray: &Ray, t_max: f64) -> bool {
     nearest(scene, ray, t_max).is_some()
 }

@@ -202,6 +202,10 @@ impl Surface {
         matches!(self.bsdf, Bsdf::Dielectric { .. })
     }
 
+    pub(crate) fn is_metallic_roughness(&self) -> bool {
+        matches!(self.bsdf, Bsdf::MetallicRoughness(_))
+    }
+
     /// Whether any light leaves it that did not come to it.
     pub(crate) fn emits(&self) -> bool {
         self.emission != [0.0; 3]
@@ -262,6 +266,25 @@ impl Material {
             culls_back: false,
             unlit: false,
         }
+    }
+
+    /// Whether there is more to it than a colour or an index.
+    pub(crate) fn has_details(&self) -> bool {
+        self.surface.is_metallic_roughness() || !self.textures.is_empty() || self.has_alpha()
+    }
+
+    /// Whether some rays pass it.
+    pub(crate) fn lets_rays_pass(&self) -> bool {
+        self.culls_back || self.has_alpha()
+    }
+
+    /// Whether what it emits differs from point to point.
+    pub(crate) fn has_varied_emission(&self) -> bool {
+        self.surface.emits() && (self.has_alpha() || self.textures.contains_key(&TextureSlot::Emission))
+    }
+
+    fn has_alpha(&self) -> bool {
+        self.coverage != Coverage::Opaque
     }
 }
 

@@ -18,6 +18,7 @@
 #include "closure.glsl"
 #include "dielectric.glsl"
 #include "diffuse.glsl"
+#include "metallic_roughness.glsl"
 #include "mirror.glsl"
 
 // Scatters into single directions: light sampling cannot contribute, and paths keep their state.
@@ -34,15 +35,20 @@ bool is_delta(Bsdf b) { return (bsdf_flags(b) & BSDF_DELTA) != 0u; }
 bool is_reconnectable(Bsdf b) { return (bsdf_flags(b) & BSDF_RECONNECTABLE) != 0u; }
 
 // The part of light from wo's direction that is scattered, an estimate: what Russian roulette goes by.
-vec3 bsdf_albedo(Bsdf b) { return b.reflectance; }
+vec3 bsdf_albedo(Bsdf b) {
+    if (HAS_METALLIC_ROUGHNESS && b.type == BSDF_METALLIC_ROUGHNESS) return b.lobes.albedo;
+    return b.reflectance;
+}
 
 vec3 bsdf_eval(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
     if (HAS_DIFFUSE && b.type == BSDF_DIFFUSE) return diffuse_eval(b, n, wo, wi);
+    if (HAS_METALLIC_ROUGHNESS && b.type == BSDF_METALLIC_ROUGHNESS) return metallic_roughness_eval(b, n, wo, wi);
     return vec3(0.0);
 }
 
 float bsdf_pdf(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
     if (HAS_DIFFUSE && b.type == BSDF_DIFFUSE) return diffuse_pdf(b, n, wo, wi);
+    if (HAS_METALLIC_ROUGHNESS && b.type == BSDF_METALLIC_ROUGHNESS) return metallic_roughness_pdf(b, n, wo, wi);
     return 0.0;
 }
 
@@ -55,12 +61,21 @@ vec3 on_side(vec3 direction, vec3 up) {
     return height > 0.0 ? direction : normalize(direction + (above - height) * up);
 }
 
+// The normal, or if it shows a mirror's image of what lies below the surface the one that shows what lies just above, for any BSDF that
+// is evaluated about it. (on_side bends directions in the same way.)
+vec3 bent_normal(vec3 n, vec3 up, vec3 wo) {
+    vec3 mirror = 2.0 * dot(n, wo) * n - wo;
+    float height = dot(mirror, up);
+    return height > 0.0 ? n : normalize(wo + normalize(mirror + (1e-6 - height) * up));
+}
+
 // A direction in which light is scattered. Without a BSDF (BSDF_NONE) the result means nothing.
 BsdfSample bsdf_sample(Bsdf b, vec3 n, vec3 wo, vec2 u) {
     BsdfSample s = BsdfSample(n, vec3(0.0), 0.0, false);
     if (HAS_DIFFUSE) s = diffuse_sample(b, n, wo, u);
     if (HAS_MIRROR && b.type == BSDF_MIRROR) s = mirror_sample(b, n, wo, u);
     if (HAS_DIELECTRIC && b.type == BSDF_DIELECTRIC) s = dielectric_sample(b, n, wo, u);
+    if (HAS_METALLIC_ROUGHNESS && b.type == BSDF_METALLIC_ROUGHNESS) s = metallic_roughness_sample(b, n, wo, u);
     return s;
 }
 

@@ -9,12 +9,31 @@ const uint BSDF_NONE = 0u;          // scatters nothing
 const uint BSDF_DIFFUSE = 1u;
 const uint BSDF_MIRROR = 2u;
 const uint BSDF_DIELECTRIC = 3u;
+const uint BSDF_METALLIC_ROUGHNESS = 4u;
+
+// Of the metallic-roughness model: what does not depend on wi.
+struct Lobes {
+    vec3 f0;            // of single scattering
+    float f90;
+    float alpha;        // of GGX
+    float row;          // in the table of albedos
+    vec3 multiple;      // of (1 − E1(μi)) cos θi/π
+    vec3 diffuse;       // of (1 − Es(μi)) cos θi/π
+    vec3 specular;      // Es: factors of the albedo's two parts, and of 1 − E1
+    vec3 albedo;        // an estimate
+    float single_share; // of directions that are sampled by the microfacets
+};
+
+const Lobes NO_LOBES = Lobes(vec3(0.0), 0.0, 1.0, 0.0, vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), 0.0);
 
 struct Bsdf {
     uint type;
     vec3 reflectance;   // 1 of a dielectric
     float eta;          // of a dielectric: index of refraction beyond the surface over that on the side of wo
+    Lobes lobes;        // of BSDF_METALLIC_ROUGHNESS
 };
+
+Bsdf diffuse_bsdf(vec3 reflectance) { return Bsdf(BSDF_DIFFUSE, reflectance, 1.0, NO_LOBES); }
 
 struct BsdfSample {
     vec3 direction;

@@ -1,6 +1,6 @@
 // What lights are: points and emitters, as light_texels has them (src/render/light/table.rs).
 //
-//   light  a | kind,  b | area or radius,  c | leaf,  radiance | -
+//   light  a | kind,  b | area or radius,  c | leaf,  radiance | primitive
 //   kind 0: point at a, b = intensity;  1: triangle a, b, c;  2: sphere around a;  3: the same, emitting inward;
 //   4: parallelogram, corner a between b and c;  5: rectangle, likewise, sampled by solid angle
 
@@ -32,6 +32,7 @@ struct Light {
     float size;         // area or radius
     vec3 radiance;
     vec3 normal;        // of one that is flat: of its front
+    int primitive;      // of a surface, with HAS_VARIED_EMISSION
 };
 
 // A kind is not asked for where all lights are of one, so that nothing else is compiled.
@@ -48,9 +49,11 @@ Light fetch_light(int light) {
     int row = light_row(light);
     vec4 a = light_texel(row);
     vec4 b = light_texel(row + 1);
-    Light l = Light(a.w, a.xyz, b.xyz, vec3(0.0), b.w, b.xyz, vec3(0.0));
+    Light l = Light(a.w, a.xyz, b.xyz, vec3(0.0), b.w, b.xyz, vec3(0.0), 0);
     if (is_kind(l, LIGHT_POINT)) return l;
-    l.radiance = light_texel(row + 3).xyz;
+    vec4 color = light_texel(row + 3);
+    l.radiance = color.xyz;
+    if (HAS_VARIED_EMISSION) l.primitive = floatBitsToInt(color.w);
     if (!is_flat(l)) return l;
     l.c = light_texel(row + 2).xyz;
     l.normal = normalize(cross(l.b - l.a, l.c - l.a));
@@ -74,7 +77,8 @@ Light light_of(int light) {
     if (!LIGHTS_IN_LANES) return fetch_light(light);
     Light l = held_light;
     return Light(table_value(l.kind, light), table_value(l.a, light), table_value(l.b, light), table_value(l.c, light),
-                 table_value(l.size, light), table_value(l.radiance, light), table_value(l.normal, light));
+                 table_value(l.size, light), table_value(l.radiance, light), table_value(l.normal, light),
+                 HAS_VARIED_EMISSION ? table_value(l.primitive, light) : 0);
 }
 
 // Light that arrives at a point from one of the lights, if nothing is in between. It knows nothing of the surface there.

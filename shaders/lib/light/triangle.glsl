@@ -6,6 +6,7 @@
 
 #include "point.glsl"
 #include "rectangle.glsl"
+#include "../coverage.glsl"
 
 // Where on its edges from `a` a point lies that is chosen uniformly by area.
 vec2 flat_point(Light l, vec2 u) {
@@ -57,7 +58,9 @@ LightSample flat_sample(Light l, vec3 from, vec2 u) {
     float pdf = lit ? area_pdf(l.size, r2, cos_light) : 1.0;
     if (HAS_RECTANGLES && large) pdf = 1.0 / seen.solid_angle;
     float before = plane_error(abs(p0) + abs(p1) + abs(p2), normal, abs(to)) / (lit ? cos_light : 1.0);
-    return LightSample(lit ? l.radiance / pdf : vec3(0.0), direction, fast_max(r2 * inverse - before, 0.0), pdf);
+    vec3 radiance = l.radiance;
+    if (HAS_VARIED_EMISSION) radiance *= emission_part(l.primitive, b, l.normal);
+    return LightSample(lit ? radiance / pdf : vec3(0.0), direction, fast_max(r2 * inverse - before, 0.0), pdf);
 }
 
 #endif

@@ -8,6 +8,7 @@ mod glass;
 mod hit_points;
 mod light;
 mod lights;
+mod materials;
 mod oracle;
 mod reuse;
 mod sampling;
@@ -35,6 +36,7 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
         lights::CASES,
         emitters::CASES,
         energy::CASES,
+        materials::CASES,
         scale::CASES,
         film::CASES,
         determinism::CASES,

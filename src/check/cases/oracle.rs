@@ -187,13 +187,18 @@ fn smooth_mesh() -> Scene {
     scene
 }
 
-fn against_oracle(lab: &Lab, scene: &Scene) -> Result<Measured, CheckError> {
+pub(super) fn against_oracle(lab: &Lab, scene: &Scene) -> Result<Measured, CheckError> {
     against_oracle_with(lab, scene, Reuse::Auto, Scheduler::Auto)
 }
 
 /// Renders both. The device's noise comes from independent seeds, which under a stratified sampler is not the variance
 /// of its samples.
-fn against_oracle_with(lab: &Lab, scene: &Scene, reuse: Reuse, scheduler: Scheduler) -> Result<Measured, CheckError> {
+pub(super) fn against_oracle_with(
+    lab: &Lab,
+    scene: &Scene,
+    reuse: Reuse,
+    scheduler: Scheduler,
+) -> Result<Measured, CheckError> {
     let mut scene = scene.clone();
     scene.size(32, lab.size(32, 512) as u32);
     let seeds = 8;

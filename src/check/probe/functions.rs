@@ -34,6 +34,8 @@ pub(crate) enum Function {
     SamplePair = 9,
     /// x → arctan x
     Atan = 10,
+    /// (metalness, roughness, base, cosine of wo); wi → f·cos θi, density; wo has azimuth 0
+    Lobes = 11,
 }
 
 impl Function {

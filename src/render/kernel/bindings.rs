@@ -10,11 +10,12 @@ use crate::render::kernel::layout::{Push, binding};
 use crate::render::kernel::upload::upload;
 use crate::render::scene::tables::Tables;
 
-const COMMON: [(u32, BindingKind); 8] = [
+const COMMON: [(u32, BindingKind); 9] = [
     (binding::TREE, BindingKind::Texels),
     (binding::GEOMETRY, BindingKind::Texels),
     (binding::SOBOL, BindingKind::Texels),
     (binding::LIGHTS, BindingKind::Texels),
+    (binding::TEXTURES, BindingKind::Texels),
     (binding::FILM, BindingKind::StorageTexels),
     (binding::FILM_ROWS, BindingKind::Array),
     (binding::COUNTERS, BindingKind::Array),
@@ -41,11 +42,12 @@ impl TableBuffers {
         sobol: &[Texel],
     ) -> Result<Self, RenderError> {
         let values = tables.values();
-        let sources: [(u32, &str, &[u8], Usage); 5] = [
+        let sources: [(u32, &str, &[u8], Usage); 6] = [
             (binding::TREE, "tree", bytemuck::cast_slice(&tables.packed.texels), Usage::Texel),
             (binding::GEOMETRY, "geometry", bytemuck::cast_slice(&tables.geometry.texels), Usage::Texel),
             (binding::SOBOL, "sobol", bytemuck::cast_slice(sobol), Usage::Texel),
             (binding::LIGHTS, "lights", bytemuck::cast_slice(&tables.lights.texels), Usage::Texel),
+            (binding::TEXTURES, "textures", bytemuck::cast_slice(&tables.textures), Usage::Texel),
             (binding::SCENE, "scene", bytemuck::bytes_of(&values), Usage::Values),
         ];
         let mut uploads = Vec::new();

@@ -41,6 +41,7 @@ pub(crate) mod binding {
     /// What light paths light.
     pub const LIGHT_PATHS: u32 = 10;
     pub const SCENE: u32 = 11;
+    pub const TEXTURES: u32 = 14;
 }
 
 const _: () = assert!(cfg!(target_endian = "little"), "the words of a counter would change places");
@@ -87,6 +88,10 @@ pub(crate) struct SceneValues {
     pub first_material: u32,
     pub first_position: u32,
     pub first_normal: u32,
+    pub first_detail: u32,
+    pub first_uv: u32,
+    pub first_color: u32,
+    pub first_tangent: u32,
     /// Of light samples (light/table.rs).
     pub even_share: f32,
     pub unused: [u32; 2],
@@ -131,6 +136,21 @@ pub(crate) mod bsdf {
     pub const DIFFUSE: u32 = 1;
     pub const MIRROR: u32 = 2;
     pub const DIELECTRIC: u32 = 3;
+    pub const METALLIC_ROUGHNESS: u32 = 4;
+}
+
+/// Textures (shaders/lib/texture.glsl, bsdf/albedo.glsl).
+pub(crate) mod texture {
+    /// Steps of the table of albedos along either axis.
+    pub const ALBEDO_STEPS: usize = 64;
+    /// Means of albedos.
+    pub const ALBEDO_MEANS: usize = 256;
+    pub const WRAP_V_SHIFT: u32 = 2;
+    pub const SRGB: u32 = 0x10;
+    pub const NEAREST: u32 = 0x20;
+    pub const SECOND_UV: u32 = 0x40;
+    pub const CODES_16: u32 = 0x80;
+    pub const FLOATS: u32 = 0x100;
 }
 
 /// Beside a primitive's material (geometry.rs).
@@ -138,8 +158,14 @@ pub(crate) mod flag {
     pub const SPHERE: u32 = 1 << 31;
     /// Its vertices have shading normals.
     pub const SMOOTH: u32 = 1 << 30;
+    /// Some rays may pass.
+    pub const PARTIAL: u32 = 1 << 29;
     /// Of a material, beside the type of its BSDF: its back emits too.
     pub const TWO_SIDED: u32 = 1 << 8;
+    /// Likewise: it has details (scene/materials.rs).
+    pub const DETAILED: u32 = 1 << 9;
+    /// Likewise: its back lets all rays pass.
+    pub const CULLS_BACK: u32 = 1 << 10;
 }
 
 /// A pixel of the film buffer.

@@ -12,6 +12,8 @@ pub(crate) struct Light {
     pub shape: LightShape,
     /// Intensity Φ/4π of a point, radiance of a surface.
     pub radiance: Rgb,
+    /// Of a surface: its number.
+    pub primitive: u32,
 }
 
 /// Where a light is.

@@ -50,6 +50,12 @@ impl LightList {
         self.surfaces.values().any(|(_, emission)| emission.two_sided)
     }
 
+    /// Says which primitive a light is; the back, which follows it, too.
+    pub fn set_primitive(&mut self, light: usize, two_sided: bool, primitive: u32) {
+        let last = light + usize::from(two_sided);
+        self.lights[light..=last].iter_mut().for_each(|light| light.primitive = primitive);
+    }
+
     pub fn into_vec(self) -> Vec<Light> {
         self.lights
     }
@@ -61,7 +67,7 @@ impl LightList {
         let number = self.lights.len();
         let (first, other) = *self.surfaces.entry(key).or_insert((number, emission));
         if first == number {
-            let light = |shape| Light { shape, radiance: emission.radiance };
+            let light = |shape| Light { shape, radiance: emission.radiance, primitive: 0 };
             self.lights.push(light(shape));
             self.lights.extend(emission.two_sided.then(|| light(reversed(shape))));
             return number as i32;
@@ -114,7 +120,8 @@ mod tests {
 
     #[test]
     fn copies_share_a_number_and_what_is_hidden_has_none() {
-        let mut list = LightList::new(vec![Light { shape: LightShape::Point(DVec3::ZERO), radiance: [1.0; 3] }]);
+        let mut list =
+            LightList::new(vec![Light { shape: LightShape::Point(DVec3::ZERO), radiance: [1.0; 3], primitive: 0 }]);
         let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
         let mut add = |[i, j, k]: [usize; 3], radiance: f64| {
             let corners = [corners[i], corners[j], corners[k]];

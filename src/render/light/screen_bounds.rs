@@ -54,7 +54,12 @@ mod tests {
     /// Of a scene whose only emitter is behind the camera, which looks along −z.
     fn places(scene: &Scene) -> Vec<Rectangle> {
         let shape = LightShape::Sphere { center: v(0.0, 0.0, 9.0), radius: 1.0, inward: false };
-        emitter_bounds(scene, &RenderSpace::of(scene), &View::of(scene), &[Light { shape, radiance: [1.0; 3] }])
+        emitter_bounds(
+            scene,
+            &RenderSpace::of(scene),
+            &View::of(scene),
+            &[Light { shape, radiance: [1.0; 3], primitive: 0 }],
+        )
     }
 
     #[test]
@@ -94,7 +99,7 @@ mod tests {
         // Faces +z.
         let corner = center - v(half, half, 0.0);
         let shape = LightShape::Parallelogram([corner, corner + 2.0 * half * DVec3::X, corner + 2.0 * half * DVec3::Y]);
-        Light { shape, radiance: [1.0; 3] }
+        Light { shape, radiance: [1.0; 3], primitive: 0 }
     }
 
     #[test]
@@ -114,7 +119,11 @@ mod tests {
         ] {
             assert_eq!(pixels_of(&square(v(x, y, -10.0), 1.0), &view).is_some(), shown, "{x} {y}");
             let sphere = LightShape::Sphere { center: v(x, y, -10.0), radius: 1.0, inward: false };
-            assert_eq!(pixels_of(&Light { shape: sphere, radiance: [1.0; 3] }, &view).is_some(), shown, "{x} {y}");
+            assert_eq!(
+                pixels_of(&Light { shape: sphere, radiance: [1.0; 3], primitive: 0 }, &view).is_some(),
+                shown,
+                "{x} {y}"
+            );
         }
         // Behind the camera, and seen from behind.
         assert!(pixels_of(&square(v(0.0, 0.0, 10.0), 1.0), &view).is_none());
@@ -125,8 +134,11 @@ mod tests {
         assert!(pixels_of(&turned, &view).is_none());
         // All around it.
         let around = LightShape::Sphere { center: DVec3::ZERO, radius: 3.0, inward: true };
-        assert!(pixels_of(&Light { shape: around, radiance: [1.0; 3] }, &view).is_some());
-        assert!(pixels_of(&Light { shape: LightShape::Point(v(0.0, 0.0, -1.0)), radiance: [1.0; 3] }, &view).is_none());
+        assert!(pixels_of(&Light { shape: around, radiance: [1.0; 3], primitive: 0 }, &view).is_some());
+        assert!(
+            pixels_of(&Light { shape: LightShape::Point(v(0.0, 0.0, -1.0)), radiance: [1.0; 3], primitive: 0 }, &view)
+                .is_none()
+        );
     }
 
     #[test]
@@ -138,12 +150,15 @@ mod tests {
         assert_eq!(pixels_of(&square(v(12.5, 0.0, -10.0), 1.0), &view), None);
         // What is nearer is larger.
         let tilted = [v(-0.99, 0.0, -10.0), v(0.99, 0.0, -10.0), v(-0.99, 0.99, -20.0)];
-        let tilted = Light { shape: LightShape::Parallelogram(tilted), radiance: [1.0; 3] };
+        let tilted = Light { shape: LightShape::Parallelogram(tilted), radiance: [1.0; 3], primitive: 0 };
         assert_eq!(pixels_of(&tilted, &view), Some([87..113, 37..53]));
         // Beside the camera, and all around it.
         for z in [0.0, 0.5] {
             let beside = LightShape::Sphere { center: v(0.5, 0.0, z), radius: 1.0, inward: false };
-            assert_eq!(pixels_of(&Light { shape: beside, radiance: [1.0; 3] }, &view), Some([0..200, 0..100]));
+            assert_eq!(
+                pixels_of(&Light { shape: beside, radiance: [1.0; 3], primitive: 0 }, &view),
+                Some([0..200, 0..100])
+            );
         }
     }
 }

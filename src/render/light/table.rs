@@ -99,7 +99,7 @@ fn light_texels(light: &Light, kind: u32, leaf: u32) -> [[f32; 4]; 4] {
     let kind = kind as f32;
     let leaf = f32::from_bits(leaf);
     let radiance = light.radiance.map(|x| x as f32);
-    let color = [radiance[0], radiance[1], radiance[2], 0.0];
+    let color = [radiance[0], radiance[1], radiance[2], f32::from_bits(light.primitive)];
     match light.shape {
         LightShape::Point(p) => [texel(p, kind), color, texel(DVec3::ZERO, leaf), color],
         LightShape::Triangle([a, b, c]) => {

@@ -143,7 +143,7 @@ mod tests {
                         1 => LightShape::Triangle([p, p + DVec3::X, p + DVec3::Y]),
                         _ => LightShape::Sphere { center: p, radius: 0.5, inward: false },
                     };
-                    Light { shape, radiance: [1.0 + x, 1.0, 0.5] }
+                    Light { shape, radiance: [1.0 + x, 1.0, 0.5], primitive: 0 }
                 })
                 .collect();
             let tree = LightTree::of(&lights);
@@ -171,7 +171,11 @@ mod tests {
     fn lights_that_are_ever_farther_apart_make_no_deep_tree() {
         let light = |i: i32| {
             let at = DVec3::new(1.1f64.powi(i), 1.05f64.powi(i), 0.0);
-            Light { shape: LightShape::Sphere { center: at, radius: 0.1, inward: false }, radiance: [1.0; 3] }
+            Light {
+                shape: LightShape::Sphere { center: at, radius: 0.1, inward: false },
+                radiance: [1.0; 3],
+                primitive: 0,
+            }
         };
         let lights: Vec<_> = (-300..700).map(light).collect();
         let tree = LightTree::of(&lights);

@@ -6,21 +6,23 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::accel;
-use crate::accel::{Primitive, Texel};
+use crate::accel::Primitive;
 use crate::scene;
-use crate::scene::{Bsdf, Material, Mesh, Scene, Sphere, Surface};
+use crate::scene::{Material, Mesh, Scene, Sphere};
 
-use crate::render::kernel::layout::{bsdf as kind, flag};
+use crate::render::kernel::layout::flag;
 use crate::render::light::emitter::{Light, LightShape};
 use crate::render::light::list::{Emission, LightList};
 use crate::render::scene::containment::Emitters;
 use crate::render::scene::coplanar::Lifts;
 use crate::render::scene::geometry;
-use crate::render::scene::geometry::{Geometry, SphereShape, triangle_texels};
+use crate::render::scene::geometry::{Attributes, Geometry, SphereShape, triangle_texels};
+use crate::render::scene::materials::MaterialTexels;
 use crate::render::scene::polygons;
 use crate::render::scene::polygons::InlinePolygon;
 use crate::render::scene::spheres;
 use crate::render::scene::spheres::ConstantSphere;
+use crate::render::scene::textures::TextureTable;
 use crate::render::settings::RenderSettings;
 use crate::render::settings::mutation::Mutation;
 use crate::render::space::RenderSpace;
@@ -61,7 +63,9 @@ pub(crate) struct SceneGeometry {
 
 impl SceneGeometry {
     /// Constant spheres, polygons and materials.
-    pub fn constants(scene: &Scene, space: &RenderSpace, settings: &RenderSettings) -> Self {
+    pub fn constants(scene: &Scene, space: &RenderSpace, settings: &RenderSettings, textures: &TextureTable) -> Self {
+        let has_colors = scene.meshes.iter().any(|mesh| !mesh.colors.is_empty());
+        let materials = MaterialTexels::of(&scene.materials, has_colors, |index, slot| textures.number(index, slot));
         let visible: Vec<_> = spheres::visible_lights(scene).collect();
         let points: Vec<_> = visible.iter().filter(|l| l.shines()).map(|l| point_light(l, space)).collect();
         let (constant_origins, other_spheres) = spheres::partition(scene, space);
@@ -71,7 +75,7 @@ impl SceneGeometry {
         };
         let (polygons, are_polygons) = polygons::select(scene, space, &lifts, settings.triangle_test);
         let mut geometry = Self {
-            geometry: Geometry::new(scene.materials.iter().map(material_texels).collect()),
+            geometry: Geometry::new(materials),
             hidden_lights: scene.lights.len() - visible.len(),
             points: points.len(),
             lights: LightList::new(points),
@@ -151,17 +155,31 @@ impl SceneGeometry {
         for (i, mesh) in scene.meshes.iter().enumerate() {
             if !self.are_polygons[i] {
                 let lifted: BTreeMap<_, _> = self.lifts.of_mesh(i).collect();
-                let added = self.add_triangles(mesh, &lifted, space);
+                let added = self.add_triangles(mesh, &lifted, &scene.materials, space);
                 self.add_emitters(mesh, &added, &lifted, &scene.materials, space);
                 self.origins.par_extend(added.into_par_iter().map(|i| Origin::Triangle(first_triangle + i)));
             }
             first_triangle += mesh.triangles.len();
         }
         self.leave_out_copies();
+        self.name_primitives_of_lights(scene);
+    }
+
+    fn name_primitives_of_lights(&mut self, scene: &Scene) {
+        for (light, primitive) in self.geometry.primitives_of_lights() {
+            let two_sided = scene.surface(self.geometry.material_of(primitive)).two_sided;
+            self.lights.set_primitive(light, two_sided, primitive as u32);
+        }
     }
 
     /// Adds the triangles of a mesh that have an area in single precision, without light; returns their indices in the mesh.
-    fn add_triangles(&mut self, mesh: &Mesh, lifted: &BTreeMap<usize, DVec3>, space: &RenderSpace) -> Vec<usize> {
+    fn add_triangles(
+        &mut self,
+        mesh: &Mesh,
+        lifted: &BTreeMap<usize, DVec3>,
+        materials: &[Material],
+        space: &RenderSpace,
+    ) -> Vec<usize> {
         let corners = |i: usize| corners(mesh, lifted, i);
         let vertices: Vec<_> =
             (0..mesh.triangles.len()).into_par_iter().map(|i| space.triangle32(corners(i))).collect();
@@ -170,23 +188,24 @@ impl SceneGeometry {
             .par_extend(added.par_iter().map(|&i| Primitive::Triangle { vertices: vertices[i].unwrap_or_default() }));
         let position = |p: DVec3| geometry::position(space.point32(p));
         let mut positions: Vec<_> = mesh.positions.par_iter().map(|&p| position(p)).collect();
-        let mut normals: Vec<_> = mesh.vertex_normals.par_iter().map(|n| geometry::position(n.as_vec3())).collect();
+        let mut attributes = attributes(mesh);
         // Triangles that are moved have vertices of their own.
         let mut own = BTreeMap::new();
         for &i in lifted.keys() {
             own.insert(i, positions.len() as u32);
             positions.extend(corners(i).map(position));
-            if !normals.is_empty() {
-                normals.extend(mesh.triangles[i].map(|vertex| normals[vertex as usize]));
-            }
+            attributes.repeat(mesh.triangles[i]);
         }
-        let first_vertex = self.geometry.add_vertices(positions, &normals);
+        let smooth = if attributes.normals.is_empty() { 0 } else { flag::SMOOTH };
+        let first_vertex = self.geometry.add_vertices(positions, attributes);
         self.geometry.add_triangles(added.par_iter().map(|&i| {
             let [a, b, c] = corners(i);
             let normal = (b - a).cross(c - a).try_normalize().unwrap_or(DVec3::Z).as_vec3();
             let numbers = own.get(&i).map_or(mesh.triangles[i], |&first| [first, first + 1, first + 2]);
             let numbers = numbers.map(|vertex| first_vertex + vertex);
-            triangle_texels(numbers, normal, mesh.triangle_materials[i], !normals.is_empty())
+            let material = mesh.triangle_materials[i];
+            let partial = if materials[material as usize].lets_rays_pass() { flag::PARTIAL } else { 0 };
+            triangle_texels(numbers, normal, material | smooth | partial)
         }));
         added
     }
@@ -215,7 +234,9 @@ impl SceneGeometry {
     /// Leaves exact copies of a primitive out: the first emitter among them, or else the first of them, is what rays hit.
     fn leave_out_copies(&mut self) {
         let first = self.constants_count();
+        // Of those that rays may pass another may show.
         let copies = accel::copies(&self.primitives, |i| self.geometry.is_light(first + i));
+        let copies: Vec<_> = copies.into_iter().filter(|&i| !self.geometry.is_partial(first + i as usize)).collect();
         if copies.is_empty() {
             return;
         }
@@ -231,6 +252,22 @@ impl SceneGeometry {
     }
 }
 
+/// What the vertices of a mesh have.
+fn attributes(mesh: &Mesh) -> Attributes {
+    let bits = |numbers: [f32; 4]| numbers.map(f32::to_bits);
+    let uv = |i: usize| {
+        let [first, second] = [0, 1].map(|set: usize| mesh.uvs[set].get(i).copied().unwrap_or_default());
+        bits([first[0], first[1], second[0], second[1]])
+    };
+    let uvs = mesh.uvs[0].len().max(mesh.uvs[1].len());
+    Attributes {
+        normals: mesh.vertex_normals.par_iter().map(|n| geometry::position(n.as_vec3())).collect(),
+        uvs: (0..uvs).into_par_iter().map(uv).collect(),
+        colors: mesh.colors.par_iter().map(|&color| bits(color)).collect(),
+        tangents: mesh.tangents.par_iter().map(|two| two.map(|[x, y, z]| bits([x, y, z, 0.0]))).collect(),
+    }
+}
+
 /// The corners of a triangle, in scene space.
 fn corners(mesh: &Mesh, lifted: &BTreeMap<usize, DVec3>, triangle: usize) -> [DVec3; 3] {
     let offset = lifted.get(&triangle).copied().unwrap_or_default();
@@ -238,14 +275,14 @@ fn corners(mesh: &Mesh, lifted: &BTreeMap<usize, DVec3>, triangle: usize) -> [DV
 }
 
 /// What a material emits, if it does, and whether on both sides.
+///
+/// Of one with a texture that is what it is with white; what is not for light sampling emits nothing.
 fn emitted(materials: &[Material], material: u32) -> Option<Emission> {
-    let surface = &materials[material as usize].surface;
+    let Material { surface, unlit, .. } = &materials[material as usize];
+    if *unlit {
+        return None;
+    }
     Some(Emission { radiance: surface.emitted()?, two_sided: surface.two_sided })
-}
-
-/// A texel of a colour and another number.
-pub(crate) fn rgb(c: [f64; 3], w: f32) -> [f32; 4] {
-    [c[0] as f32, c[1] as f32, c[2] as f32, w]
 }
 
 /// The number of a sphere's light, or −1.
@@ -256,22 +293,12 @@ fn add_sphere(lights: &mut LightList, s: &Sphere, materials: &[Material], space:
     }
 }
 
-/// The record of a material (shaders/lib/material.glsl).
-fn material_texels(material: &Material) -> [Texel; 2] {
-    let Surface { bsdf, emission, two_sided } = material.surface;
-    let (kind, reflectance, ior) = match bsdf {
-        Bsdf::Black => (kind::NONE, [0.0; 3], 1.0),
-        Bsdf::Diffuse { reflectance } => (kind::DIFFUSE, reflectance, 1.0),
-        Bsdf::Mirror { reflectance } => (kind::MIRROR, reflectance, 1.0),
-        Bsdf::Dielectric { ior } => (kind::DIELECTRIC, [1.0; 3], ior),
-        Bsdf::MetallicRoughness(m) => (kind::DIFFUSE, m.base_color, 1.0),
-    };
-    let kind = if two_sided { kind | flag::TWO_SIDED } else { kind };
-    [rgb(reflectance, f32::from_bits(kind)), rgb(emission, ior as f32)].map(|texel| texel.map(f32::to_bits))
-}
-
 fn point_light(light: &scene::Light, space: &RenderSpace) -> Light {
     let scene::Light::Point { position, power } = *light;
     let per = 1.0 / (4.0 * std::f64::consts::PI);
-    Light { shape: LightShape::Point(space.point(position)), radiance: power.map(|x| space.power(x) * per) }
+    Light {
+        shape: LightShape::Point(space.point(position)),
+        radiance: power.map(|x| space.power(x) * per),
+        primitive: 0,
+    }
 }

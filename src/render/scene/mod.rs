@@ -6,6 +6,8 @@ pub(crate) mod containment;
 pub(crate) mod coplanar;
 pub(crate) mod geometry;
 pub(crate) mod light_paths;
+pub(crate) mod materials;
 pub(crate) mod polygons;
 pub(crate) mod spheres;
 pub(crate) mod tables;
+pub(crate) mod textures;

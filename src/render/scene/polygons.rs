@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::scene::{Light, Scene};
+use crate::scene::{Light, Material, Scene};
 
 use crate::render::kernel::layout::constant::MAX_POLYGONS;
 use crate::render::scene::coplanar::Lifts;
@@ -97,6 +97,8 @@ pub(crate) fn select(
         if test != TriangleTest::Watertight
             || mesh.triangles.len() > 2 * MAX_POLYGONS
             || !mesh.vertex_normals.is_empty()
+            || !mesh.colors.is_empty()
+            || !mesh.triangle_materials.iter().all(|&material| is_plain(&scene.materials[material as usize]))
         {
             continue;
         }
@@ -108,6 +110,11 @@ pub(crate) fn select(
     }
     polygons.sort_by_key(|polygon| !polygon.emits);
     (polygons, constant)
+}
+
+/// Whether a material is the same all over a surface, and stops all rays.
+fn is_plain(material: &Material) -> bool {
+    material.textures.is_empty() && !material.lets_rays_pass()
 }
 
 /// The triangles of a mesh, pairs of which become quadrilaterals where they can.

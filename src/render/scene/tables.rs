@@ -7,6 +7,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::accel;
+use crate::accel::Texel;
 use crate::accel::{Aabb, BvhStatistics, Leaf, Packed, Primitive};
 use crate::scene::Scene;
 
@@ -15,12 +16,14 @@ use crate::render::light::emitter::{Light, LightShape};
 use crate::render::light::screen_bounds::emitter_bounds;
 use crate::render::light::solid_angle;
 use crate::render::light::table::{LightTable, kind};
-use crate::render::scene::collect::{Origin, SceneGeometry, rgb};
+use crate::render::scene::collect::{Origin, SceneGeometry};
 use crate::render::scene::geometry::GeometryTexels;
 use crate::render::scene::light_paths::CasterTable;
+use crate::render::scene::materials::rgb;
 use crate::render::scene::polygons;
 use crate::render::scene::polygons::InlinePolygon;
 use crate::render::scene::spheres::ConstantSphere;
+use crate::render::scene::textures::TextureTable;
 use crate::render::settings::mutation::Mutation;
 use crate::render::settings::{LightSamples, LightTracing, RenderSettings, SampleMap};
 use crate::render::space::RenderSpace;
@@ -35,6 +38,8 @@ const LIGHT_SAMPLES: u32 = 4;
 /// Everything that is uploaded or becomes a constant.
 pub(crate) struct Tables {
     pub geometry: GeometryTexels,
+    /// Textures, and the table of albedos.
+    pub textures: Vec<Texel>,
     pub lights: LightTable,
     /// Follows the lights' texels.
     pub light_paths: CasterTable,
@@ -71,7 +76,8 @@ pub(crate) struct Tables {
 impl Tables {
     /// Compiles a scene.
     pub fn new(scene: &Scene, space: &RenderSpace, settings: &RenderSettings) -> Self {
-        let mut geometry = SceneGeometry::constants(scene, space, settings);
+        let textures = TextureTable::of(scene);
+        let mut geometry = SceneGeometry::constants(scene, space, settings, &textures);
         let start = Instant::now();
         geometry.add_what_is_in_the_tree(scene, space);
         let primitives = &geometry.primitives;
@@ -102,6 +108,7 @@ impl Tables {
         let seen_from_outside = in_tree && are_seen_from_outside(&packed.root_boxes, &lights);
         Self {
             geometry: geometry.geometry.into_texels(),
+            textures: textures.texels,
             single_point: (points == 1 && lights.len() == 1).then(|| lights[0]),
             light_count: lights.len() as u32,
             point_count: points as u32,
@@ -184,6 +191,10 @@ impl Tables {
             first_material: self.geometry.first_material,
             first_position: self.geometry.first_position,
             first_normal: self.geometry.first_normal,
+            first_detail: self.geometry.first_detail,
+            first_uv: self.geometry.first_uv,
+            first_color: self.geometry.first_color,
+            first_tangent: self.geometry.first_tangent,
             ..SceneValues::zeroed()
         };
         for (value, s) in values.spheres.iter_mut().zip(&self.constant_spheres) {
@@ -197,7 +208,7 @@ impl Tables {
             let plane = f.normal.dot(f.corners[0]);
             *value = [f.edges().map(|edge| edge.z as f32), [plane as f32, 0.0, 0.0, 0.0]];
         }
-        if let Some(Light { shape: LightShape::Point(p), radiance }) = self.single_point {
+        if let Some(Light { shape: LightShape::Point(p), radiance, .. }) = self.single_point {
             values.point_position = p.extend(0.0).as_vec4().to_array();
             values.point_intensity = rgb(radiance, 0.0);
         }

@@ -1,6 +1,6 @@
 //! What can be left out of the path tracer.
 
-use crate::scene::{Scene, Surface};
+use crate::scene::{Material, Scene, Surface, TextureSlot};
 
 /// What features follow from.
 pub(crate) struct Needs<'a> {
@@ -35,8 +35,20 @@ impl<'a> Needs<'a> {
         self.scene.materials.iter().zip(&self.used).any(|(m, &used)| used && is(&m.surface))
     }
 
+    fn uses_material(&self, is: impl Fn(&Material) -> bool) -> bool {
+        self.scene.materials.iter().zip(&self.used).any(|(material, &used)| used && is(material))
+    }
+
     fn smooth_normals(&self) -> bool {
-        self.scene.meshes.iter().any(|m| !m.vertex_normals.is_empty())
+        self.scene.meshes.iter().any(|m| !m.vertex_normals.is_empty()) || self.normal_maps()
+    }
+
+    fn normal_maps(&self) -> bool {
+        self.uses_material(|material| material.textures.contains_key(&TextureSlot::Normal))
+    }
+
+    fn vertex_colors(&self) -> bool {
+        self.scene.meshes.iter().any(|mesh| !mesh.colors.is_empty())
     }
 }
 
@@ -135,6 +147,27 @@ features! {
     /// Interpolated normals.
     smooth_normals SmoothNormals, "smooth-normals", 15 SMOOTH_NORMALS: |n| n.smooth_normals();
         "a mesh has them"; "no mesh has them";
+    /// The metallic-roughness model.
+    metallic_roughness MetallicRoughness, "metallic-roughness", 49 HAS_METALLIC_ROUGHNESS: |n| n.uses(Surface::is_metallic_roughness);
+        "a surface uses it"; "no surface uses it";
+    /// Materials with more to them than a colour or an index.
+    details Details, "material-details", 50 HAS_DETAILS: |n| n.uses_material(Material::has_details) || n.vertex_colors();
+        "textures, vertex colours or the metallic-roughness model"; "colours of materials are constant";
+    /// Textures.
+    textures Textures, "textures", 51 HAS_TEXTURES: |n| n.uses_material(|m| !m.textures.is_empty());
+        "a material has some"; "no material has any";
+    /// Colours of vertices.
+    vertex_colors VertexColors, "vertex-colors", 52 HAS_VERTEX_COLORS: |n| n.vertex_colors();
+        "a mesh has them"; "no mesh has them";
+    /// Normals from textures.
+    normal_maps NormalMaps, "normal-maps", 53 HAS_NORMAL_MAPS: |n| n.normal_maps();
+        "a material has one"; "no material has one";
+    /// Surfaces that let rays pass.
+    coverage Coverage, "coverage", 54 HAS_COVERAGE: |n| n.uses_material(Material::lets_rays_pass);
+        "alpha or culled backs"; "all surfaces stop all rays";
+    /// Emission that differs from point to point.
+    varied_emission VariedEmission, "varied-emission", 55 HAS_VARIED_EMISSION: |n| n.uses_material(Material::has_varied_emission);
+        "an emitting material has a texture or alpha"; "emitters shine alike all over";
     /// All levels of the sampler's table.
     sampler_levels SamplerLevels, "sampler-levels", : |_n| false;
         "was asked for"; "as many as the number of samples needs";

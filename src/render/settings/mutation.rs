@@ -66,11 +66,23 @@ pub enum Mutation {
     NoEvenShare = 30,
     /// Emitters stay in the plane of what they are fixed to (on the host).
     FlushEmitters = 31,
+    /// Light that microfacets scatter more than once is left out.
+    SingleScattering = 32,
+    /// The diffuse base is lit as if the dielectric above it reflected nothing of what leaves.
+    UncoupledBase = 33,
+    /// The density of reflections is that of visible normals without their bound.
+    UnboundedNormals = 34,
+    /// Colours of textures are taken for linear.
+    UndecodedColors = 35,
+    /// Normals from textures have their green turned over.
+    SwappedBitangent = 36,
+    /// Alpha is compared with one half where it is a part of the rays.
+    ThresholdAlpha = 37,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 31] = [
+    pub const ALL: [Self; 37] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -102,6 +114,12 @@ impl Mutation {
         Self::UnbentNormals,
         Self::NoEvenShare,
         Self::FlushEmitters,
+        Self::SingleScattering,
+        Self::UncoupledBase,
+        Self::UnboundedNormals,
+        Self::UndecodedColors,
+        Self::SwappedBitangent,
+        Self::ThresholdAlpha,
     ];
 
     /// What is broken, in words.
@@ -138,6 +156,12 @@ impl Mutation {
             Self::UnbentNormals => "shading normals of mirrors and glass not bent",
             Self::NoEvenShare => "lights chosen by what they may contribute alone",
             Self::FlushEmitters => "emitters not moved off the plane of what they are fixed to",
+            Self::SingleScattering => "microfacets scatter light once only",
+            Self::UncoupledBase => "diffuse base not darkened by the dielectric above it towards the light",
+            Self::UnboundedNormals => "density of reflections without the bound on visible normals",
+            Self::UndecodedColors => "colours of textures taken for linear",
+            Self::SwappedBitangent => "normals of textures with their green turned over",
+            Self::ThresholdAlpha => "alpha compared with one half instead of at random",
         }
     }
 }

@@ -12,14 +12,6 @@
 uint traversal_steps = 0u;
 uint occlusion_steps = 0u;
 
-// The primitive with such a handle, or -1.
-int bvh_primitive(int self_id) {
-    int slot = self_id - BVH_ID;
-    uvec4 four = texelFetch(bvh_texels, 3 * int(record_count) + (slot >> 2));
-    uvec2 two = (slot & 2) != 0 ? four.zw : four.xy;
-    return int((slot & 1) != 0 ? two.y : two.x);
-}
-
 // Traversals the tree to the end, or as far as the budget goes; then `loops` has reached LOOP_BUDGET.
 Traversal traverse(Ray ray, float t_max, uint entry, bool any_hit, uint loops, out uint steps) {
     BvhRay r = bvh_ray(ray.origin, ray.direction, any_hit);

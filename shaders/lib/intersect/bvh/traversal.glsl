@@ -9,8 +9,17 @@
 #include "stack.glsl"
 #include "root_boxes.glsl"
 #include "../sphere.glsl"
+#include "../../coverage.glsl"
 
 const int BVH_ID = 0x01000000;     // ids from here on are BVH_ID + 2·record, or 1 more; those below are constant spheres and polygons
+
+// The primitive with such a handle, or -1.
+int bvh_primitive(int self_id) {
+    int slot = self_id - BVH_ID;
+    uvec4 four = texelFetch(bvh_texels, 3 * int(record_count) + (slot >> 2));
+    uvec2 two = (slot & 2) != 0 ? four.zw : four.xy;
+    return int((slot & 1) != 0 ? two.y : two.x);
+}
 
 // Whether the ray passes anywhere near a triangle: near a sphere around it. Edge functions of a triangle 1e-6 times the size of its
 // distance may be nothing but rounding errors: of 1e9 such tests, some report a hit where the ray passes at a distance. In a tree
@@ -46,6 +55,10 @@ bool leaf_test(BvhRay r, int record, BvhRecord q, int self_id, out float t, out 
         if (BRUTE_FORCE) hits = bvec2(hits.x && passes_near(r, v0, v1, v2), hits.y && passes_near(r, v3, v2, v1));
         if (MUTATION == MUTATE_TMIN) hits = bvec2(hits.x && ts.x > 1e-3, hits.y && ts.y > 1e-3);
         else if (MUTATION != MUTATE_SKIP) hits = bvec2(hits.x && self_id != first, hits.y && self_id != first + 1);
+        if (HAS_COVERAGE) {
+            if (hits.x) hits.x = stops_ray(bvh_primitive(first), r.origin, r.direction);
+            if (hits.y) hits.y = stops_ray(bvh_primitive(first + 1), r.origin, r.direction);
+        }
         // Of equal distances the first.
         bool second = hits.y && !(hits.x && ts.x <= ts.y);
         hit = hits.x || hits.y;

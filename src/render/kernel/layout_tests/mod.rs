@@ -81,6 +81,7 @@ fn bindings() {
         (binding::FILM_ROWS, "Film", true),
         (binding::FILM_ROWS, "FilmWords", true),
         (binding::GRADIENT_ROWS, "GradientRows", true),
+        (binding::TEXTURES, "texture_texels", false),
     ]
     .map(|(number, name, storage)| (0, number, name.to_owned(), storage));
     for (kernel, interface) in kernels() {
@@ -138,6 +139,10 @@ fn scene_values() {
         ("first_material", offset_of!(SceneValues, first_material)),
         ("first_position", offset_of!(SceneValues, first_position)),
         ("first_normal", offset_of!(SceneValues, first_normal)),
+        ("first_detail", offset_of!(SceneValues, first_detail)),
+        ("first_uv", offset_of!(SceneValues, first_uv)),
+        ("first_color", offset_of!(SceneValues, first_color)),
+        ("first_tangent", offset_of!(SceneValues, first_tangent)),
         ("even_share", offset_of!(SceneValues, even_share)),
     ]
     .map(|(name, offset)| (name.to_owned(), offset));
@@ -212,14 +217,21 @@ fn records() {
 fn kinds_and_mutations() {
     let geometry = include_str!("../../../../shaders/lib/geometry.glsl");
     let closure = include_str!("../../../../shaders/lib/bsdf/closure.glsl");
-    for (name, of_bsdf) in
-        [("NONE", bsdf::NONE), ("DIFFUSE", bsdf::DIFFUSE), ("MIRROR", bsdf::MIRROR), ("DIELECTRIC", bsdf::DIELECTRIC)]
-    {
+    for (name, of_bsdf) in [
+        ("NONE", bsdf::NONE),
+        ("DIFFUSE", bsdf::DIFFUSE),
+        ("MIRROR", bsdf::MIRROR),
+        ("DIELECTRIC", bsdf::DIELECTRIC),
+        ("METALLIC_ROUGHNESS", bsdf::METALLIC_ROUGHNESS),
+    ] {
         assert!(closure.contains(&format!("const uint BSDF_{name} = {of_bsdf}u;")), "{name}");
     }
-    for (name, bits) in
-        [("IS_SPHERE", flag::SPHERE), ("IS_SMOOTH", flag::SMOOTH), ("MATERIAL_BITS", !(flag::SPHERE | flag::SMOOTH))]
-    {
+    for (name, bits) in [
+        ("IS_SPHERE", flag::SPHERE),
+        ("IS_SMOOTH", flag::SMOOTH),
+        ("IS_PARTIAL", flag::PARTIAL),
+        ("MATERIAL_BITS", !(flag::SPHERE | flag::SMOOTH | flag::PARTIAL)),
+    ] {
         assert!(geometry.contains(&format!("const uint {name} = {bits:#010x}u;")), "{name}");
     }
     let light = include_str!("../../../../shaders/lib/light/light.glsl");

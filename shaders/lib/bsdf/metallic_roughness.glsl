@@ -1,0 +1,108 @@
+// glTF's metallic-roughness model, reciprocal and without loss of energy:
+//
+//   f = f_s + f_ms + f_d
+//   f_s   GGX microfacets with Schlick's Fresnel term, F0 and F90 mixed by metalness
+//   f_ms  what they scatter more than once, Fms (1 − E1(μo)) (1 − E1(μi)) / (π (1 − E1mean)), of metal and of the dielectric, mixed
+//         (Kulla and Conty, "Revisiting Physically Based Shading at Imageworks", 2017)
+//   f_d   base/π (1 − Es(μo)) (1 − Es(μi)) / (1 − Es mean), of the dielectric: what its f_s + f_ms, of albedo Es, let through
+//
+// E1 is the albedo of f_s where F = 1.
+
+#ifndef METALLIC_ROUGHNESS_GLSL
+#define METALLIC_ROUGHNESS_GLSL
+
+#include "../math.glsl"
+#include "albedo.glsl"
+#include "closure.glsl"
+#include "diffuse.glsl"
+#include "ggx.glsl"
+
+// Share of light that microfacets reflect after more than one scattering, of what is lost after one.
+vec3 multiple_scattering(vec3 f0, float f90, float mean_albedo) {
+    vec3 fresnel_mean = f0 + (vec3(f90) - f0) * (1.0 / 21.0);
+    return fresnel_mean * fresnel_mean * mean_albedo / (1.0 - fresnel_mean * (1.0 - mean_albedo));
+}
+
+float largest(vec3 v) { return fast_max(fast_max(v.x, v.y), v.z); }
+
+// What does not depend on wi. `dielectric_f0`, `dielectric_f90`: of the part that is no metal.
+Lobes lobes_of(vec3 base, float metallic, float roughness, vec3 dielectric_f0, float dielectric_f90, float mu) {
+    Lobes l;
+    l.alpha = ggx_alpha(roughness);
+    l.row = albedo_row(roughness);
+    vec2 e = ggx_albedo(mu, l.alpha, l.row);
+    vec2 mean = ggx_mean_albedo(l.row);
+    float lost = 1.0 - (e.x + e.y);
+    float mean_lost = 1.0 - (mean.x + mean.y);
+    l.f0 = mix(dielectric_f0, base, metallic);
+    l.f90 = mix(dielectric_f90, 1.0, metallic);
+    vec3 of_dielectric = multiple_scattering(dielectric_f0, dielectric_f90, mean.x + mean.y);
+    l.multiple = mix(of_dielectric, multiple_scattering(base, 1.0, mean.x + mean.y), metallic) * (lost / fast_max(mean_lost, 1e-7));
+    l.specular = vec3(largest(dielectric_f0), dielectric_f90, largest(of_dielectric));
+    float let_through = 1.0 - dot(l.specular, vec3(e, lost));
+    l.diffuse = base * ((1.0 - metallic) * let_through / (1.0 - dot(l.specular, vec3(mean, mean_lost))));
+    vec3 single = l.f0 * e.x + l.f90 * e.y;
+    vec3 rest = l.multiple * mean_lost + (1.0 - metallic) * base * let_through;
+    l.albedo = single + rest;
+    float s = brightness(single);
+    float all = s + brightness(rest);
+    l.single_share = all > 0.0 ? clamp(s / all, 0.05, 0.95) : 0.5;
+    if (MUTATION == MUTATE_MULTIPLE) l.multiple = vec3(0.0);
+    return l;
+}
+
+// In the frame of the normal. Sets f·cos θi and the density.
+void lobes_eval(Lobes l, vec3 wo, vec3 wi, out vec3 value, out float pdf) {
+    value = vec3(0.0);
+    pdf = 0.0;
+    if (wo.z <= 0.0 || wi.z <= 0.0) return;
+    float angle;
+    float single = ggx_eval(wo, wi, l.alpha, angle);
+    float angle2 = angle * angle;
+    vec3 fresnel = l.f0 + (vec3(l.f90) - l.f0) * (angle2 * angle2 * angle);
+    vec2 e = ggx_albedo(wi.z, l.alpha, l.row);
+    float lost = 1.0 - (e.x + e.y);
+    float let_through = MUTATION == MUTATE_COUPLING ? 1.0 : 1.0 - dot(l.specular, vec3(e, lost));
+    value = fresnel * single + (l.multiple * lost + l.diffuse * let_through) * cosine_pdf(wi.z);
+    float of_single = MUTATION == MUTATE_VISIBLE_NORMALS ? ggx_distribution(wo + wi, l.alpha) / (2.0 * (wo.z + ggx_root(wo, l.alpha)))
+                                                         : ggx_pdf(wo, wi, l.alpha);
+    pdf = mix(cosine_pdf(wi.z), of_single, l.single_share);
+}
+
+vec3 to_frame(vec3 w, vec3 tangent, vec3 bitangent, vec3 n) { return vec3(dot(w, tangent), dot(w, bitangent), dot(w, n)); }
+
+vec3 metallic_roughness_eval(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
+    vec3 tangent, bitangent, value;
+    float pdf;
+    basis(n, tangent, bitangent);
+    lobes_eval(b.lobes, to_frame(wo, tangent, bitangent, n), to_frame(wi, tangent, bitangent, n), value, pdf);
+    return value;
+}
+
+float metallic_roughness_pdf(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
+    vec3 tangent, bitangent, value;
+    float pdf;
+    basis(n, tangent, bitangent);
+    lobes_eval(b.lobes, to_frame(wo, tangent, bitangent, n), to_frame(wi, tangent, bitangent, n), value, pdf);
+    return pdf;
+}
+
+BsdfSample metallic_roughness_sample(Bsdf b, vec3 n, vec3 wo, vec2 u) {
+    vec3 tangent, bitangent;
+    basis(n, tangent, bitangent);
+    vec3 o = to_frame(wo, tangent, bitangent, n);
+    // One number chooses the lobe, and what is left of it is as random as before.
+    float share = b.lobes.single_share;
+    bool single = u.x < share;
+    float v = single ? u.x / share : (u.x - share) / (1.0 - share);
+    vec2 w = vec2(fast_min(v, 0.99999994), u.y);
+    vec2 disc = sqrt(w.y) * cos_sin_2pi(w.x);
+    vec3 i = single ? ggx_sample(o, b.lobes.alpha, w) : vec3(disc, sqrt(1.0 - w.y));
+    vec3 value;
+    float pdf;
+    lobes_eval(b.lobes, o, i, value, pdf);
+    vec3 direction = normalize(tangent * i.x + bitangent * i.y + n * i.z);
+    return BsdfSample(direction, pdf > 0.0 ? value / pdf : vec3(0.0), pdf, false);
+}
+
+#endif
