@@ -116,7 +116,7 @@ pub enum SceneError {
     },
 
     /// The extension says neither scene file nor mesh.
-    #[error("{}: unknown type of file, expected a name that ends in .toml (scene) or .obj (mesh)", path.display())]
+    #[error("{}: unknown type of file, expected a name that ends in .toml (scene), .gltf, .glb or .obj (model)", path.display())]
     UnknownFileType {
         /// The file.
         path: PathBuf,
@@ -173,6 +173,19 @@ pub enum SceneError {
         entity: Entity,
         /// What is wrong with its file.
         cause: Box<SceneError>,
+    },
+
+    /// A part of a glTF file is wrong.
+    #[error("{file}: {at}: {found}, expected {expected}")]
+    Model {
+        /// The file.
+        file: String,
+        /// Which part of it.
+        at: String,
+        /// What is there.
+        found: String,
+        /// What should be.
+        expected: String,
     },
 
     /// A line of an OBJ or MTL file is wrong.

@@ -7,10 +7,25 @@ use crate::scene::description::Scene;
 use crate::scene::error::{Entity, Location, SceneError};
 use crate::scene::facing::looking_away;
 use crate::scene::from_table::{Source, build};
+use crate::scene::gltf;
+use crate::scene::gltf::is_glb;
 use crate::scene::obj;
 use crate::scene::parse::parse;
 use crate::scene::precision::lost;
 use crate::scene::read::read_file;
+
+/// What to make of a file that leaves a choice. It concerns glTF.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct LoadOptions {
+    /// Animations are evaluated at this time, seconds; without one nodes are as they are stored.
+    pub time: Option<f64>,
+    /// Name or number of a variant of the materials.
+    pub variant: Option<String>,
+    /// Longest side of a texture, pixels; larger ones are made smaller.
+    pub texture_limit: Option<u32>,
+    /// Files that a file names have to be in its folder.
+    pub confine: bool,
+}
 
 /// A scene, and what its author should know about it.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,10 +44,19 @@ impl Scene {
     /// # Errors
     /// [`SceneError`] for the first thing that is wrong, with file, line and entity.
     pub fn load(path: &Path) -> Result<Loaded, SceneError> {
+        Self::load_with(path, &LoadOptions::default())
+    }
+
+    /// Loads a scene file, a glTF file (`.gltf`, `.glb`) or a mesh.
+    ///
+    /// # Errors
+    /// As for [`Scene::load`].
+    pub fn load_with(path: &Path, options: &LoadOptions) -> Result<Loaded, SceneError> {
         let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
         let name = path.display().to_string();
         match extension.as_ref().and_then(|extension| extension.to_str()) {
             Some("toml") => Self::from_toml_bytes(&read_file(path)?, &name, path.parent()),
+            Some("gltf" | "glb") => Self::from_gltf_bytes(&read_file(path)?, &name, path.parent(), options),
             Some("obj") => Self::from_obj_bytes(&read_file(path)?, &name, path.parent()),
             _ => Err(SceneError::UnknownFileType { path: path.to_owned() }),
         }
@@ -43,10 +67,38 @@ impl Scene {
     /// # Errors
     /// As for [`Scene::load`].
     pub fn from_bytes(bytes: &[u8], source_name: &str, base_dir: Option<&Path>) -> Result<Loaded, SceneError> {
+        Self::from_bytes_with(bytes, source_name, base_dir, &LoadOptions::default())
+    }
+
+    /// The same, with what to make of glTF.
+    ///
+    /// # Errors
+    /// As for [`Scene::load`].
+    pub fn from_bytes_with(
+        bytes: &[u8],
+        source_name: &str,
+        base_dir: Option<&Path>,
+        options: &LoadOptions,
+    ) -> Result<Loaded, SceneError> {
+        if is_glb(bytes) || bytes.trim_ascii_start().starts_with(b"{") {
+            return Self::from_gltf_bytes(bytes, source_name, base_dir, options);
+        }
         match is_toml(bytes) {
             true => Self::from_toml_bytes(bytes, source_name, base_dir),
             false => Self::from_obj_bytes(bytes, source_name, base_dir),
         }
+    }
+
+    fn from_gltf_bytes(
+        bytes: &[u8],
+        name: &str,
+        base_dir: Option<&Path>,
+        options: &LoadOptions,
+    ) -> Result<Loaded, SceneError> {
+        let mut warnings = Vec::new();
+        let scene = gltf::load(bytes, name, base_dir, options, &mut warnings)?;
+        scene.validate()?;
+        finish(scene, warnings, |_, _| Location::file(name))
     }
 
     fn from_toml_bytes(bytes: &[u8], name: &str, base_dir: Option<&Path>) -> Result<Loaded, SceneError> {

@@ -233,7 +233,7 @@ fn files_that_cannot_be_loaded() {
     assert!(message("none.obj").contains("cannot be read: "));
     fs::create_dir(folder.path().join("folder.toml")).unwrap();
     assert!(message("folder.toml").contains("folder, expected a file"));
-    assert!(message("image.png").contains("expected a name that ends in .toml (scene) or .obj (mesh)"));
+    assert!(message("image.png").contains("expected a name that ends in .toml (scene), .gltf, .glb or .obj (model)"));
     assert!(message("noextension").contains("expected a name that ends in .toml"));
     fs::write(folder.path().join("latin.toml"), b"version = 1\n# caf\xe9\n").unwrap();
     assert!(message("latin.toml").contains("latin.toml:2:6: not UTF-8"));

@@ -208,7 +208,7 @@ fn textures() -> Scene {
     scene.light(v(1.0, 3.0, 0.0), 150.0);
     let mut rng = Rng::new(63);
     let wide =
-        |codes: Vec<[u8; 4]>| codes.into_iter().map(|pixel| pixel.map(|code| u16::from(code) * 257 ^ 0x5a)).collect();
+        |codes: Vec<[u8; 4]>| codes.into_iter().map(|pixel| pixel.map(|code| (u16::from(code) * 257) ^ 0x5a)).collect();
     let floats =
         |codes: Vec<[u8; 4]>| codes.into_iter().map(|pixel| pixel.map(|code| f32::from(code) / 200.0)).collect();
     for (width, height, texels) in [
