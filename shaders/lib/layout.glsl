@@ -58,6 +58,8 @@ layout(constant_id = 45) const uint ENOUGH_LANES = 5u;      // with fewer at wor
 layout(constant_id = 46) const uint LOOP_BUDGET = 0u;       // loop iterations of an invocation; 0: no bound
 layout(constant_id = 47) const bool PATH_STATS = false;     // count rays and traversal steps
 layout(constant_id = 48) const uint MUTATION = 0u;          // tests only: breaks one thing, see src/render/settings/mutation.rs
+layout(constant_id = 49) const bool HAS_LENS = false;       // see camera.glsl
+layout(constant_id = 50) const bool ORTHOGRAPHIC = false;
 const bool SINGLE_POINT = LIGHT_COUNT == 1u && EMITTER_COUNT == 0u;     // the only light is a point
 
 // Values of MUTATION (src/render/settings/mutation.rs): errors in transport, then numerical protections taken away.
@@ -89,6 +91,8 @@ const uint MUTATE_LIGHT_TRACING = 27u;
 const uint MUTATE_LIMB = 28u;
 const uint MUTATE_BEND = 29u;
 const uint MUTATE_CHOICE = 30u;
+const uint MUTATE_LENS = 32u;
+const uint MUTATE_VIEW = 33u;
 
 // ---- bindings
 // All texels are bits, of numbers too: lavapipe compiles five functions for each format that it meets, and small integers
@@ -125,9 +129,9 @@ layout(std140, binding = 11) uniform SceneValues {
     vec4 point_position;        // of the only light, if that is a point
     vec4 point_intensity;
     vec4 light_grid;            // centre of the lights' grid, and its size
-    vec4 camera_right;          // xyz: half the image plane's width at distance 1
-    vec4 camera_up;             // xyz: half its height
-    vec4 camera_forward;        // xyz: unit
+    vec4 camera_right;          // xyz: half the image plane's width at distance 1, or where parallel rays start; w: radius of the lens, or 0
+    vec4 camera_up;             // xyz: half its height; w: distance of what is in focus
+    vec4 camera_forward;        // xyz: unit; w: 1 where rays are parallel, else 0
     vec4 background;            // rgb radiance
     uint record_count;          // of the tree
     uint root_order;            // last word of the root's record: in which order to visit its children, see node.glsl

@@ -8,6 +8,7 @@ mod description;
 mod error;
 mod facing;
 mod fingerprint;
+mod fit;
 mod format;
 mod from_table;
 mod load;

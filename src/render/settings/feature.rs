@@ -135,6 +135,12 @@ features! {
     /// Interpolated normals.
     smooth_normals SmoothNormals, "smooth-normals", 15 SMOOTH_NORMALS: |n| n.smooth_normals();
         "a mesh has them"; "no mesh has them";
+    /// A lens, which blurs what is not in focus.
+    lens Lens, "lens", 49 HAS_LENS: |n| n.scene.camera.lens.is_some();
+        "the camera has one"; "the camera has none";
+    /// Parallel rays from the camera.
+    orthographic Orthographic, "orthographic", 50 ORTHOGRAPHIC: |n| n.scene.camera.orthographic_width.is_some();
+        "the camera is"; "the camera is not";
     /// All levels of the sampler's table.
     sampler_levels SamplerLevels, "sampler-levels", : |_n| false;
         "was asked for"; "as many as the number of samples needs";

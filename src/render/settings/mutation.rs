@@ -66,11 +66,15 @@ pub enum Mutation {
     NoEvenShare = 30,
     /// Emitters stay in the plane of what they are fixed to (on the host).
     FlushEmitters = 31,
+    /// Rays leave the lens more often near its middle.
+    CentredLens = 32,
+    /// Parallel rays are as close as if the image were 2 % narrower.
+    NarrowView = 33,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 31] = [
+    pub const ALL: [Self; 33] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -102,6 +106,8 @@ impl Mutation {
         Self::UnbentNormals,
         Self::NoEvenShare,
         Self::FlushEmitters,
+        Self::CentredLens,
+        Self::NarrowView,
     ];
 
     /// What is broken, in words.
@@ -138,6 +144,8 @@ impl Mutation {
             Self::UnbentNormals => "shading normals of mirrors and glass not bent",
             Self::NoEvenShare => "lights chosen by what they may contribute alone",
             Self::FlushEmitters => "emitters not moved off the plane of what they are fixed to",
+            Self::CentredLens => "rays leave the lens more often near its middle",
+            Self::NarrowView => "an orthographic view that is 2 % narrower",
         }
     }
 }
