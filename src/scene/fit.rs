@@ -33,9 +33,9 @@ impl Camera {
         }
     }
 
-    /// The full horizontal angle for a vertical one, both in degrees, in an image of these sides.
-    pub fn horizontal_of_vertical(vertical: f64, width: f64, height: f64) -> f64 {
-        2.0 * ((vertical.to_radians() / 2.0).tan() * width / height).atan().to_degrees()
+    /// The full horizontal angle for a vertical one, both in degrees, in an image of this width over height.
+    pub fn horizontal_of_vertical(vertical: f64, aspect: f64) -> f64 {
+        2.0 * ((vertical.to_radians() / 2.0).tan() * aspect).atan().to_degrees()
     }
 }
 

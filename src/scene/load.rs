@@ -7,6 +7,7 @@ use crate::scene::description::Scene;
 use crate::scene::error::{Entity, Location, SceneError};
 use crate::scene::facing::looking_away;
 use crate::scene::from_table::{Source, build};
+use crate::scene::named_camera::NamedCamera;
 use crate::scene::obj;
 use crate::scene::parse::parse;
 use crate::scene::precision::lost;
@@ -19,6 +20,8 @@ pub struct Loaded {
     pub scene: Scene,
     /// What was left out or replaced (each with its file and, where there is one, its line), in the order of loading.
     pub warnings: Vec<String>,
+    /// The cameras of the file, the scene's first; none where the scene's fits its surfaces.
+    pub cameras: Vec<NamedCamera>,
 }
 
 impl Scene {
@@ -68,7 +71,8 @@ impl Scene {
         let mut warnings = Vec::new();
         let scene = build(&source, tables, &mut warnings)?;
         scene.check_values().map_err(|problem| source.error(problem))?;
-        finish(scene, warnings, |entity, field| source.locate(entity, field))
+        let camera = NamedCamera { name: "camera".to_owned(), camera: scene.camera.clone(), vertical: None };
+        finish(scene, vec![camera], warnings, |entity, field| source.locate(entity, field))
     }
 
     /// Loads an OBJ file that is in memory, as [`Scene::load`] does. `source_name` stands for it in messages;
@@ -80,7 +84,7 @@ impl Scene {
         let mut warnings = Vec::new();
         let scene = obj::preview(bytes, source_name, base_dir, &mut warnings)?;
         scene.validate()?;
-        finish(scene, warnings, |_, _| Location::file(source_name))
+        finish(scene, Vec::new(), warnings, |_, _| Location::file(source_name))
     }
 }
 
@@ -95,6 +99,7 @@ fn is_toml(bytes: &[u8]) -> bool {
 
 fn finish(
     scene: Scene,
+    cameras: Vec<NamedCamera>,
     mut warnings: Vec<String>,
     locate: impl Fn(Entity, &str) -> Location,
 ) -> Result<Loaded, SceneError> {
@@ -116,5 +121,5 @@ fn finish(
     // Meshes of the same MTL file have the same to tell.
     let mut told = HashSet::new();
     warnings.retain(|warning| told.insert(warning.clone()));
-    Ok(Loaded { scene, warnings })
+    Ok(Loaded { scene, warnings, cameras })
 }

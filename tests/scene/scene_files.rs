@@ -245,7 +245,7 @@ fn files_that_cannot_be_loaded() {
 
 #[test]
 fn defaults() {
-    let Loaded { scene, warnings } = load_text(&good("")).unwrap();
+    let Loaded { scene, warnings, .. } = load_text(&good("")).unwrap();
     assert!(warnings.is_empty(), "{warnings:?}");
     assert_eq!(scene.camera.up.to_array(), [0.0, 1.0, 0.0]);
     let film = Film { width: 512, height: 512, filter: PixelFilter::Gaussian, transfer: Transfer::Gamma(2.2) };
@@ -305,7 +305,7 @@ fn shipped_scenes_load_as_the_report_has_them() {
     let mut count = 0;
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
-        let Loaded { scene, warnings } = Scene::load(&path).unwrap_or_else(|error| panic!("{error}"));
+        let Loaded { scene, warnings, .. } = Scene::load(&path).unwrap_or_else(|error| panic!("{error}"));
         assert!(warnings.is_empty(), "{warnings:?}");
         count += 1;
         if path.ends_with("cornell.toml") {
