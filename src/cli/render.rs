@@ -213,7 +213,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         log::warn!("{output}: {} pixels are not finite", written.non_finite);
     }
     let printed = match args.json {
-        true => output::print(&format!("{}\n", report(&context, &scene, &settings, &renderer, development, setup, &place))),
+        true => {
+            output::print(&format!("{}\n", report(&context, &scene, &settings, &renderer, development, setup, &place)))
+        }
         false => Ok(()),
     };
     let printed = printed.and(args.scene_options.check_warnings(late_warnings));

@@ -87,7 +87,9 @@ impl ViewOptions {
                 }
                 let (camera, widened) = named.for_image(width, height);
                 if widened {
-                    output::tell("camera: the image is narrower than it is meant for, and keeps what is seen at the sides");
+                    output::tell(
+                        "camera: the image is narrower than it is meant for, and keeps what is seen at the sides",
+                    );
                 }
                 camera
             }
@@ -98,7 +100,9 @@ impl ViewOptions {
         camera.up = self.up.unwrap_or(camera.up);
         if let Some(vertical) = self.vertical_fov {
             if camera.orthographic_width.is_some() {
-                anyhow::bail!("--vertical-fov: the camera is orthographic and has no angle, expected a perspective one");
+                anyhow::bail!(
+                    "--vertical-fov: the camera is orthographic and has no angle, expected a perspective one"
+                );
             }
             camera.horizontal_fov = Camera::horizontal_of_vertical(vertical, f64::from(width) / f64::from(height));
         }

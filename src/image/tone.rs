@@ -24,7 +24,8 @@ fn luminance(rgb: [f32; 3]) -> f64 {
 /// least; `covered` is empty where that is unknown, and all count. 0 where nothing is lit.
 pub fn auto_exposure(image: &Image, covered: &[f32]) -> f64 {
     let counts = |i: usize| covered.get(i).is_none_or(|share| *share >= SHOWS);
-    let lit: Vec<f64> = image.pixels().iter().enumerate().filter(|(i, _)| counts(*i)).map(|(_, p)| luminance(*p)).collect();
+    let lit: Vec<f64> =
+        image.pixels().iter().enumerate().filter(|(i, _)| counts(*i)).map(|(_, p)| luminance(*p)).collect();
     let lit: Vec<f64> = lit.into_iter().filter(|l| l.is_finite()).collect();
     let mean = lit.iter().sum::<f64>() / lit.len() as f64;
     if !(mean > 0.0) {
@@ -117,7 +118,11 @@ impl Image {
     ///
     /// # Errors
     /// [`ImageError::Count`](crate::image::ImageError) unless there is one value for each pixel.
-    pub fn without_background(mut self, covered: Vec<f32>, background: [f64; 3]) -> Result<Self, crate::image::ImageError> {
+    pub fn without_background(
+        mut self,
+        covered: Vec<f32>,
+        background: [f64; 3],
+    ) -> Result<Self, crate::image::ImageError> {
         for (pixel, &alpha) in self.pixels_mut().iter_mut().zip(&covered) {
             for (c, &light) in pixel.iter_mut().zip(&background) {
                 *c = if alpha > 0.0 { (f64::from(*c) - f64::from(1.0 - alpha) * light).max(0.0) as f32 } else { 0.0 };

@@ -43,7 +43,8 @@ impl Scene {
     /// The middle of the box around all surfaces, and the distance of what is farthest from there.
     pub fn bounding_sphere(&self) -> (DVec3, f64) {
         let points = || self.meshes.iter().flat_map(|mesh| &mesh.positions);
-        let (mut lo, mut hi) = points().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), &p| (lo.min(p), hi.max(p)));
+        let (mut lo, mut hi) =
+            points().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), &p| (lo.min(p), hi.max(p)));
         for sphere in &self.spheres {
             (lo, hi) = (lo.min(sphere.center - sphere.radius), hi.max(sphere.center + sphere.radius));
         }

@@ -70,8 +70,9 @@ impl View {
     /// Where on the image plane, whose half sizes are 1, a point is seen: to the right, and down. None if it is not before the camera.
     fn at(&self, point: DVec3) -> Option<[f64; 2]> {
         let depth = self.forward.dot(point);
-        let at = [(self.right, 1.0), (self.up, -1.0)]
-            .map(|(half, sign)| sign * half.dot(point) / half.length_squared() / if self.orthographic { 1.0 } else { depth });
+        let at = [(self.right, 1.0), (self.up, -1.0)].map(|(half, sign)| {
+            sign * half.dot(point) / half.length_squared() / if self.orthographic { 1.0 } else { depth }
+        });
         (depth > 1e-6 * point.length()).then_some(at)
     }
 
@@ -131,7 +132,8 @@ mod tests {
 
     #[test]
     fn a_box_covers_its_part_of_the_picture() {
-        let view = View { right: DVec3::X, up: 0.5 * DVec3::Y, forward: DVec3::NEG_Z, orthographic: false, size: [100.0; 2] };
+        let view =
+            View { right: DVec3::X, up: 0.5 * DVec3::Y, forward: DVec3::NEG_Z, orthographic: false, size: [100.0; 2] };
         let of = |lo: [f32; 3], hi: [f32; 3]| Aabb { lo: lo.into(), hi: hi.into() };
         // The right half of the picture, and the quarter on the left above.
         let (right, above) = (of([0.0, -9.0, -5.0], [9.0, 9.0, -4.0]), of([-5.0, 0.0, -4.0], [-0.1, 3.0, -4.0]));
@@ -146,7 +148,8 @@ mod tests {
 
     #[test]
     fn points_are_in_their_cells_of_the_picture() {
-        let view = View { right: DVec3::X, up: 0.5 * DVec3::Y, forward: DVec3::NEG_Z, orthographic: false, size: [100.0; 2] };
+        let view =
+            View { right: DVec3::X, up: 0.5 * DVec3::Y, forward: DVec3::NEG_Z, orthographic: false, size: [100.0; 2] };
         // At a distance of 4 the picture reaches 4 to the sides and 2 up and down.
         let square = |side: i32| (0..side * side).map(move |i| v(f64::from(i % side), f64::from(i / side), 0.0));
         let dense = |scale: f64| square(200).map(move |p| scale * p / 100.0 + v(-4.0, -2.0, -4.0));
