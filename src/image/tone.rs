@@ -28,7 +28,7 @@ pub fn auto_exposure(image: &Image, covered: &[f32]) -> f64 {
         image.pixels().iter().enumerate().filter(|(i, _)| counts(*i)).map(|(_, p)| luminance(*p)).collect();
     let lit: Vec<f64> = lit.into_iter().filter(|l| l.is_finite()).collect();
     let mean = lit.iter().sum::<f64>() / lit.len() as f64;
-    if !(mean > 0.0) {
+    if mean.is_nan() || mean <= 0.0 {
         return 0.0;
     }
     let of_logarithms = lit.iter().map(|l| l.max(DARKEST * mean).log2()).sum::<f64>() / lit.len() as f64;

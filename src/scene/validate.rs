@@ -172,7 +172,7 @@ fn check_film(film: &Film) -> Check {
         check_integer(Entity::Film, field, i64::from(side), 1, MAX_IMAGE_SIDE)?;
     }
     if let Exposure::Stops(stops) = film.exposure
-        && !(stops.abs() <= MAX_EXPOSURE)
+        && (stops.is_nan() || stops.abs() > MAX_EXPOSURE)
     {
         return Err(Problem::new(Entity::Film, "exposure", number(stops), "a number from -64 to 64, or \"auto\""));
     }
