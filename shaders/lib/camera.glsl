@@ -1,10 +1,11 @@
-// A pinhole at the origin of render space.
+// A camera at the origin of render space: a pinhole, a thin lens around it, or a plane through it that parallel rays start from.
 
 #ifndef CAMERA_GLSL
 #define CAMERA_GLSL
 
 #include "layout.glsl"
 #include "math.glsl"
+#include "sampler.glsl"
 
 // Offset from the pixel's centre, in pixels, distributed as the reconstruction filter: weight 1 for every sample.
 vec2 filter_offset(vec2 u) {
@@ -27,12 +28,35 @@ Camera frame_camera() {
     return Camera(camera_right.xyz, camera_up.xyz, camera_forward.xyz, 2.0 / float(width), 2.0 / float(height));
 }
 
-// Unit direction of the camera ray through a point of the pixel at column and row `at`.
-vec3 camera_direction(Camera camera, uvec2 at, vec2 u) {
+// Where a camera ray starts, and its unit direction.
+struct CameraRay {
+    vec3 origin;
+    vec3 direction;
+};
+
+// The camera ray of a sample through a point of the pixel at column and row `at`, chosen by u.
+CameraRay camera_ray(Camera camera, uvec2 at, vec2 u, uint key, uint sample_index) {
     vec2 p = vec2(at) + 0.5 + (REUSE && in_mode(MODE_SURVEY) ? vec2(0.0) : filter_offset(u));
     float x = p.x * camera.column - 1.0;
     float y = 1.0 - p.y * camera.row;
-    return normalize(camera.forward + x * camera.right + y * camera.up);
+    if (!HAS_LENS && !ORTHOGRAPHIC) return CameraRay(vec3(0.0), normalize(camera.forward + x * camera.right + y * camera.up));
+    vec3 origin = vec3(0.0);
+    vec3 direction = camera.forward + x * camera.right + y * camera.up;
+    if (ORTHOGRAPHIC && camera_forward.w != 0.0) {
+        float narrow = MUTATION == MUTATE_VIEW ? 0.98 : 1.0;
+        origin = narrow * x * camera.right + narrow * y * camera.up;
+        direction = camera.forward;
+    }
+    if (HAS_LENS && camera_right.w > 0.0) {
+        // Evenly over a disc; all rays of the pixel meet in the plane that is in focus.
+        vec2 v = REUSE && in_mode(MODE_SURVEY) ? vec2(0.0) : sample_pair(key, sample_index, PAIR_LENS, 0u);
+        float radius = camera_right.w * (MUTATION == MUTATE_LENS ? v.x : sqrt(v.x));
+        vec2 p = radius * cos_sin_2pi(v.y);
+        vec3 on_lens = p.x * normalize(camera.right) + p.y * normalize(camera.up);
+        origin += on_lens;
+        direction = camera_up.w * direction - on_lens;
+    }
+    return CameraRay(origin, normalize(direction));
 }
 
 #endif

@@ -68,6 +68,8 @@ layout(constant_id = 48) const uint MUTATION = 0u;          // tests only: break
 // Simple operands: glslang makes control flow of others, for which there is no place here.
 const bool HAS_DENSITIES = HAS_DIFFUSE || HAS_METALLIC_ROUGHNESS;   // some BSDF is no distribution of single directions
 const bool SAMPLES_LIGHTS = HAS_DENSITIES && LIGHT_COUNT > 0u;
+layout(constant_id = 56) const bool HAS_LENS = false;       // see camera.glsl
+layout(constant_id = 57) const bool ORTHOGRAPHIC = false;
 const bool SINGLE_POINT = LIGHT_COUNT == 1u && EMITTER_COUNT == 0u;     // the only light is a point
 
 // Values of MUTATION (src/render/settings/mutation.rs): errors in transport, then numerical protections taken away.
@@ -105,6 +107,8 @@ const uint MUTATE_VISIBLE_NORMALS = 34u;
 const uint MUTATE_SRGB = 35u;
 const uint MUTATE_TANGENT = 36u;
 const uint MUTATE_ALPHA = 37u;
+const uint MUTATE_LENS = 38u;
+const uint MUTATE_VIEW = 39u;
 
 // ---- bindings
 // All texels are bits, of numbers too: lavapipe compiles five functions for each format that it meets, and small integers
@@ -142,9 +146,9 @@ layout(std140, binding = 11) uniform SceneValues {
     vec4 point_position;        // of the only light, if that is a point
     vec4 point_intensity;
     vec4 light_grid;            // centre of the lights' grid, and its size
-    vec4 camera_right;          // xyz: half the image plane's width at distance 1
-    vec4 camera_up;             // xyz: half its height
-    vec4 camera_forward;        // xyz: unit
+    vec4 camera_right;          // xyz: half the image plane's width at distance 1, or where parallel rays start; w: radius of the lens, or 0
+    vec4 camera_up;             // xyz: half its height; w: distance of what is in focus
+    vec4 camera_forward;        // xyz: unit; w: 1 where rays are parallel, else 0
     vec4 background;            // rgb radiance
     uint record_count;          // of the tree
     uint root_order;            // last word of the root's record: in which order to visit its children, see node.glsl

@@ -74,7 +74,8 @@ const bool LIGHT_AFTER_LAST_HIT = HAS_BACKGROUND || HAS_EMITTER;
 // move (pixel_order.glsl) that changes; the places go on as they began, and are spread as well as if groups had not moved.
 Path path_begin(Camera camera, uvec2 at, uint key, uint index) {
     vec2 u = sample_pair(key, index_of_sample(index), PAIR_PIXEL, 0u);
-    return Path(vec3(0.0), camera_direction(camera, at, u), -1, vec3(1.0), 0u, index, vec3(0.0), 0.0, 0.0, 0u);
+    CameraRay ray = camera_ray(camera, at, u, key, index_of_sample(index));
+    return Path(ray.origin, ray.direction, -1, vec3(1.0), 0u, index, vec3(0.0), 0.0, 0.0, 0u);
 }
 
 // ---- light that arrives directly
@@ -264,7 +265,7 @@ bool path_arrive(Path path, Hit hit, uint key, uint light_samples, inout vec3 ra
 void path_depart(inout Path path, Vertex v, bool alive, Camera camera, uvec2 at, uint key, uint index) {
     uint hit = alive ? v.hits : 0u;
     vec2 u = sample_pair(key, alive ? index : index_of_sample(index), hit, hit);
-    vec3 first = camera_direction(camera, at, u);
+    CameraRay first = camera_ray(camera, at, u, key, index_of_sample(index));
     BsdfSample next = bsdf_sample(v.bsdf, v.normal, -path.direction, u);
     // A shading normal may send the ray to the wrong side of the surface. Glass and mirrors would lose that light: theirs is bent.
     if (SMOOTH_NORMALS && is_delta(v.bsdf) && MUTATION != MUTATE_BEND) {
@@ -281,8 +282,8 @@ void path_depart(inout Path path, Vertex v, bool alive, Camera camera, uvec2 at,
         else throughput = vec3(0.0);
     }
     vec3 start = HAS_DIELECTRIC && next.crosses ? v.surface.position - v.up * v.surface.offset : v.outside;
-    path.origin = alive ? start : vec3(0.0);
-    path.direction = alive ? next.direction : first;
+    path.origin = alive ? start : first.origin;
+    path.direction = alive ? next.direction : first.direction;
     path.self_id = alive ? self_id_of(v.self_id, v.surface, v.front != next.crosses) : -1;
     path.throughput = alive ? throughput : vec3(1.0);
     path.hits = alive ? (v.last ? MAX_DEPTH : v.hits) : 0u;

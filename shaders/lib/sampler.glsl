@@ -1,5 +1,5 @@
 // Random numbers as a pure function of (pixel, sample, dimension, seed). Two dimensions make a pair:
-// pair 0 is the position in the pixel; a path's surface hit d (1, 2, …) uses the pairs below.
+// pair 0 is the position in the pixel, the last of the table that on the lens; a path's surface hit d (1, 2, …) uses the pairs below.
 //
 // Owen-scrambled Sobol (Burley, JCGT 2020), with the Laine–Karras hash as improved by Vegdahl (2021) for the
 // scramble. The table holds Sobol points bit-reversed, as the hash wants them: row k of level l is the point of
@@ -19,6 +19,7 @@ const uint SOBOL_HITS = 10u;
 const uint MEMBER_SHIFT = 29u;
 const uint MEMBER_BITS = 32u - MEMBER_SHIFT;
 const uint PAIR_PIXEL = 0u;
+const uint PAIR_LENS = 31u;
 uint pair_direction(uint hit) { return hit; }                      // also the choice between reflection and refraction
 uint pair_light(uint hit) { return SOBOL_HITS - 1u + 2u * hit; }   // a point on an emitter
 uint pair_choice(uint hit) { return SOBOL_HITS + 2u * hit; }       // which light

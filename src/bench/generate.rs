@@ -96,8 +96,9 @@ fn empty(source: &str, max_depth: u32) -> Scene {
             target: DVec3::new(0.0, 0.0, 0.0),
             up: DVec3::Y,
             horizontal_fov: 50.0,
+            ..Camera::default()
         },
-        film: Film { width: 256, height: 256, filter: PixelFilter::Box, transfer: Transfer::Srgb },
+        film: Film { width: 256, height: 256, filter: PixelFilter::Box, transfer: Transfer::Srgb, ..Film::default() },
         integrator: Integrator { max_depth, samples: 16, russian_roulette: None, indirect: true },
         background: [0.0; 3],
         materials: Vec::new(),

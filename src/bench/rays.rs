@@ -8,7 +8,6 @@ mod dump;
 
 use std::ops::ControlFlow;
 
-use glam::Vec3;
 use serde::Serialize;
 
 use crate::Context;
@@ -16,6 +15,7 @@ use crate::check::CheckError;
 use crate::check::probe::{BATCH, PathInput, Query, RayInput, RayProbe, Traced, Traversal};
 use crate::oracle::Pcg64;
 use crate::render::RenderSettings;
+use crate::render::space::RenderSpace;
 use crate::render::space::view::View;
 use crate::scene::Scene;
 
@@ -194,8 +194,7 @@ fn make(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<[
 
 /// A ray through a random point of each pixel, tile by tile.
 fn camera_rays(scene: &Scene, settings: &RenderSettings) -> Vec<RayInput> {
-    let view = View::of(scene);
-    let [right, up, forward] = [view.right, view.up, view.forward].map(|v| v.as_vec3());
+    let view = View::of(scene, RenderSpace::of(scene).length(1.0));
     let (width, height) = (scene.film.width, scene.film.height);
     let mut random = Pcg64::for_pixel(u64::from(settings.seed), 0);
     let mut uniform = move || random.uniform() as f32;
@@ -206,7 +205,8 @@ fn camera_rays(scene: &Scene, settings: &RenderSettings) -> Vec<RayInput> {
         .map(|(x, y)| {
             let x = (x as f32 + uniform()) * (2.0 / width as f32) - 1.0;
             let y = 1.0 - (y as f32 + uniform()) * (2.0 / height as f32);
-            RayInput::new(Vec3::ZERO, (forward + x * right + y * up).normalize())
+            let [origin, direction] = view.ray(f64::from(x), f64::from(y)).map(|v| v.as_vec3());
+            RayInput::new(origin, direction.normalize())
         })
         .collect()
 }

@@ -34,6 +34,8 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::NoLimb => &["emitters/limb"],
         Mutation::UnbentNormals => &["energy/low-poly"],
         Mutation::NoEvenShare => &["lights/hidden"],
+        Mutation::CentredLens => &["camera/circle-of-confusion"],
+        Mutation::NarrowView => &["camera/orthographic-silhouette"],
         Mutation::FlushEmitters => &["emitters/flush"],
         Mutation::SingleScattering => &["materials/furnace"],
         Mutation::UncoupledBase => &["materials/furnace", "materials/reciprocity"],

@@ -54,6 +54,11 @@ impl ImageOutput {
         self.path.as_ref()
     }
 
+    /// The format that is written.
+    pub fn format(&self) -> Format {
+        self.format
+    }
+
     /// Checks, before hours of work, that [`Self::write`] can write.
     ///
     /// # Errors

@@ -4,6 +4,7 @@ mod bench;
 mod check;
 mod checkpoint;
 mod compare;
+mod develop_options;
 mod devices;
 mod exit;
 mod heading;
@@ -20,6 +21,7 @@ mod render;
 mod setting_options;
 mod signals;
 mod text;
+mod view_options;
 
 use std::io::Write as _;
 use std::process::ExitCode;

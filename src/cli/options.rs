@@ -12,6 +12,7 @@ use photolith::{ContextOptions, RenderSettings, Validation, user_cache};
 
 use super::setting_options::SettingOptions;
 use super::text::{bytes, counted};
+use super::view_options::ViewOptions;
 use super::{heading, input};
 
 /// Which device, and whether it is watched.
@@ -80,6 +81,9 @@ pub struct SceneOptions {
     )]
     pub max_depth: Option<u32>,
 
+    #[command(flatten)]
+    pub view: ViewOptions,
+
     /// Warnings are errors: end with code 2
     #[arg(long, help_heading = heading::SCENE)]
     pub strict: bool,
@@ -91,16 +95,17 @@ pub struct SceneOptions {
 impl SceneOptions {
     /// Loads the scene, prints its warnings, and applies the options to it.
     pub fn load(&self, path: &Path) -> anyhow::Result<(Scene, RenderSettings)> {
-        let loaded = input::load(path)?;
+        let mut loaded = input::load(path)?;
         for warning in &loaded.warnings {
             log::warn!("{warning}");
         }
         self.check_warnings(loaded.warnings.len())?;
-        let mut scene = loaded.scene;
         if let Some(Size { width, height }) = self.size {
-            scene.film.width = width;
-            scene.film.height = height;
+            loaded.scene.film.width = width;
+            loaded.scene.film.height = height;
         }
+        self.view.apply(&mut loaded)?;
+        let mut scene = loaded.scene;
         if let Some(samples) = self.samples {
             scene.integrator.samples = samples;
         }

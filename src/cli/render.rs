@@ -15,6 +15,7 @@ use photolith::{Context, Image, RenderError, RenderSettings, Renderer, Validatio
 use serde_json::json;
 
 use super::checkpoint::Keeper;
+use super::develop_options::{DevelopOptions, Development, develop};
 use super::image_output::{self, ImageOutput};
 use super::interrupt::Interrupt;
 use super::numbers::seconds;
@@ -68,6 +69,9 @@ pub struct RenderArgs {
     checkpoint_every: Duration,
 
     #[command(flatten)]
+    develop: DevelopOptions,
+
+    #[command(flatten)]
     device: DeviceOptions,
 
     /// Print one line of JSON about the rendering on stdout
@@ -117,7 +121,8 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     if let Some(checkpoint) = &args.checkpoint {
         check_writable(checkpoint)?;
     }
-    let (scene, mut settings) = args.scene_options.load(&args.scene)?;
+    let (mut scene, mut settings) = args.scene_options.load(&args.scene)?;
+    args.develop.apply(&mut scene, output.format())?;
     if let Some(noise) = args.noise {
         settings.adaptive = Some(Adaptive { noise });
         settings.samples = args.scene_options.samples.unwrap_or(MOST_SAMPLES);
@@ -192,7 +197,15 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     if let Some(variance) = film.variance() {
         image = image.with_variance(Variance { of_mean: variance.to_vec(), batches: HALVES })?;
     }
-    let written = output.write(&image, &metadata(&scene, &settings, &context, &renderer), scene.film.transfer);
+    let samples = renderer.statistics().samples_per_pixel;
+    let (mut image, development) = develop(image, &scene, &settings, samples, output.format(), &context)?;
+    let mut m = metadata(&scene, &settings, &context, &renderer);
+    if output.format() == Format::Png {
+        image = image.displayed(development.exposure, development.tone);
+        m.push("Exposure", development.exposure);
+        m.push("Tone", development.tone.name());
+    }
+    let written = output.write(&image, &m, scene.film.transfer);
     let kept = keeper.map_or(Ok(()), |keeper| keeper.finish(&mut renderer, written.is_ok()));
     let written = written?;
     if written.non_finite > 0 {
@@ -200,7 +213,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         log::warn!("{output}: {} pixels are not finite", written.non_finite);
     }
     let printed = match args.json {
-        true => output::print(&format!("{}\n", report(&context, &settings, &renderer, setup, &place))),
+        true => {
+            output::print(&format!("{}\n", report(&context, &scene, &settings, &renderer, development, setup, &place)))
+        }
         false => Ok(()),
     };
     let printed = printed.and(args.scene_options.check_warnings(late_warnings));
@@ -308,10 +323,28 @@ fn push_settings(m: &mut Metadata, scene: &Scene, settings: &RenderSettings, con
     m.push("Driver", &context.info().driver);
 }
 
+/// The camera that was used.
+fn camera(scene: &Scene) -> serde_json::Value {
+    let camera = &scene.camera;
+    let perspective = camera.orthographic_width.is_none();
+    json!({
+        "position": camera.position.to_array(),
+        "target": camera.target.to_array(),
+        "up": camera.up.to_array(),
+        "horizontal_fov": perspective.then_some(camera.horizontal_fov),
+        "orthographic_width": camera.orthographic_width,
+        "lens_radius": camera.lens.map(|lens| lens.radius),
+        "focus": camera.lens.map(|lens| lens.focus),
+        "filter": format!("{:?}", scene.film.filter),
+    })
+}
+
 fn report(
     context: &Context,
+    scene: &Scene,
     settings: &RenderSettings,
     renderer: &Renderer,
+    development: Development,
     setup_seconds: f64,
     output: &Path,
 ) -> serde_json::Value {
@@ -321,6 +354,11 @@ fn report(
     json!({
         "schema": "photolith-render-2",
         "output": output.display().to_string(),
+        "camera": camera(scene),
+        "exposure": development.exposure,
+        "exposure_auto": development.auto,
+        "tone": development.tone.name(),
+        "transparent": development.transparent,
         "setup_s": setup_seconds,
         "render_s": s.render_seconds,
         "spp_done": s.samples_per_pixel,

@@ -24,6 +24,7 @@ pub struct Image {
     pixels: Vec<[f32; 3]>,
     variance: Option<Variance>,
     counts: Option<Vec<u32>>,
+    alpha: Option<Vec<f32>>,
 }
 
 impl Image {
@@ -44,7 +45,7 @@ impl Image {
     pub fn from_pixels(width: u32, height: u32, pixels: Vec<[f32; 3]>) -> Result<Self, ImageError> {
         check_size(width, height)?;
         check_count("pixels", width, height, pixels.len())?;
-        Ok(Self { width, height, pixels, variance: None, counts: None })
+        Ok(Self { width, height, pixels, variance: None, counts: None, alpha: None })
     }
 
     /// An image with `f(x, y)` in each pixel; (0, 0) is the top left.
@@ -80,6 +81,16 @@ impl Image {
         Ok(self)
     }
 
+    /// The same image, whose pixels are what is seen of what covers this part of them, and nothing of the rest.
+    ///
+    /// # Errors
+    /// [`ImageError::Count`] unless there is one value for each pixel.
+    pub fn with_alpha(mut self, alpha: Vec<f32>) -> Result<Self, ImageError> {
+        check_count("alpha values", self.width, self.height, alpha.len())?;
+        self.alpha = Some(alpha);
+        Ok(self)
+    }
+
     /// Pixels in a row.
     pub fn width(&self) -> u32 {
         self.width
@@ -111,6 +122,11 @@ impl Image {
     /// The estimate of the noise, where there is one.
     pub fn variance(&self) -> Option<&Variance> {
         self.variance.as_ref()
+    }
+
+    /// The part of each pixel that is covered, where the background is left out; row 0 at the top.
+    pub fn alpha(&self) -> Option<&[f32]> {
+        self.alpha.as_deref()
     }
 
     /// Samples behind each pixel, where known; row 0 at the top.

@@ -11,6 +11,7 @@ mod format;
 pub mod heatmap;
 mod metadata;
 pub mod metrics;
+mod tone;
 mod transfer;
 
 pub use crate::image::buffer::{Image, MAX_SIDE, Variance};
@@ -18,3 +19,4 @@ pub use crate::image::error::ImageError;
 pub use crate::image::file::{Written, check_writable, encode, read, write, write_as};
 pub use crate::image::format::Format;
 pub use crate::image::metadata::Metadata;
+pub use crate::image::tone::auto_exposure;

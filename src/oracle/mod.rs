@@ -25,7 +25,7 @@ mod rng;
 pub mod trace;
 
 pub use crate::oracle::bsdf::{cosine_hemisphere, fresnel, reflect, refract};
-pub use crate::oracle::camera::{film_offset, primary_ray};
+pub use crate::oracle::camera::{film_offset, lens_offset, primary_ray};
 pub use crate::oracle::integrator::{direct_irradiance, radiance};
 pub use crate::oracle::rng::Pcg64;
 pub use crate::oracle::trace::{Hit, Primitive, Ray};
@@ -89,7 +89,8 @@ fn pixel(scene: &Scene, x: u32, y: u32, samples: u32, rng: &mut Pcg64) -> (Rgb, 
     let (mut mean, mut squares) = (DVec3::ZERO, DVec3::ZERO);
     for n in 1..=samples {
         let film = DVec2::new(f64::from(x), f64::from(y)) + film_offset(scene.film.filter, rng);
-        let sample = radiance(scene, primary_ray(scene, film), rng);
+        let lens = scene.camera.lens.map_or(DVec2::ZERO, |_| lens_offset(rng));
+        let sample = radiance(scene, primary_ray(scene, film, lens), rng);
         let delta = sample - mean;
         mean += delta / f64::from(n);
         squares += delta * (sample - mean);

@@ -1,11 +1,35 @@
 //! What a scene has if its author says nothing.
 
-use crate::scene::description::{Film, Integrator, PixelFilter, Transfer};
+use glam::DVec3;
+
+use crate::scene::description::{Camera, Exposure, Film, Integrator, PixelFilter, Tone, Transfer};
+
+impl Default for Camera {
+    /// A pinhole in the origin that looks along −z, with an angle of 60°.
+    fn default() -> Self {
+        Self {
+            position: DVec3::ZERO,
+            target: DVec3::NEG_Z,
+            up: DVec3::Y,
+            horizontal_fov: 60.0,
+            orthographic_width: None,
+            lens: None,
+        }
+    }
+}
 
 impl Default for Film {
     /// 512 × 512 pixels, Gaussian filter, gamma 2.2.
     fn default() -> Self {
-        Self { width: 512, height: 512, filter: PixelFilter::Gaussian, transfer: Transfer::Gamma(2.2) }
+        Self {
+            width: 512,
+            height: 512,
+            filter: PixelFilter::Gaussian,
+            transfer: Transfer::Gamma(2.2),
+            exposure: Exposure::Stops(0.0),
+            tone: Tone::None,
+            transparent: false,
+        }
     }
 }
 

@@ -13,17 +13,38 @@ use crate::scene::texture::{Texture, TextureImage, TextureSlot};
 /// Linear RGB: a reflectance (0..=1), a radiance or a power, according to use.
 pub type Rgb = [f64; 3];
 
-/// A pinhole camera. Rays leave `position`; `target` is in the middle of the image.
+/// A camera: a pinhole, unless it says otherwise. `target` is in the middle of the image.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
-    /// Position of the pinhole, scene units.
+    /// Of the pinhole, of the middle of the lens, or of the plane that parallel rays start from; scene units.
     pub position: DVec3,
     /// A point on the optical axis, scene units; not equal to `position`.
     pub target: DVec3,
     /// Points up in the image; not parallel to the optical axis. Any length.
     pub up: DVec3,
-    /// Full horizontal angle of view, degrees, in (0, 180).
+    /// Full horizontal angle of view, degrees, in (0, 180). Parallel rays have none.
     pub horizontal_fov: f64,
+    /// Width of what an orthographic camera shows, scene units, > 0; `None`: perspective.
+    pub orthographic_width: Option<f64>,
+    /// Thin lens; `None`: all is in focus.
+    pub lens: Option<Lens>,
+}
+
+impl Camera {
+    /// Whether all rays start in one point.
+    pub fn is_pinhole(&self) -> bool {
+        self.orthographic_width.is_none() && self.lens.is_none()
+    }
+}
+
+/// A thin lens with a round aperture. Each pixel's rays leave it evenly spread, and meet where the pinhole's ray meets the plane in
+/// focus.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lens {
+    /// Of the aperture, scene units, > 0.
+    pub radius: f64,
+    /// Of the plane in focus, along the optical axis; scene units, > 0.
+    pub focus: f64,
 }
 
 /// The reconstruction filter of a pixel. Both are importance sampled: every sample has weight 1.
@@ -44,6 +65,26 @@ pub enum Transfer {
     Srgb,
 }
 
+/// By how much 8-bit output is brightened.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Exposure {
+    /// By 2 to the power of this.
+    Stops(f64),
+    /// So that the mean logarithm of the luminance of what shows geometry becomes that of 0.18, to a third of a stop.
+    Auto,
+}
+
+/// How radiance is brought into the range of 8-bit output.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Tone {
+    /// It is cut off at 1.
+    None,
+    /// Khronos PBR Neutral: colours below 0.8 keep their hue and saturation.
+    Neutral,
+    /// AgX, its base look.
+    Agx,
+}
+
 /// Image size and how samples become pixels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Film {
@@ -55,6 +96,12 @@ pub struct Film {
     pub filter: PixelFilter,
     /// Transfer curve of 8-bit output.
     pub transfer: Transfer,
+    /// Of 8-bit output.
+    pub exposure: Exposure,
+    /// Of 8-bit output.
+    pub tone: Tone,
+    /// The background is left out, and alpha is the share of camera rays that meet geometry.
+    pub transparent: bool,
 }
 
 /// How light is carried.

@@ -12,6 +12,15 @@ pub fn fingerprint(scene: &Scene) -> u64 {
     let c = &scene.camera;
     h.points(&[c.position, c.target, c.up]);
     h.numbers(&[c.horizontal_fov]);
+    // Pinholes keep their numbers.
+    if let Some(width) = c.orthographic_width {
+        h.write(b"orthographic");
+        h.numbers(&[width]);
+    }
+    if let Some(lens) = c.lens {
+        h.write(b"lens");
+        h.numbers(&[lens.radius, lens.focus]);
+    }
     h.write(&scene.film.width.to_le_bytes());
     h.write(&scene.film.height.to_le_bytes());
     h.write(&[u8::from(scene.film.filter == PixelFilter::Gaussian), u8::from(scene.integrator.indirect)]);
@@ -118,8 +127,14 @@ mod tests {
     fn scene() -> Scene {
         Scene {
             source: "test".into(),
-            camera: Camera { position: DVec3::Z, target: DVec3::ZERO, up: DVec3::Y, horizontal_fov: 60.0 },
-            film: Film { width: 8, height: 8, filter: PixelFilter::Box, transfer: Transfer::Srgb },
+            camera: Camera {
+                position: DVec3::Z,
+                target: DVec3::ZERO,
+                up: DVec3::Y,
+                horizontal_fov: 60.0,
+                ..Camera::default()
+            },
+            film: Film { width: 8, height: 8, filter: PixelFilter::Box, transfer: Transfer::Srgb, ..Film::default() },
             integrator: Integrator { max_depth: 8, samples: 1, russian_roulette: None, indirect: true },
             background: [0.0; 3],
             materials: vec![Material::new("grey", Surface::diffuse([0.5; 3]))],

@@ -41,7 +41,43 @@ pub(super) struct CameraTable {
     pub target: Triple,
     #[serde(default = "up")]
     pub up: Triple,
-    pub horizontal_fov: f64,
+    #[serde(rename = "type", default)]
+    pub kind: CameraKind,
+    pub horizontal_fov: Option<f64>,
+    pub width: Option<f64>,
+    pub lens_radius: Option<f64>,
+    pub f_number: Option<f64>,
+    pub focal_length_mm: Option<f64>,
+    pub focus: Option<FocusValue>,
+}
+
+#[derive(Deserialize, Default, Clone, Copy, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum CameraKind {
+    #[default]
+    Perspective,
+    Orthographic,
+}
+
+/// A number, or a word for another value.
+#[derive(Clone, Copy)]
+pub(super) enum FocusValue {
+    Distance(f64),
+    Target,
+}
+
+#[derive(Clone, Copy)]
+pub(super) enum ExposureValue {
+    Stops(f64),
+    Auto,
+}
+
+#[derive(Deserialize, Clone, Copy)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum ToneName {
+    None,
+    Neutral,
+    Agx,
 }
 
 fn up() -> Triple {
@@ -55,6 +91,9 @@ pub(super) struct FilmTable {
     pub height: i64,
     pub filter: FilterName,
     pub gamma: GammaValue,
+    pub exposure: ExposureValue,
+    pub tone: ToneName,
+    pub transparent: bool,
 }
 
 impl Default for FilmTable {
@@ -71,6 +110,9 @@ impl Default for FilmTable {
                 Transfer::Gamma(gamma) => GammaValue::Number(gamma),
                 Transfer::Srgb => GammaValue::Srgb,
             },
+            exposure: ExposureValue::Stops(0.0),
+            tone: ToneName::None,
+            transparent: film.transparent,
         }
     }
 }
@@ -231,36 +273,45 @@ impl<'de> Deserialize<'de> for Triple {
     }
 }
 
-impl<'de> Deserialize<'de> for GammaValue {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct GammaVisitor;
+/// Reads a number, or the only word that may be in its place.
+macro_rules! number_or_word {
+    ($value:ident, $number:ident, $what:literal, $word:literal, $variant:ident) => {
+        impl<'de> Deserialize<'de> for $value {
+            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                struct NumberOrWord;
 
-        impl Visitor<'_> for GammaVisitor {
-            type Value = GammaValue;
+                impl Visitor<'_> for NumberOrWord {
+                    type Value = $value;
 
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a number > 0 or \"srgb\"")
-            }
+                    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                        f.write_str(concat!($what, " or \"", $word, "\""))
+                    }
 
-            fn visit_f64<E: Error>(self, value: f64) -> Result<GammaValue, E> {
-                Ok(GammaValue::Number(value))
-            }
+                    fn visit_f64<E: Error>(self, value: f64) -> Result<$value, E> {
+                        Ok($value::$number(value))
+                    }
 
-            fn visit_i64<E: Error>(self, value: i64) -> Result<GammaValue, E> {
-                Ok(GammaValue::Number(value as f64))
-            }
+                    fn visit_i64<E: Error>(self, value: i64) -> Result<$value, E> {
+                        Ok($value::$number(value as f64))
+                    }
 
-            fn visit_str<E: Error>(self, value: &str) -> Result<GammaValue, E> {
-                match value {
-                    "srgb" => Ok(GammaValue::Srgb),
-                    _ => Err(E::invalid_value(Unexpected::Str(value), &self)),
+                    fn visit_str<E: Error>(self, value: &str) -> Result<$value, E> {
+                        match value {
+                            $word => Ok($value::$variant),
+                            _ => Err(E::invalid_value(Unexpected::Str(value), &self)),
+                        }
+                    }
                 }
+
+                deserializer.deserialize_any(NumberOrWord)
             }
         }
-
-        deserializer.deserialize_any(GammaVisitor)
-    }
+    };
 }
+
+number_or_word!(GammaValue, Number, "a number > 0", "srgb", Srgb);
+number_or_word!(FocusValue, Distance, "a distance > 0", "target", Target);
+number_or_word!(ExposureValue, Stops, "a number of stops", "auto", Auto);
 
 impl<'de> Deserialize<'de> for RouletteValue {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {

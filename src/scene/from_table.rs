@@ -13,7 +13,7 @@ use crate::scene::obj::{MaterialSource, MeshRequest, NormalsChoice};
 use crate::scene::read::read_relative;
 use crate::scene::transform::Placement;
 use crate::scene::validate::{
-    MAX_DEPTH, MAX_IMAGE_SIDE, MAX_SAMPLES, Problem, check_integer, check_positive, check_vector,
+    MAX_DEPTH, MAX_IMAGE_SIDE, MAX_SAMPLES, Problem, check_integer, check_positive, check_vector, number,
 };
 
 /// The text that a scene is being built from.
@@ -42,6 +42,7 @@ pub(super) fn build(source: &Source<'_>, tables: SceneTable, warnings: &mut Vec<
         define_material(&mut materials, index, table).map_err(|problem| source.error(problem))?;
     }
     let integrator = integrator(&tables.integrator).map_err(|problem| source.error(problem))?;
+    let camera = camera(&tables.camera).map_err(|problem| source.error(problem))?;
     let film = film(&tables.film).map_err(|problem| source.error(problem))?;
     let spheres = tables.sphere.into_iter().enumerate().map(|(index, table)| {
         let material = find_material(&materials, Entity::Sphere(index), &table.material)?;
@@ -57,12 +58,7 @@ pub(super) fn build(source: &Source<'_>, tables: SceneTable, warnings: &mut Vec<
     });
     Ok(Scene {
         source: source.name.to_owned(),
-        camera: Camera {
-            position: tables.camera.position.0.into(),
-            target: tables.camera.target.0.into(),
-            up: tables.camera.up.0.into(),
-            horizontal_fov: tables.camera.horizontal_fov,
-        },
+        camera,
         film,
         integrator,
         background: tables.background.radiance.0,
@@ -72,6 +68,67 @@ pub(super) fn build(source: &Source<'_>, tables: SceneTable, warnings: &mut Vec<
         spheres,
         meshes,
     })
+}
+
+/// Width of the sensor behind a lens whose focal length is not stated: that of 35 mm film.
+const SENSOR_MM: f64 = 36.0;
+
+fn camera(table: &CameraTable) -> Result<Camera, Problem> {
+    let entity = Entity::Camera;
+    let needed = |field, value: Option<f64>, kind| {
+        value.ok_or_else(|| Problem::new(entity, field, "missing", format!("a number: {kind} camera needs one")))
+    };
+    let unwanted = |field, value: Option<f64>, expected: &'static str| match value {
+        Some(found) => Err(Problem::new(entity, field, number(found), expected)),
+        None => Ok(()),
+    };
+    let (position, target) = (table.position.0.into(), table.target.0.into());
+    let mut camera = Camera { position, target, up: table.up.0.into(), ..Camera::default() };
+    match table.kind {
+        CameraKind::Perspective => {
+            camera.horizontal_fov = needed("horizontal_fov", table.horizontal_fov, "a perspective")?;
+            unwanted("width", table.width, "none: only an orthographic camera has one")?;
+        }
+        CameraKind::Orthographic => {
+            camera.orthographic_width = Some(needed("width", table.width, "an orthographic")?);
+            unwanted("horizontal_fov", table.horizontal_fov, "none: an orthographic camera has width instead")?;
+        }
+    }
+    let radius = match (table.lens_radius, table.f_number) {
+        (Some(_), Some(f_number)) => {
+            return Err(Problem::new(entity, "f_number", number(f_number), "none beside lens_radius, or that alone"));
+        }
+        (Some(radius), None) => {
+            unwanted("focal_length_mm", table.focal_length_mm, "none: it goes with f_number")?;
+            radius
+        }
+        (None, Some(f_number)) => {
+            check_positive(entity, "f_number", f_number)?;
+            let half_angle = camera.horizontal_fov.to_radians() / 2.0;
+            let focal_length = match (table.focal_length_mm, table.kind) {
+                (Some(focal_length), _) => focal_length,
+                (None, CameraKind::Perspective) => SENSOR_MM / 2.0 / half_angle.tan(),
+                (None, CameraKind::Orthographic) => needed("focal_length_mm", None, "with f_number, an orthographic")?,
+            };
+            check_positive(entity, "focal_length_mm", focal_length)?;
+            // A unit is a metre.
+            focal_length / f_number / 2.0 / 1000.0
+        }
+        (None, None) => {
+            unwanted("focal_length_mm", table.focal_length_mm, "none: it goes with f_number")?;
+            if table.focus.is_some() {
+                return Err(Problem::new(entity, "focus", "there", "lens_radius or f_number beside it"));
+            }
+            return Ok(camera);
+        }
+    };
+    let focus = match table.focus {
+        Some(FocusValue::Distance(distance)) => distance,
+        Some(FocusValue::Target) | None => position.distance(target),
+    };
+    // A lens without extent is none.
+    camera.lens = (radius != 0.0).then_some(Lens { radius, focus });
+    Ok(camera)
 }
 
 fn film(table: &FilmTable) -> Result<Film, Problem> {
@@ -87,6 +144,16 @@ fn film(table: &FilmTable) -> Result<Film, Problem> {
             GammaValue::Number(gamma) => Transfer::Gamma(gamma),
             GammaValue::Srgb => Transfer::Srgb,
         },
+        exposure: match table.exposure {
+            ExposureValue::Stops(stops) => Exposure::Stops(stops),
+            ExposureValue::Auto => Exposure::Auto,
+        },
+        tone: match table.tone {
+            ToneName::None => Tone::None,
+            ToneName::Neutral => Tone::Neutral,
+            ToneName::Agx => Tone::Agx,
+        },
+        transparent: table.transparent,
     })
 }
 

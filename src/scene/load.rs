@@ -9,6 +9,7 @@ use crate::scene::facing::looking_away;
 use crate::scene::from_table::{Source, build};
 use crate::scene::gltf;
 use crate::scene::gltf::is_glb;
+use crate::scene::named_camera::NamedCamera;
 use crate::scene::obj;
 use crate::scene::parse::parse;
 use crate::scene::precision::lost;
@@ -34,6 +35,8 @@ pub struct Loaded {
     pub scene: Scene,
     /// What was left out or replaced (each with its file and, where there is one, its line), in the order of loading.
     pub warnings: Vec<String>,
+    /// The cameras of the file, the scene's first; none where the scene's fits its surfaces.
+    pub cameras: Vec<NamedCamera>,
 }
 
 impl Scene {
@@ -96,9 +99,9 @@ impl Scene {
         options: &LoadOptions,
     ) -> Result<Loaded, SceneError> {
         let mut warnings = Vec::new();
-        let scene = gltf::load(bytes, name, base_dir, options, &mut warnings)?;
+        let (scene, cameras) = gltf::load(bytes, name, base_dir, options, &mut warnings)?;
         scene.validate()?;
-        finish(scene, warnings, |_, _| Location::file(name))
+        finish(scene, cameras, warnings, |_, _| Location::file(name))
     }
 
     fn from_toml_bytes(bytes: &[u8], name: &str, base_dir: Option<&Path>) -> Result<Loaded, SceneError> {
@@ -120,7 +123,8 @@ impl Scene {
         let mut warnings = Vec::new();
         let scene = build(&source, tables, &mut warnings)?;
         scene.check_values().map_err(|problem| source.error(problem))?;
-        finish(scene, warnings, |entity, field| source.locate(entity, field))
+        let camera = NamedCamera { name: "camera".to_owned(), camera: scene.camera.clone(), vertical: None };
+        finish(scene, vec![camera], warnings, |entity, field| source.locate(entity, field))
     }
 
     /// Loads an OBJ file that is in memory, as [`Scene::load`] does. `source_name` stands for it in messages;
@@ -132,7 +136,7 @@ impl Scene {
         let mut warnings = Vec::new();
         let scene = obj::preview(bytes, source_name, base_dir, &mut warnings)?;
         scene.validate()?;
-        finish(scene, warnings, |_, _| Location::file(source_name))
+        finish(scene, Vec::new(), warnings, |_, _| Location::file(source_name))
     }
 }
 
@@ -147,6 +151,7 @@ fn is_toml(bytes: &[u8]) -> bool {
 
 fn finish(
     scene: Scene,
+    cameras: Vec<NamedCamera>,
     mut warnings: Vec<String>,
     locate: impl Fn(Entity, &str) -> Location,
 ) -> Result<Loaded, SceneError> {
@@ -168,5 +173,5 @@ fn finish(
     // Meshes of the same MTL file have the same to tell.
     let mut told = HashSet::new();
     warnings.retain(|warning| told.insert(warning.clone()));
-    Ok(Loaded { scene, warnings })
+    Ok(Loaded { scene, warnings, cameras })
 }

@@ -35,6 +35,9 @@ pub const IOR_RANGE: RangeInclusive<f64> = 1e-3..=1e3;
 /// [`IOR_RANGE`], for messages.
 pub(super) const EXPECTED_IOR: &str = "a number from 0.001 to 1000";
 
+/// Stops by which an image is brightened or darkened, at most.
+const MAX_EXPOSURE: f64 = 64.0;
+
 /// Sine of the smallest angle between [`Camera::up`] and the optical axis: below it the image's orientation would be
 /// made of rounding errors.
 const MIN_UP_SINE: f64 = 1e-10;
@@ -149,6 +152,13 @@ fn check_camera(camera: &Camera) -> Check {
         let expected = "a vector that is not parallel to the view (target - position)";
         return Err(Problem::new(entity, "up", vector(camera.up), expected));
     }
+    if let Some(width) = camera.orthographic_width {
+        check_positive(entity, "width", width)?;
+    }
+    if let Some(lens) = camera.lens {
+        check_positive(entity, "lens_radius", lens.radius)?;
+        check_positive(entity, "focus", lens.focus)?;
+    }
     let fov = camera.horizontal_fov;
     if !(fov > 0.0 && fov < 180.0) {
         let expected = "an angle between 0 and 180 degrees, both excluded";
@@ -160,6 +170,11 @@ fn check_camera(camera: &Camera) -> Check {
 fn check_film(film: &Film) -> Check {
     for (field, side) in [("width", film.width), ("height", film.height)] {
         check_integer(Entity::Film, field, i64::from(side), 1, MAX_IMAGE_SIDE)?;
+    }
+    if let Exposure::Stops(stops) = film.exposure
+        && (stops.is_nan() || stops.abs() > MAX_EXPOSURE)
+    {
+        return Err(Problem::new(Entity::Film, "exposure", number(stops), "a number from -64 to 64, or \"auto\""));
     }
     match film.transfer {
         Transfer::Gamma(gamma) => check_positive(Entity::Film, "gamma", gamma),

@@ -229,3 +229,39 @@ fn vectors_of_any_width_give_the_same_bits() {
     assert_ne!(shared, own);
     assert_eq!(image("128", "+reuse"), own);
 }
+
+#[test]
+fn views_and_pictures_are_chosen_and_told() {
+    let directory = directory();
+    let d = directory.path();
+    let small = "render ball.toml --size 24x24 --samples 4 --json";
+    let rendered = |options: &str| {
+        let output = run(d, &format!("{small} {options}"));
+        assert!(output.status.success(), "{options}: {}", text(&output.stderr));
+        serde_json::from_slice::<Value>(&output.stdout).unwrap()
+    };
+    let fit = rendered("--camera fit --filter box -o fit.png");
+    assert!((fit["camera"]["horizontal_fov"].as_f64().unwrap() - 40.0).abs() < 1e-9);
+    assert_eq!(fit["camera"]["filter"], "Box");
+    let moved = rendered("--camera 0 --look-from -1,2,6 --look-at 0,0.5,0 --vertical-fov 30 -o moved.png");
+    assert_eq!(moved["camera"]["position"], serde_json::json!([-1.0, 2.0, 6.0]));
+    let shown = rendered("--exposure auto --tone neutral --transparent -o clear.png");
+    assert_eq!(
+        (&shown["tone"], &shown["transparent"], &shown["exposure_auto"]),
+        (&"neutral".into(), &true.into(), &true.into())
+    );
+    let bytes = fs::read(d.join("clear.png")).unwrap();
+    // Colour type of the header: RGBA.
+    assert_eq!(bytes[25], 6);
+    for (options, said) in [
+        ("--camera 1", "0 \"camera\""),
+        ("--look-from 1,2", "X,Y,Z"),
+        ("--look-from 0,0,0", "a point apart from position"),
+        ("--vertical-fov 180", "between 0 and 180"),
+        ("--exposure bright", "or auto"),
+        ("--transparent -o clear.hdr", "has no alpha"),
+    ] {
+        let output = run(d, &format!("{small} {options}"));
+        assert!(!output.status.success() && text(&output.stderr).contains(said), "{options}: {}", text(&output.stderr));
+    }
+}

@@ -14,8 +14,14 @@ use photolith::scene::*;
 fn empty() -> Scene {
     Scene {
         source: "test".into(),
-        camera: Camera { position: DVec3::ZERO, target: DVec3::NEG_Z, up: DVec3::Y, horizontal_fov: 60.0 },
-        film: Film { width: 8, height: 8, filter: PixelFilter::Box, transfer: Transfer::Srgb },
+        camera: Camera {
+            position: DVec3::ZERO,
+            target: DVec3::NEG_Z,
+            up: DVec3::Y,
+            horizontal_fov: 60.0,
+            ..Camera::default()
+        },
+        film: Film { width: 8, height: 8, filter: PixelFilter::Box, transfer: Transfer::Srgb, ..Film::default() },
         integrator: Integrator { max_depth: 8, samples: 1, russian_roulette: None, indirect: true },
         background: [0.0; 3],
         materials: vec![],

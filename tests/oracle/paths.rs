@@ -76,7 +76,7 @@ fn film_is_seen_the_right_way_round() {
         (40.0, 0.0, v(half, half / 2.0, -1.0)),
         (20.0, 20.0, v(0.0, -half / 2.0, -1.0)),
     ] {
-        let ray = primary_ray(&scene, glam::DVec2::new(x, y));
+        let ray = primary_ray(&scene, glam::DVec2::new(x, y), glam::DVec2::ZERO);
         assert!((ray.direction - direction.normalize()).length() < 1e-15);
     }
     scene.sphere(v(-2.0, 1.0, -5.0), 0.5, emitter(1.0));

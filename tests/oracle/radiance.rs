@@ -79,7 +79,13 @@ fn convex_body_in_a_uniform_background_shows_its_reflectance() {
     octahedron.mesh(&points, &faces, diffuse(0.6));
     for mut scene in [sphere, octahedron] {
         scene.background = grey(1.0);
-        scene.camera = Camera { position: v(3.0, 5.0, 6.0), target: DVec3::ZERO, up: DVec3::Y, horizontal_fov: 9.0 };
+        scene.camera = Camera {
+            position: v(3.0, 5.0, 6.0),
+            target: DVec3::ZERO,
+            up: DVec3::Y,
+            horizontal_fov: 9.0,
+            ..Camera::default()
+        };
         for mean in render(&scene, 4).mean {
             assert_close(mean[0], 0.6, 1e-15);
         }

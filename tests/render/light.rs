@@ -17,8 +17,14 @@ fn v(x: f64, y: f64, z: f64) -> DVec3 {
 fn empty(position: DVec3, target: DVec3, horizontal_fov: f64, side: u32, samples: u32) -> Scene {
     Scene {
         source: "test".into(),
-        camera: Camera { position, target, up: DVec3::Y, horizontal_fov },
-        film: FilmShape { width: side, height: side, filter: PixelFilter::Box, transfer: Transfer::Srgb },
+        camera: Camera { position, target, up: DVec3::Y, horizontal_fov, ..Camera::default() },
+        film: FilmShape {
+            width: side,
+            height: side,
+            filter: PixelFilter::Box,
+            transfer: Transfer::Srgb,
+            ..FilmShape::default()
+        },
         integrator: Integrator { max_depth: 1, samples, russian_roulette: None, indirect: true },
         background: [0.0; 3],
         materials: vec![],

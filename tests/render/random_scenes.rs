@@ -56,8 +56,15 @@ fn scene() -> impl Strategy<Value = Scene> {
                 target: DVec3::ZERO,
                 up: DVec3::Y,
                 horizontal_fov: 50.0,
+                ..Camera::default()
             },
-            film: Film { width: SIDE, height: SIDE, filter: PixelFilter::Gaussian, transfer: Transfer::Srgb },
+            film: Film {
+                width: SIDE,
+                height: SIDE,
+                filter: PixelFilter::Gaussian,
+                transfer: Transfer::Srgb,
+                ..Film::default()
+            },
             integrator: Integrator { max_depth, samples: 1, russian_roulette: None, indirect: true },
             background,
             materials: vec![],

@@ -61,7 +61,10 @@ fn syntax_and_structure() {
     assert_rejected(&changed("[[sphere]]", "[sphere] #!"), &["sphere: ", "table", "expected an array of tables"]);
     assert_rejected(&format!("sphere = [[0, 1]] #!\nversion = 1\n{CAMERA}"), &["sphere 1: ", "expected a table"]);
     assert_rejected(&changed("radius = 1\n", "").replace("[[sphere]]", "[[sphere]] #!"), &["sphere 1", "`radius`"]);
-    assert_rejected(&changed("horizontal_fov = 40", "").replace("[camera]", "[camera] #!"), &["`horizontal_fov`"]);
+    assert_rejected(
+        &changed("horizontal_fov = 40", "").replace("[camera]", "[camera] #!"),
+        &["horizontal_fov is missing"],
+    );
     assert_rejected(
         &format!("version = 1 #!\n{WHITE}{BALL}"),
         &["`camera` is missing, expected a table [camera] with position"],
@@ -245,10 +248,16 @@ fn files_that_cannot_be_loaded() {
 
 #[test]
 fn defaults() {
-    let Loaded { scene, warnings } = load_text(&good("")).unwrap();
+    let Loaded { scene, warnings, .. } = load_text(&good("")).unwrap();
     assert!(warnings.is_empty(), "{warnings:?}");
     assert_eq!(scene.camera.up.to_array(), [0.0, 1.0, 0.0]);
-    let film = Film { width: 512, height: 512, filter: PixelFilter::Gaussian, transfer: Transfer::Gamma(2.2) };
+    let film = Film {
+        width: 512,
+        height: 512,
+        filter: PixelFilter::Gaussian,
+        transfer: Transfer::Gamma(2.2),
+        ..Film::default()
+    };
     assert_eq!(scene.film, film);
     let integrator = Integrator { max_depth: 8, samples: 64, russian_roulette: Some(4), indirect: true };
     assert_eq!(scene.integrator, integrator);
@@ -268,7 +277,7 @@ fn all_keys() {
         [[sphere]]\ncenter = [1.5, -2, 3e2]\nradius = 0.25\nmaterial = \"g\"\ninward = true\n";
     let loaded = load_text(&good(extra)).unwrap();
     let scene = &loaded.scene;
-    let film = Film { width: 3, height: 4, filter: PixelFilter::Box, transfer: Transfer::Srgb };
+    let film = Film { width: 3, height: 4, filter: PixelFilter::Box, transfer: Transfer::Srgb, ..Film::default() };
     assert_eq!(scene.film, film);
     let integrator = Integrator { max_depth: 2, samples: 7, russian_roulette: None, indirect: false };
     assert_eq!(scene.integrator, integrator);
@@ -305,7 +314,7 @@ fn shipped_scenes_load_as_the_report_has_them() {
     let mut count = 0;
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
-        let Loaded { scene, warnings } = Scene::load(&path).unwrap_or_else(|error| panic!("{error}"));
+        let Loaded { scene, warnings, .. } = Scene::load(&path).unwrap_or_else(|error| panic!("{error}"));
         assert!(warnings.is_empty(), "{warnings:?}");
         count += 1;
         if path.ends_with("cornell.toml") {
@@ -428,4 +437,49 @@ fn a_text_tells_which_kind_of_scene_it_is() {
         assert_eq!(Scene::from_bytes(text.as_bytes(), "stdin", None).unwrap().scene.triangle_count(), 1, "{text}");
     }
     assert!(Scene::from_bytes(b"", "stdin", None).unwrap_err().to_string().contains("is it an OBJ file?"));
+}
+
+#[test]
+fn cameras_with_lenses_and_parallel_rays() {
+    let of = |camera: &str| load_text(&changed("horizontal_fov = 40", camera)).unwrap().scene.camera;
+    let plain = of("horizontal_fov = 40");
+    assert!(plain.is_pinhole() && plain.orthographic_width.is_none());
+    let parallel = of("type = \"orthographic\"\nwidth = 3");
+    assert_eq!(parallel.orthographic_width, Some(3.0));
+    let lens = of("horizontal_fov = 40\nlens_radius = 0.1").lens.unwrap();
+    assert_eq!((lens.radius, lens.focus), (0.1, 5.0));
+    let lens = of("horizontal_fov = 40\nf_number = 2\nfocal_length_mm = 50\nfocus = 3").lens.unwrap();
+    assert!((lens.radius - 0.0125).abs() < 1e-15 && lens.focus == 3.0);
+    // 18 mm over the tangent of half the angle.
+    let lens = of("horizontal_fov = 90\nf_number = 2\nfocus = \"target\"").lens.unwrap();
+    assert!((lens.radius - 0.0045).abs() < 1e-15);
+    assert!(of("horizontal_fov = 40\nlens_radius = 0").is_pinhole());
+    for (camera, said) in [
+        ("width = 3 #!", ["horizontal_fov is missing", "a perspective camera"]),
+        ("type = \"orthographic\" #!", ["width is missing", "an orthographic camera"]),
+        ("type = \"orthographic\"\nwidth = -1 #!", ["width is -1", "> 0"]),
+        ("type = \"orthographic\"\nwidth = 1\nhorizontal_fov = 40 #!", ["horizontal_fov is 40", "width instead"]),
+        ("horizontal_fov = 40\nlens_radius = 1\nf_number = 2 #!", ["f_number is 2", "lens_radius"]),
+        ("horizontal_fov = 40\nlens_radius = 1\nfocus = 0 #!", ["focus is 0", "> 0"]),
+        ("horizontal_fov = 40\nfocus = 1 #!", ["focus", "lens_radius or f_number"]),
+    ] {
+        let text = changed("horizontal_fov = 40", camera);
+        let error = load_text(&text).unwrap_err().to_string();
+        assert!(said.iter().all(|part| error.contains(part)), "{camera}: {error}");
+    }
+}
+
+#[test]
+fn exposure_and_tone_of_the_film() {
+    use photolith::scene::{Exposure, Tone};
+    let of = |film: &str| load_text(&good(&format!("[film]\n{film}\n")));
+    let film = of("exposure = \"auto\"\ntone = \"agx\"\ntransparent = true").unwrap().scene.film;
+    assert_eq!((film.exposure, film.tone, film.transparent), (Exposure::Auto, Tone::Agx, true));
+    assert_eq!(of("exposure = -1").unwrap().scene.film.exposure, Exposure::Stops(-1.0));
+    for (film, said) in
+        [("exposure = \"bright\"", "or \"auto\""), ("exposure = 65", "-64 to 64"), ("tone = \"x\"", "neutral")]
+    {
+        let error = of(film).unwrap_err().to_string();
+        assert!(error.contains(said), "{film}: {error}");
+    }
 }

@@ -169,7 +169,7 @@ fn sphere_off_centre(lab: &Lab) -> Result<Measured, CheckError> {
             for k in 0..sides * sides {
                 let at = |p: usize, q: usize| p as f64 + (q as f64 + 0.5) / sides as f64;
                 let film = glam::DVec2::new(at(x, k % sides), at(y, k / sides));
-                let ray = crate::oracle::primary_ray(&scene, film);
+                let ray = crate::oracle::primary_ray(&scene, film, glam::DVec2::ZERO);
                 let b = ray.origin.dot(ray.direction);
                 let t = -b + (b * b - ray.origin.length_squared() + 4.0).sqrt();
                 let p = ray.origin + t * ray.direction;

@@ -1,5 +1,6 @@
 //! The cases, by topic. The numbers of their rows in the literature of renderer tests are not kept: names are.
 
+mod cameras;
 mod determinism;
 mod emitters;
 mod energy;
@@ -38,6 +39,7 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
         energy::CASES,
         materials::CASES,
         scale::CASES,
+        cameras::CASES,
         film::CASES,
         determinism::CASES,
         oracle::CASES,

@@ -25,7 +25,7 @@ const COUNTS: &str = "samples";
 const COLOR: [&str; 3] = ["R", "G", "B"];
 const VARIANCE: [&str; 3] = ["variance.R", "variance.G", "variance.B"];
 
-/// Writes channels R, G, B and, where known, variance.R, variance.G, variance.B and samples.
+/// Writes channels R, G, B and, where known, variance.R, variance.G, variance.B, samples and A.
 pub(super) fn encode(image: &Image, metadata: &Metadata, writer: &mut impl Write) -> io::Result<()> {
     let mut channels = SmallVec::new();
     let mut add = |names: [&str; 3], values: &[[f32; 3]]| {
@@ -41,6 +41,9 @@ pub(super) fn encode(image: &Image, metadata: &Metadata, writer: &mut impl Write
     }
     if let Some(counts) = image.counts() {
         channels.push(AnyChannel::new(COUNTS, FlatSamples::U32(counts.to_vec())));
+    }
+    if let Some(alpha) = image.alpha() {
+        channels.push(AnyChannel::new("A", FlatSamples::F32(alpha.to_vec())));
     }
     for (key, value) in metadata.iter() {
         attributes.other.insert(text(&format!("{PREFIX}{key}")), AttributeValue::Text(text(value)));

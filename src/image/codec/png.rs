@@ -18,7 +18,7 @@ use crate::scene::Transfer;
 /// The gAMA chunk holds 100000 times the encoding exponent.
 const GAMA_SCALE: f64 = 100_000.0;
 
-/// Writes 8-bit RGB; metadata become tEXt chunks, or iTXt where a value is not ASCII.
+/// Writes 8-bit RGB, or RGBA for an image with alpha; metadata become tEXt chunks, or iTXt where a value is not ASCII.
 pub(super) fn encode(
     image: &Image,
     metadata: &Metadata,
@@ -26,7 +26,7 @@ pub(super) fn encode(
     writer: &mut impl Write,
 ) -> io::Result<()> {
     let mut encoder = Encoder::new(writer, image.width(), image.height());
-    encoder.set_color(ColorType::Rgb);
+    encoder.set_color(if image.alpha().is_some() { ColorType::Rgba } else { ColorType::Rgb });
     encoder.set_depth(BitDepth::Eight);
     encoder.set_compression(Compression::Fast);
     match transfer {
@@ -45,9 +45,18 @@ pub(super) fn encode(
             writer.write_text_chunk(&ITXtChunk::new(key, value))?;
         }
     }
-    let codes: Vec<u8> = image.pixels().as_flattened().par_iter().map(|&value| transfer.code(value)).collect();
+    let codes: Vec<u8> = match image.alpha() {
+        None => image.pixels().as_flattened().par_iter().map(|&value| transfer.code(value)).collect(),
+        Some(alpha) => image.pixels().par_iter().zip(alpha).flat_map_iter(|(p, &a)| rgba(*p, a, transfer)).collect(),
+    };
     writer.write_image_data(&codes)?;
     Ok(writer.finish()?)
+}
+
+/// PNG holds the colour of what covers a pixel, whatever part of it that is.
+fn rgba(pixel: [f32; 3], alpha: f32, transfer: Transfer) -> [u8; 4] {
+    let [r, g, b] = pixel.map(|c| if alpha > 0.0 { transfer.code(c / alpha) } else { 0 });
+    [r, g, b, (255.0 * alpha.clamp(0.0, 1.0) + 0.5) as u8]
 }
 
 /// Reads grey, colour and palette images of any depth; alpha is ignored.

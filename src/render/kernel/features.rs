@@ -97,7 +97,7 @@ impl Features {
     }
 
     /// Whether light may be traced from emitters: to what the camera sees of diffuse surfaces, by way of glass and mirrors. Smooth
-    /// normals do not let it back the way that it came.
+    /// normals do not let it back the way that it came; and it goes to a pinhole.
     pub fn may_trace_light(&self) -> bool {
         self.emitter
             && (self.dielectric || self.mirror)
@@ -106,6 +106,8 @@ impl Features {
             && self.max_depth > 1
             && !self.smooth_normals
             && !self.brute_force
+            && !self.lens
+            && !self.orthographic
     }
 
     /// Whether reuse of paths may lower the noise by enough.
@@ -126,7 +128,7 @@ fn glass_triangles(scene: &Scene) -> impl Iterator<Item = DVec3> {
 /// Whether meshes of glass cover most of the picture. It looks at all of their triangles.
 pub(crate) fn glass_fills_view(scene: &Scene) -> bool {
     let camera = scene.camera.position;
-    View::of(scene).part_with(glass_triangles(scene).map(|corner| corner - camera)) >= MOST_GLASS
+    View::of(scene, 1.0).part_with(glass_triangles(scene).map(|corner| corner - camera)) >= MOST_GLASS
 }
 
 #[cfg(test)]

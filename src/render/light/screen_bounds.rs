@@ -10,7 +10,7 @@ use crate::render::space::RenderSpace;
 use crate::render::space::bounds::{Corners, joined};
 use crate::render::space::view::{Rectangle, View};
 
-/// Rectangles of pixels outside of which the camera sees no emitter, neither directly nor by mirrors; of what it sees through glass
+/// Rectangles of pixels outside of which the camera, a pinhole, sees no emitter, neither directly nor by mirrors; of what it sees through glass
 /// nothing is said. `emitters` are all emitters with a surface.
 pub(crate) fn emitter_bounds(scene: &Scene, space: &RenderSpace, view: &View, emitters: &[Light]) -> Vec<Rectangle> {
     let direct = emitters.iter().filter_map(|emitter| pixels_of(emitter, view));
@@ -57,7 +57,7 @@ mod tests {
         emitter_bounds(
             scene,
             &RenderSpace::of(scene),
-            &View::of(scene),
+            &View::of(scene, 1.0),
             &[Light { shape, radiance: [1.0; 3], primitive: 0 }],
         )
     }
@@ -77,7 +77,7 @@ mod tests {
         assert_eq!(places(&ball(-20.0, 30.0)), [[0..64, 0..64]]);
         assert!(places(&empty()).is_empty());
         // Of no emitters there is nothing to be seen.
-        assert!(emitter_bounds(&ahead, &RenderSpace::of(&ahead), &View::of(&ahead), &[]).is_empty());
+        assert!(emitter_bounds(&ahead, &RenderSpace::of(&ahead), &View::of(&ahead, 1.0), &[]).is_empty());
     }
 
     #[test]
@@ -104,7 +104,13 @@ mod tests {
 
     #[test]
     fn emitters_beyond_a_side_are_not_shown() {
-        let view = View { right: DVec3::X, up: 0.5 * DVec3::Y, forward: DVec3::NEG_Z, size: [200.0, 100.0] };
+        let view = View {
+            right: DVec3::X,
+            up: 0.5 * DVec3::Y,
+            forward: DVec3::NEG_Z,
+            orthographic: false,
+            size: [200.0, 100.0],
+        };
         // At a distance of 10 the image reaches 10 to the sides and 5 up and down.
         for (x, y, shown) in [
             (0.0, 0.0, true),
@@ -143,7 +149,13 @@ mod tests {
 
     #[test]
     fn the_pixels_of_an_emitter_are_around_it() {
-        let view = View { right: DVec3::X, up: 0.5 * DVec3::Y, forward: DVec3::NEG_Z, size: [200.0, 100.0] };
+        let view = View {
+            right: DVec3::X,
+            up: 0.5 * DVec3::Y,
+            forward: DVec3::NEG_Z,
+            orthographic: false,
+            size: [200.0, 100.0],
+        };
         // At a distance of 10 a unit is 10 pixels; row 0 is the highest.
         assert_eq!(pixels_of(&square(v(5.0, 2.0, -10.0), 1.0), &view), Some([137..163, 17..43]));
         assert_eq!(pixels_of(&square(v(9.5, -4.5, -10.0), 1.0), &view), Some([182..200, 82..100]));

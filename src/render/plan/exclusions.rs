@@ -16,6 +16,8 @@ pub(crate) struct Combination {
     /// Light samples of a first diffuse hit.
     pub light_samples: u32,
     pub light_tracing: bool,
+    /// All rays of the camera start in one point.
+    pub pinhole: bool,
     /// What is seen through glass gets more samples.
     pub glass: bool,
 }
@@ -35,6 +37,7 @@ impl Combination {
             (self.reuse && self.split, "reuse excludes several invocations for a pixel"),
             (self.reuse && self.schedule == Schedule::Interleaved, "reuse excludes the interleaved scheduler"),
             (self.split && self.schedule == Schedule::Queue, "the queue excludes several invocations for a pixel"),
+            (self.light_tracing && !self.pinhole, "light tracing needs a pinhole"),
             (self.light_tracing && self.brute_force, "light tracing excludes brute force"),
         ];
         match rules.iter().find(|(broken, _)| *broken) {
@@ -56,6 +59,7 @@ mod tests {
         gradients: false,
         light_samples: 1,
         light_tracing: false,
+        pinhole: true,
         glass: false,
     };
 
@@ -76,6 +80,7 @@ mod tests {
             (Combination { split: true, ..shared }, "excludes several invocations"),
             (Combination { schedule: Schedule::Interleaved, ..shared }, "excludes the interleaved scheduler"),
             (Combination { schedule: Schedule::Queue, ..split }, "the queue excludes"),
+            (Combination { pinhole: false, ..traced }, "needs a pinhole"),
             (Combination { brute_force: true, ..traced }, "light tracing excludes brute force"),
         ] {
             let error = bad.check().unwrap_err().to_string();

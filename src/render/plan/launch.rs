@@ -16,6 +16,7 @@ use crate::render::plan::scheduler::Job;
 use crate::render::plan::split;
 use crate::render::plan::split::Split;
 use crate::render::settings::RenderSettings;
+use crate::render::space::RenderSpace;
 use crate::render::space::view::View;
 
 /// What an invocation of path_interleaved.comp keeps where its workgroup shares memory: a slot of the film.
@@ -77,7 +78,7 @@ impl Launch {
             features,
             traits: &traits,
             sah_cost: tables.tree.as_ref().map(|tree| tree.sah_cost),
-            seen: View::of(scene).part_of(tables.root_boxes()),
+            seen: View::of(scene, RenderSpace::of(scene).length(1.0)).part_of(tables.root_boxes()),
             seen_from_outside: tables.seen_from_outside,
             samples: f64::from(scene.film.width) * f64::from(scene.film.height) * f64::from(settings.samples),
             reuse,
@@ -138,6 +139,7 @@ impl Launch {
             _ => WorkDistribution::ToWorkgroups,
         };
         let combination = Combination {
+            pinhole: scene.camera.is_pinhole(),
             schedule,
             brute_force: features.brute_force,
             split: split != Split::NONE,

@@ -110,7 +110,7 @@ impl Renderer {
             light_tracer.map(|(layout, pipeline)| LightTracer::new(device, &engine, layout, pipeline, settings));
         let light_tracer = light_tracer.transpose()?;
         if light_tracer.is_some() {
-            engine.push.light_path_scale = tracer::scale(&View::of(prepared.scene));
+            engine.push.light_path_scale = tracer::scale(&View::of(prepared.scene, 1.0));
         }
         techniques.gradients &= engine.has_whole_rows();
         check_host_memory(&prepared.scene.film)?;

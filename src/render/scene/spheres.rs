@@ -6,7 +6,7 @@ use crate::scene::{Light, Scene, Sphere};
 
 use crate::render::kernel::layout::constant::MAX_CONSTANT_SPHERES;
 use crate::render::scene::containment::{Emitters, Place, is_opaque, place_of_point};
-use crate::render::space::RenderSpace;
+use crate::render::space::{RenderSpace, aperture};
 
 /// From where rays can meet a sphere.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -83,9 +83,9 @@ pub(crate) fn classify(index: usize, scene: &Scene, emitters: &Emitters, space: 
     let sphere = &scene.spheres[index];
     let center = space.point(sphere.center);
     let radius = space.length(sphere.radius);
-    // The camera is the origin; on the surface itself either side is possible.
+    // The camera is the origin, or around it; on the surface itself either side is possible.
     let distance = center.length();
-    let margin = 1e-6 * radius;
+    let margin = 1e-6 * radius + space.aperture;
     let camera = match distance - radius {
         d if d > margin => Place::Outside,
         d if d < -margin => Place::Inside,
@@ -127,9 +127,14 @@ fn are_hidden(scene: &Scene) -> Vec<bool> {
     let mut order: Vec<usize> = (0..scene.lights.len()).collect();
     order.sort_unstable_by(|&a, &b| position(a).x.total_cmp(&position(b).x));
     let mut hidden = vec![false; order.len()];
+    let aperture = aperture(scene);
     for sphere in scene.spheres.iter().filter(|sphere| is_opaque(sphere, scene)) {
         let (lo, hi) = (sphere.center.x - sphere.radius, sphere.center.x + sphere.radius);
-        let (other_side, near) = match place_of_point(sphere, scene.camera.position) {
+        let camera = scene.camera.position;
+        if (sphere.center.distance(camera) - sphere.radius).abs() < aperture {
+            continue;
+        }
+        let (other_side, near) = match place_of_point(sphere, camera) {
             Place::Inside => (Place::Outside, &order[..]),
             Place::Outside => {
                 let first = order.partition_point(|&i| position(i).x < lo);

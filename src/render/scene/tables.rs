@@ -50,6 +50,8 @@ pub(crate) struct Tables {
     pub point_count: u32,
     /// The camera, and radiance of the background.
     view: View,
+    /// Radius of the lens, and distance of what is in focus.
+    lens: Option<[f64; 2]>,
     background: [f64; 3],
     /// The pixels that may show emitters, directly or in mirrors.
     pub emitter_bounds: Vec<Rectangle>,
@@ -101,7 +103,7 @@ impl Tables {
         };
         let splat_texels = light_table.texels.len() as u32;
         light_table.texels.extend(&light_paths.texels);
-        let view = View::of(scene);
+        let view = View::of(scene, space.length(1.0));
         let emits = |&sphere: &usize| scene.surface(scene.spheres[sphere].material).emits();
         let in_tree =
             geometry.polygons.iter().all(|polygon| polygon.emits) && geometry.constant_origins.iter().all(emits);
@@ -113,13 +115,14 @@ impl Tables {
             light_count: lights.len() as u32,
             point_count: points as u32,
             emitter_bounds: match settings.sample_map {
-                SampleMap::Off => Vec::new(),
-                SampleMap::Auto => emitter_bounds(scene, space, &view, &lights[points..]),
+                SampleMap::Auto if scene.camera.is_pinhole() => emitter_bounds(scene, space, &view, &lights[points..]),
+                _ => Vec::new(),
             },
             lights: light_table,
             light_paths,
             splat_texels,
             view,
+            lens: scene.camera.lens.map(|lens| [lens.radius, lens.focus].map(|length| space.length(length))),
             background: scene.background,
             seen_from_outside,
             tree: tree.map(|_| BvhStatistics { build_seconds, ..packed.statistics }),
@@ -215,9 +218,11 @@ impl Tables {
         values.even_share = self.lights.even_share;
         let grid = &self.lights.grid;
         values.light_grid = grid.center.extend(grid.size).as_vec4().to_array();
-        let View { right, up, forward, .. } = self.view;
+        let View { right, up, forward, orthographic, .. } = self.view;
+        let [radius, focus] = self.lens.unwrap_or_default();
         [values.camera_right, values.camera_up, values.camera_forward] =
-            [right, up, forward].map(|v| v.extend(0.0).as_vec4().to_array());
+            [(right, radius), (up, focus), (forward, f64::from(u8::from(orthographic)))]
+                .map(|(v, w)| v.extend(w).as_vec4().to_array());
         values.background = rgb(self.background, 0.0);
         values
     }

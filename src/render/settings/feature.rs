@@ -168,6 +168,12 @@ features! {
     /// Emission that differs from point to point.
     varied_emission VariedEmission, "varied-emission", 55 HAS_VARIED_EMISSION: |n| n.uses_material(Material::has_varied_emission);
         "an emitting material has a texture or alpha"; "emitters shine alike all over";
+    /// A lens, which blurs what is not in focus.
+    lens Lens, "lens", 56 HAS_LENS: |n| n.scene.camera.lens.is_some();
+        "the camera has one"; "the camera has none";
+    /// Parallel rays from the camera.
+    orthographic Orthographic, "orthographic", 57 ORTHOGRAPHIC: |n| n.scene.camera.orthographic_width.is_some();
+        "the camera is"; "the camera is not";
     /// All levels of the sampler's table.
     sampler_levels SamplerLevels, "sampler-levels", : |_n| false;
         "was asked for"; "as many as the number of samples needs";

@@ -78,11 +78,15 @@ pub enum Mutation {
     SwappedBitangent = 36,
     /// Alpha is compared with one half where it is a part of the rays.
     ThresholdAlpha = 37,
+    /// Rays leave the lens more often near its middle.
+    CentredLens = 38,
+    /// Parallel rays are as close as if the image were 2 % narrower.
+    NarrowView = 39,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 37] = [
+    pub const ALL: [Self; 39] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -120,6 +124,8 @@ impl Mutation {
         Self::UndecodedColors,
         Self::SwappedBitangent,
         Self::ThresholdAlpha,
+        Self::CentredLens,
+        Self::NarrowView,
     ];
 
     /// What is broken, in words.
@@ -162,6 +168,8 @@ impl Mutation {
             Self::UndecodedColors => "colours of textures taken for linear",
             Self::SwappedBitangent => "normals of textures with their green turned over",
             Self::ThresholdAlpha => "alpha compared with one half instead of at random",
+            Self::CentredLens => "rays leave the lens more often near its middle",
+            Self::NarrowView => "an orthographic view that is 2 % narrower",
         }
     }
 }

@@ -15,6 +15,8 @@ use crate::scene::{Light, Scene};
 pub(crate) struct RenderSpace {
     origin: DVec3,
     scale: f64,
+    /// Largest distance from the origin at which the camera's rays start.
+    pub aperture: f64,
     /// Largest distance from the origin at which rays are expected to start, in render space.
     pub reach: f64,
 }
@@ -22,7 +24,8 @@ pub(crate) struct RenderSpace {
 impl RenderSpace {
     pub fn of(scene: &Scene) -> Self {
         let origin = scene.camera.position;
-        let mut near: f64 = 0.0;
+        let aperture = aperture(scene);
+        let mut near: f64 = aperture;
         for light in &scene.lights {
             let Light::Point { position, .. } = light;
             near = near.max(position.distance(origin));
@@ -44,7 +47,7 @@ impl RenderSpace {
         let reach = if reach > 0.0 && reach.is_finite() { reach } else { 1.0 };
         // The power of two below: exact, so that scaling the scene by 2^k scales nothing here.
         let scale = 2f64.powi(-exponent(reach));
-        Self { origin, scale, reach: reach * scale }
+        Self { origin, scale, aperture: aperture * scale, reach: reach * scale }
     }
 
     pub fn point(&self, p: DVec3) -> DVec3 {
@@ -82,6 +85,19 @@ impl RenderSpace {
     pub fn power(&self, p: f64) -> f64 {
         p * self.scale * self.scale
     }
+}
+
+/// Pixels from its own that a ray may start at most: of a normal distribution, with numbers of 24 bits, and a deviation of half a pixel.
+const MOST_PIXELS_OFF: f64 = 4.0;
+
+/// Largest distance from a scene's camera at which its rays start.
+pub(crate) fn aperture(scene: &Scene) -> f64 {
+    let [width, height] = [scene.film.width, scene.film.height].map(f64::from);
+    let plane = scene.camera.orthographic_width.map_or(0.0, |of| {
+        let pixel = of / width;
+        pixel * (width / 2.0 + MOST_PIXELS_OFF).hypot(height / 2.0 + MOST_PIXELS_OFF)
+    });
+    plane + scene.camera.lens.map_or(0.0, |lens| lens.radius)
 }
 
 /// ⌊log₂ x⌋ of a normal x > 0, exactly.

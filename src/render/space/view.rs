@@ -16,7 +16,7 @@ pub(crate) type Rectangle = [Range<u32>; 2];
 /// Pixels around those where something is seen that may show it too, since they are filtered.
 const MARGIN: f64 = 3.0;
 
-/// The image plane at distance 1.
+/// The image plane: at distance 1, or of parallel rays, where they start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct View {
     /// Half its width.
@@ -25,13 +25,15 @@ pub(crate) struct View {
     pub up: DVec3,
     /// To its centre: a unit vector.
     pub forward: DVec3,
+    /// Rays are parallel.
+    pub orthographic: bool,
     /// Pixels of the picture, in columns and rows.
     pub size: [f64; 2],
 }
 
 impl View {
-    /// Of a scene's camera and film.
-    pub fn of(scene: &Scene) -> Self {
+    /// Of a scene's camera and film; a length of 1 in the scene is so many units here.
+    pub fn of(scene: &Scene, scale: f64) -> Self {
         let camera = &scene.camera;
         // A scene that has been checked has these directions.
         let direction = |v| unit(v).unwrap_or(DVec3::Z);
@@ -39,27 +41,38 @@ impl View {
         let right = direction(forward.cross(direction(camera.up)));
         let up = right.cross(forward);
         let [width, height] = [scene.film.width, scene.film.height].map(f64::from);
-        let half_width = (camera.horizontal_fov.to_radians() / 2.0).tan();
+        let half_width = match camera.orthographic_width {
+            Some(width) => scale * width / 2.0,
+            None => (camera.horizontal_fov.to_radians() / 2.0).tan(),
+        };
+        let orthographic = camera.orthographic_width.is_some();
         let half_height = half_width * height / width;
-        Self { right: right * half_width, up: up * half_height, forward, size: [width, height] }
+        Self { right: right * half_width, up: up * half_height, forward, orthographic, size: [width, height] }
     }
 
     /// The part of the picture that shows some of these boxes, or lies before them.
     pub fn part_of(&self, boxes: &[Aabb]) -> f64 {
         let at = |i: u32| f64::from(2 * i + 1) / f64::from(GRID) - 1.0;
-        let directions = (0..GRID * GRID).map(|i| self.forward + at(i % GRID) * self.right + at(i / GRID) * self.up);
-        let meets = |direction: DVec3| {
-            let inverse = direction.as_vec3().recip();
-            boxes.iter().any(|b| b.meets_ray_from_origin(inverse))
+        let rays = (0..GRID * GRID).map(|i| self.ray(at(i % GRID), at(i / GRID)));
+        let meets = |[origin, direction]: [DVec3; 2]| {
+            let (origin, inverse) = (origin.as_vec3(), direction.as_vec3().recip());
+            boxes.iter().any(|b| Aabb { lo: b.lo - origin, hi: b.hi - origin }.meets_ray_from_origin(inverse))
         };
-        directions.filter(|direction| meets(*direction)).count() as f64 / f64::from(GRID * GRID)
+        rays.filter(|ray| meets(*ray)).count() as f64 / f64::from(GRID * GRID)
+    }
+
+    /// Where the ray through a point of the image plane starts, from the middle of a lens, and its direction, of any length.
+    pub fn ray(&self, x: f64, y: f64) -> [DVec3; 2] {
+        let aside = x * self.right + y * self.up;
+        if self.orthographic { [aside, self.forward] } else { [DVec3::ZERO, self.forward + aside] }
     }
 
     /// Where on the image plane, whose half sizes are 1, a point is seen: to the right, and down. None if it is not before the camera.
     fn at(&self, point: DVec3) -> Option<[f64; 2]> {
         let depth = self.forward.dot(point);
-        let at = [(self.right, 1.0), (self.up, -1.0)]
-            .map(|(half, sign)| sign * half.dot(point) / half.length_squared() / depth);
+        let at = [(self.right, 1.0), (self.up, -1.0)].map(|(half, sign)| {
+            sign * half.dot(point) / half.length_squared() / if self.orthographic { 1.0 } else { depth }
+        });
         (depth > 1e-6 * point.length()).then_some(at)
     }
 
@@ -119,7 +132,8 @@ mod tests {
 
     #[test]
     fn a_box_covers_its_part_of_the_picture() {
-        let view = View { right: DVec3::X, up: 0.5 * DVec3::Y, forward: DVec3::NEG_Z, size: [100.0; 2] };
+        let view =
+            View { right: DVec3::X, up: 0.5 * DVec3::Y, forward: DVec3::NEG_Z, orthographic: false, size: [100.0; 2] };
         let of = |lo: [f32; 3], hi: [f32; 3]| Aabb { lo: lo.into(), hi: hi.into() };
         // The right half of the picture, and the quarter on the left above.
         let (right, above) = (of([0.0, -9.0, -5.0], [9.0, 9.0, -4.0]), of([-5.0, 0.0, -4.0], [-0.1, 3.0, -4.0]));
@@ -134,7 +148,8 @@ mod tests {
 
     #[test]
     fn points_are_in_their_cells_of_the_picture() {
-        let view = View { right: DVec3::X, up: 0.5 * DVec3::Y, forward: DVec3::NEG_Z, size: [100.0; 2] };
+        let view =
+            View { right: DVec3::X, up: 0.5 * DVec3::Y, forward: DVec3::NEG_Z, orthographic: false, size: [100.0; 2] };
         // At a distance of 4 the picture reaches 4 to the sides and 2 up and down.
         let square = |side: i32| (0..side * side).map(move |i| v(f64::from(i % side), f64::from(i / side), 0.0));
         let dense = |scale: f64| square(200).map(move |p| scale * p / 100.0 + v(-4.0, -2.0, -4.0));

@@ -18,14 +18,15 @@ use std::path::Path;
 
 use glam::DMat4;
 use gltf::json::accessor::Type;
-use gltf::json::validation::Checked;
 use rayon::prelude::*;
 
 use crate::scene::description::*;
 use crate::scene::error::SceneError;
 use crate::scene::image_file::decode;
 use crate::scene::load::LoadOptions;
+use crate::scene::named_camera::NamedCamera;
 use crate::scene::texture::{TextureImage, TextureSlot};
+use crate::scene::validate::MAX_IMAGE_SIDE;
 
 pub(super) use crate::scene::gltf::document::is_glb;
 use crate::scene::gltf::document::{Document, number};
@@ -36,14 +37,17 @@ use crate::scene::gltf::uri::Files;
 /// Longest chain of surface hits of a model's paths: light passes several layers of glass.
 const MAX_DEPTH: u32 = 16;
 
-/// Makes a scene of a glTF file. `name` stands for it in messages, `base_dir` is where what it names is looked for.
+/// Rows of an image, unless asked for otherwise.
+const ROWS: u32 = 512;
+
+/// Makes a scene of a glTF file, and lists its cameras: the first of them is the scene's. `name` stands for it in messages, `base_dir` is where what it names is looked for.
 pub(in crate::scene) fn load(
     bytes: &[u8],
     name: &str,
     base_dir: Option<&Path>,
     options: &LoadOptions,
     warnings: &mut Vec<String>,
-) -> Result<Scene, SceneError> {
+) -> Result<(Scene, Vec<NamedCamera>), SceneError> {
     let files = Files { base_dir, confined: options.confine };
     let document = Document::parse(bytes, name, files, warnings)?;
     let pose = document.pose(options.time)?;
@@ -71,21 +75,24 @@ pub(in crate::scene) fn load(
     make_names_unique(&mut materials);
     meshes.retain(|mesh| !mesh.triangles.is_empty());
     let lights = document.lights(&placed)?;
-    let (camera, film) = document.camera_and_film(&placed, &meshes, warnings)?;
+    let cameras = document.cameras(&placed)?;
+    let aspect = cameras.first().and_then(|camera| camera.vertical?.aspect).unwrap_or(1.0);
+    let width = (f64::from(ROWS) * aspect).round().clamp(1.0, f64::from(MAX_IMAGE_SIDE)) as u32;
     let emits = meshes.iter().any(|mesh| {
         mesh.triangle_materials.iter().any(|&m| {
             let material = &materials[m as usize];
-            material.surface.emits() && !material.unlit
+            // Textures of emission are decoration more often than lamps.
+            material.surface.emits() && !material.unlit && !material.textures.contains_key(&TextureSlot::Emission)
         })
     });
     let is_lit = emits || !lights.is_empty();
     if !is_lit {
         warnings.push(format!("{name}: no lights: a white background lights it"));
     }
-    Ok(Scene {
+    let mut scene = Scene {
         source: name.to_owned(),
-        camera,
-        film,
+        camera: Camera::default(),
+        film: Film { width, height: ROWS, ..Film::default() },
         integrator: Integrator { max_depth: MAX_DEPTH, ..Integrator::default() },
         background: if is_lit { [0.0; 3] } else { [1.0; 3] },
         materials,
@@ -93,7 +100,12 @@ pub(in crate::scene) fn load(
         spheres: Vec::new(),
         meshes,
         lights,
-    })
+    };
+    scene.camera = match cameras.first() {
+        Some(camera) => camera.for_image(width, ROWS).0,
+        None => scene.fitting_camera(),
+    };
+    Ok((scene, cameras))
 }
 
 /// The meshes and materials of a scene while its nodes are gone through.
@@ -282,13 +294,5 @@ fn make_names_unique(materials: &mut [Material]) {
             }
             material.name = format!("{name} ({suffix})");
         }
-    }
-}
-
-/// Whether something that may be of no known kind is there.
-fn valid<T: Copy>(checked: &Checked<T>) -> Option<T> {
-    match checked {
-        Checked::Valid(value) => Some(*value),
-        Checked::Invalid => None,
     }
 }
