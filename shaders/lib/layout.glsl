@@ -64,13 +64,17 @@ layout(constant_id = 52) const bool HAS_VERTEX_COLORS = false;
 layout(constant_id = 53) const bool HAS_NORMAL_MAPS = false;
 layout(constant_id = 54) const bool HAS_COVERAGE = false;   // surfaces that let rays pass
 layout(constant_id = 55) const bool HAS_VARIED_EMISSION = false;     // emitters with textures or alpha
+layout(constant_id = 58) const bool HAS_ENVIRONMENT = false;     // the background is a map, see light/environment.glsl
 layout(constant_id = 48) const uint MUTATION = 0u;          // tests only: breaks one thing, see src/render/settings/mutation.rs
 // Simple operands: glslang makes control flow of others, for which there is no place here.
 const bool HAS_DENSITIES = HAS_DIFFUSE || HAS_METALLIC_ROUGHNESS;   // some BSDF is no distribution of single directions
-const bool SAMPLES_LIGHTS = HAS_DENSITIES && LIGHT_COUNT > 0u;
+const bool HAS_LIGHTS = LIGHT_COUNT > 0u || HAS_ENVIRONMENT;
+const bool SAMPLES_LIGHTS = HAS_DENSITIES && HAS_LIGHTS;
+const bool MEETS_LIGHTS = EMITTER_COUNT > 0u || HAS_ENVIRONMENT;   // rays may meet by chance what is sampled
+const bool ONE_LIGHT = LIGHT_COUNT == 1u;
 layout(constant_id = 56) const bool HAS_LENS = false;       // see camera.glsl
 layout(constant_id = 57) const bool ORTHOGRAPHIC = false;
-const bool SINGLE_POINT = LIGHT_COUNT == 1u && EMITTER_COUNT == 0u;     // the only light is a point
+const bool SINGLE_POINT = LIGHT_KINDS == 1u && ONE_LIGHT && !HAS_ENVIRONMENT;    // the only light is a point
 
 // Values of MUTATION (src/render/settings/mutation.rs): errors in transport, then numerical protections taken away.
 const uint MUTATE_ALBEDO = 1u;
@@ -107,6 +111,10 @@ const uint MUTATE_VISIBLE_NORMALS = 34u;
 const uint MUTATE_SRGB = 35u;
 const uint MUTATE_TANGENT = 36u;
 const uint MUTATE_ALPHA = 37u;
+const uint MUTATE_SPOT = 40u;
+const uint MUTATE_RANGE = 41u;
+const uint MUTATE_TURN = 42u;
+const uint MUTATE_SINE = 43u;
 const uint MUTATE_LENS = 38u;
 const uint MUTATE_VIEW = 39u;
 
@@ -160,6 +168,10 @@ layout(std140, binding = 11) uniform SceneValues {
     uint first_color;
     uint first_tangent;
     float even_share;           // of light samples, see light/choice.glsl
+    float environment_half;     // probability of the left half of the map, see light/environment.glsl
+    float environment_share;    // of light samples; the others are of lights
+    vec4 environment_turn;      // cosine and sine of its rotation, scale; 1 if the camera sees it
+    uvec4 environment_map;      // first texel, width, height, first texel of the density
 };
 
 // What is counted (src/render/kernel/layout.rs).

@@ -82,7 +82,7 @@ Path path_begin(Camera camera, uvec2 at, uint key, uint index) {
 
 // Whether the members of a group of pixels sample lights alike where they first meet a reconnectable surface (reuse.glsl), and the
 // index of their numbers there.
-bool lights_correlated() { return REUSE && LIGHT_COUNT > 0u && !SINGLE_POINT && in_mode(MODE_CORRELATED); }
+bool lights_correlated() { return REUSE && HAS_LIGHTS && !SINGLE_POINT && in_mode(MODE_CORRELATED); }
 uint index_at_first(uint index) { return lights_correlated() ? index_of_sample(index) : index; }
 
 // Random numbers for a sample of the lights: which, and where on it.
@@ -96,7 +96,7 @@ struct LightNumbers {
 // every quadrant. (light_sample also takes the light that is half of all away.)
 LightNumbers light_numbers(uint key, uint index, uint hit, uint nth, bool several) {
     LightNumbers n = LightNumbers(sample_pair(key, index, pair_choice(hit), hit), vec2(0.0));
-    if (EMITTER_COUNT > 0u) n.uv = sample_pair(key, index, pair_light(hit), hit);
+    if (MEETS_LIGHTS) n.uv = sample_pair(key, index, pair_light(hit), hit);
     if (LIGHT_SAMPLES > 1u) {
         n.u.x = several ? 0.5 * fract(n.u.x + float(nth) / float(LIGHT_SAMPLES)) : n.u.x;
         n.uv = several ? 0.5 * (n.uv + vec2(float(nth & 1u), float(nth >> 1))) : n.uv;
@@ -108,12 +108,12 @@ LightNumbers light_numbers(uint key, uint index, uint hit, uint nth, bool severa
 // shading and the geometric normal; `count` samples like this are taken there.
 ShadowRay light_ray(vec3 from, Bsdf bsdf, vec3 normal, vec3 up, vec3 wo, int self_id, vec3 throughput, LightNumbers n, uint count) {
     ShadowRay ray = shadow_none(from, self_id);
-    if (LIGHT_COUNT == 0u) return ray;
+    if (!HAS_LIGHTS) return ray;
     LightSample light;
     if (SINGLE_POINT) light = point_sample(point_at, point_power, from);
     else light = light_sample(from, normal, n.u, n.uv);
     vec3 scattered = bsdf_eval(bsdf, normal, wo, light.direction) * light.radiance;
-    if (EMITTER_COUNT > 0u && light.pdf > 0.0) {
+    if (MEETS_LIGHTS && light.pdf > 0.0) {
         scattered *= mis_weight(float(count) * light.pdf, bsdf_pdf(bsdf, normal, wo, light.direction));
     }
     ray.direction = light.direction;
@@ -127,7 +127,7 @@ ShadowRay light_ray(vec3 from, Bsdf bsdf, vec3 normal, vec3 up, vec3 wo, int sel
 // The same at a vertex, which gets `count` samples.
 ShadowRay direct_light(Vertex v, vec3 wo, uint index, uint key, uint count) {
     LightNumbers n = LightNumbers(vec2(0.0), vec2(0.0));
-    if (LIGHT_COUNT > 0u && !SINGLE_POINT) {
+    if (HAS_LIGHTS && !SINGLE_POINT) {
         n = light_numbers(key, v.first ? index_at_first(index) : index, v.hits, 0u, count > 1u && !v.last);
     }
     return light_ray(v.outside, v.bsdf, v.normal, v.up, wo, self_id_of(v.self_id, v.surface, v.front), v.throughput, n, count);
@@ -172,8 +172,10 @@ vec3 emitted_light(Path path, Vertex v, bool met, float t, uint light_samples) {
     vec3 light = vec3(0.0);
     if (HAS_BACKGROUND && !met) {
         float of_light = background_pdf(path.direction);
+        if (has_flag(path, PATH_FROM_FIRST)) of_light *= float(light_samples);
         light = background_radiance(path.direction) * (path.pdf > 0.0 && of_light > 0.0 ? mis_weight(path.pdf, of_light) : 1.0);
     }
+    if (HAS_ENVIRONMENT && environment_turn.w == 0.0 && path.hits == 0u && !met) light = vec3(0.0);
     bool glows = HAS_EMITTER && met && shines_from(v.surface.material, v.front) && v.surface.material.emission != vec3(0.0);
     // Before the branch: all lanes count.
     if (LIGHT_TRACING) count_fallback(glows && by_light_paths(path, light_met(v)) ? CASTER_COUNT : 0u);
@@ -292,7 +294,7 @@ void path_depart(inout Path path, Vertex v, bool alive, Camera camera, uvec2 at,
         path.flags = alive ? flags : 0u;
         path.normal = alive ? v.normal : vec3(0.0);
     }
-    if (EMITTER_COUNT > 0u) path.pdf = alive ? next.pdf : 0.0;
+    if (MEETS_LIGHTS) path.pdf = alive ? next.pdf : 0.0;
     if (LIGHT_TRACING) {
         if (hit == 1u && reconnectable) path.x2 = dot(v.outside, v.outside);
         if (hit == 0u) path.x2 = 0.0;

@@ -111,7 +111,7 @@ void pool_put(inout RayPool p, Held h, ShadowRay shadow, uint entry, uint root_m
         p.light[n] = light;                         \
         p.entry[n] = entry | (root_mask_of_shadow << 4); \
         if (REUSE) p.normal[n].xyz = h.path.normal; \
-        if (EMITTER_COUNT > 0u) p.normal[n].w = h.path.pdf; \
+        if (MEETS_LIGHTS) p.normal[n].w = h.path.pdf; \
         if (LIGHT_TRACING) p.x2[n] = h.path.x2;         \
     }
     FOR_EACH_PLACE(PUT)
@@ -138,7 +138,7 @@ void pool_take(inout RayPool p, inout Held h) {
         radiance = mix(radiance, p.radiance[n], here);                 \
         light = mix(light, p.light[n], here);                          \
         if (REUSE) normal.xyz = mix(normal.xyz, p.normal[n].xyz, here.xyz); \
-        if (EMITTER_COUNT > 0u) normal.w = here.w ? p.normal[n].w : normal.w; \
+        if (MEETS_LIGHTS) normal.w = here.w ? p.normal[n].w : normal.w; \
         if (LIGHT_TRACING) x2 = here.x ? p.x2[n] : x2;                     \
     }
         FOR_EACH_PLACE(TAKE)

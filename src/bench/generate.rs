@@ -103,6 +103,7 @@ fn empty(source: &str, max_depth: u32) -> Scene {
         background: [0.0; 3],
         materials: Vec::new(),
         images: vec![],
+        environment: None,
         spheres: Vec::new(),
         meshes: Vec::new(),
         lights: Vec::new(),

@@ -43,6 +43,8 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::UndecodedColors => &["materials/textures"],
         Mutation::SwappedBitangent => &["materials/textures"],
         Mutation::ThresholdAlpha => &["materials/coverage"],
+        Mutation::LinearSpot | Mutation::NoRange => &["materials/spots"],
+        Mutation::TurnedEnvironment | Mutation::FlatEnvironment => &["environment/oracle"],
         Mutation::OwnSampleMap => &["emitters/edges-of-glass"],
     }
 }

@@ -20,6 +20,7 @@ pub(crate) fn empty() -> Scene {
         background: [0.0; 3],
         materials: vec![],
         images: vec![],
+        environment: None,
         spheres: vec![],
         meshes: vec![],
         lights: vec![],

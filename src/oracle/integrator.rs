@@ -1,8 +1,8 @@
 //! The rendering equation, one path at a time. The module `oracle` states what a path is.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 use crate::oracle::trace::{Hit, Ray, closest_hit, transmittance};
 use crate::oracle::{Pcg64, bsdf};
@@ -47,24 +47,60 @@ pub fn radiance(scene: &Scene, mut ray: Ray, rng: &mut Pcg64) -> DVec3 {
         }
         ray = hit.spawn(direction);
     }
-    radiance + throughput * DVec3::from(scene.background)
+    radiance + throughput * background(scene, ray.direction, depth > 0)
+}
+
+/// Radiance from where a ray meets nothing; `reflected`: not by the camera's own ray.
+fn background(scene: &Scene, direction: DVec3, reflected: bool) -> DVec3 {
+    let Some(map) = &scene.environment else { return scene.background.into() };
+    if !map.visible && !reflected {
+        return DVec3::ZERO;
+    }
+    let d = DQuat::from_rotation_y(-map.rotation.to_radians()) * direction;
+    let (width, height) = (i64::from(map.width), i64::from(map.height));
+    let x = (0.5 + d.x.atan2(-d.z) / TAU) * f64::from(map.width) - 0.5;
+    let y = d.y.clamp(-1.0, 1.0).acos() / PI * f64::from(map.height) - 0.5;
+    let pixel = |i: f64, j: f64| {
+        let (i, j) = ((i as i64).rem_euclid(width), (j as i64).clamp(0, height - 1));
+        DVec3::from(map.texels[(j * width + i) as usize].map(f64::from))
+    };
+    let row = |j: f64| pixel(x.floor(), j).lerp(pixel(x.floor() + 1.0, j), x - x.floor());
+    map.scale * row(y.floor()).lerp(row(y.floor() + 1.0), y - y.floor())
 }
 
 /// Light from all point lights at a hit, on the side that the ray came from, as `scatter` (f·cos) passes it on.
 fn direct_light(scene: &Scene, hit: &Hit, scatter: impl Fn(DVec3) -> DVec3) -> DVec3 {
     let mut sum = DVec3::ZERO;
     for light in &scene.lights {
-        let Light::Point { position, power } = light;
-        let to_light = *position - hit.position;
+        let (to_light, far) = match light {
+            Light::Point { position, .. } | Light::Spot { position, .. } => (*position - hit.position, 1.0),
+            Light::Directional { direction, .. } => (-direction.normalize(), f64::INFINITY),
+        };
         let distance = to_light.length();
         // also false where the light lies on the very point
         if to_light.dot(hit.normal) > 0.0 {
-            let passes = transmittance(scene, &hit.spawn(to_light), 1.0);
-            let irradiance = passes * DVec3::from(*power) / (4.0 * PI * distance * distance);
+            let passes = transmittance(scene, &hit.spawn(to_light), far);
+            let irradiance = passes * irradiance(light, to_light / distance, distance);
             sum += irradiance * scatter(to_light / distance);
         }
     }
     sum
+}
+
+/// Irradiance at a distance from a light, which lies in the direction `wi`, on a surface that faces it.
+fn irradiance(light: &Light, wi: DVec3, distance: f64) -> DVec3 {
+    let color = DVec3::from(light.color());
+    match *light {
+        Light::Point { .. } => color / (4.0 * PI * distance * distance),
+        Light::Directional { .. } => color,
+        Light::Spot { direction, inner, outer, range, .. } => {
+            let cosine = -wi.dot(direction.normalize());
+            let [inner, outer] = [inner, outer].map(|angle: f64| angle.to_radians().cos());
+            let part = if inner <= -1.0 { 1.0 } else { ((cosine - outer) / (inner - outer).max(1e-4)).clamp(0.0, 1.0) };
+            let window = (1.0 - (distance / range).powi(4)).max(0.0);
+            color * part * part * window / (distance * distance)
+        }
+    }
 }
 
 /// Irradiance from all point lights at a hit, on the side that the ray came from.

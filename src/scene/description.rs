@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
+use crate::scene::environment::Environment;
 use crate::scene::texture::{Texture, TextureImage, TextureSlot};
 
 /// Linear RGB: a reflectance (0..=1), a radiance or a power, according to use.
@@ -395,13 +396,60 @@ pub enum Light {
         /// Total power per channel, >= 0.
         power: Rgb,
     },
+    /// A point within a cone: irradiance = intensity·s·w·cosθ/d², where s falls from 1 to 0 between the inner and the outer angle as the
+    /// square of the part of the difference of their cosines, and w = max(0, 1 − (d/range)⁴) (KHR_lights_punctual).
+    Spot {
+        /// Scene units.
+        position: DVec3,
+        /// Axis of the cone; any length but 0.
+        direction: DVec3,
+        /// Power per steradian and channel, >= 0.
+        intensity: Rgb,
+        /// From the axis, degrees, 0..=180; at 180 it shines to all sides alike.
+        inner: f64,
+        /// From the axis, degrees, `inner`..=180.
+        outer: f64,
+        /// Scene units, > 0; infinite where distance alone weakens it.
+        range: f64,
+    },
+    /// Parallel light from afar: irradiance·cosθ.
+    Directional {
+        /// Where light goes; any length but 0.
+        direction: DVec3,
+        /// Per channel, >= 0, on a surface across the direction.
+        irradiance: Rgb,
+    },
 }
 
 impl Light {
     /// Whether any light comes from it.
     pub fn shines(&self) -> bool {
-        let Self::Point { power, .. } = self;
-        *power != [0.0; 3]
+        self.color() != [0.0; 3]
+    }
+
+    /// Its power, intensity or irradiance.
+    pub fn color(&self) -> Rgb {
+        match *self {
+            Self::Point { power: color, .. }
+            | Self::Spot { intensity: color, .. }
+            | Self::Directional { irradiance: color, .. } => color,
+        }
+    }
+
+    /// Where it is, unless it is infinitely far.
+    pub fn position(&self) -> Option<DVec3> {
+        match *self {
+            Self::Point { position, .. } | Self::Spot { position, .. } => Some(position),
+            Self::Directional { .. } => None,
+        }
+    }
+
+    /// The same place to change.
+    pub fn position_mut(&mut self) -> Option<&mut DVec3> {
+        match self {
+            Self::Point { position, .. } | Self::Spot { position, .. } => Some(position),
+            Self::Directional { .. } => None,
+        }
     }
 }
 
@@ -418,6 +466,8 @@ pub struct Scene {
     pub integrator: Integrator,
     /// Radiance that arrives where a ray meets nothing.
     pub background: Rgb,
+    /// A map of the radiance that arrives there instead.
+    pub environment: Option<Environment>,
     /// Surfaces, referred to by index.
     pub materials: Vec<Material>,
     /// What textures show, referred to by index.

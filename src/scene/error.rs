@@ -66,6 +66,8 @@ pub enum Entity {
     Background,
     /// An element of [`Scene::materials`](crate::Scene::materials).
     Material(usize),
+    /// The environment.
+    Environment,
     /// An element of [`Scene::images`](crate::Scene::images).
     Image(usize),
     /// An element of [`Scene::spheres`](crate::Scene::spheres).
@@ -84,6 +86,7 @@ impl Entity {
             Self::Camera => ("camera", None),
             Self::Film => ("film", None),
             Self::Integrator => ("integrator", None),
+            Self::Environment => ("environment", None),
             Self::Background => ("background", None),
             Self::Material(index) => ("material", Some(index)),
             Self::Image(index) => ("image", Some(index)),

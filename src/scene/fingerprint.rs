@@ -26,6 +26,11 @@ pub fn fingerprint(scene: &Scene) -> u64 {
     h.write(&[u8::from(scene.film.filter == PixelFilter::Gaussian), u8::from(scene.integrator.indirect)]);
     h.write(&scene.integrator.max_depth.to_le_bytes());
     h.numbers(&scene.background);
+    if let Some(map) = &scene.environment {
+        h.write(&map.width.to_le_bytes());
+        h.write(&digest(bytemuck::cast_slice(&map.texels[..])).to_le_bytes());
+        h.numbers(&[map.rotation, map.scale, if map.visible { 1.0 } else { 0.0 }]);
+    }
     h.count(scene.materials.len());
     for material in &scene.materials {
         add_surface(&mut h, &material.surface);
@@ -62,9 +67,16 @@ pub fn fingerprint(scene: &Scene) -> u64 {
         }
     }
     h.count(scene.lights.len());
-    for Light::Point { position, power } in &scene.lights {
-        h.points(&[*position]);
-        h.numbers(power);
+    for light in &scene.lights {
+        match light {
+            Light::Point { position, .. } => h.points(&[*position]),
+            Light::Spot { position, direction, inner, outer, range, .. } => {
+                h.points(&[*position, *direction]);
+                h.numbers(&[*inner, *outer, *range]);
+            }
+            Light::Directional { direction, .. } => h.points(&[*direction; 3]),
+        }
+        h.numbers(&light.color());
     }
     h.finish()
 }
@@ -139,6 +151,7 @@ mod tests {
             background: [0.0; 3],
             materials: vec![Material::new("grey", Surface::diffuse([0.5; 3]))],
             images: vec![],
+            environment: None,
             spheres: vec![],
             meshes: vec![Mesh {
                 name: "mesh".into(),

@@ -65,6 +65,7 @@ pub(super) fn build(source: &Source<'_>, tables: SceneTable, warnings: &mut Vec<
         lights: lights.collect(),
         materials: materials.into_vec(),
         images: Vec::new(),
+        environment: None,
         spheres,
         meshes,
     })

@@ -5,6 +5,7 @@
 
 mod defaults;
 mod description;
+mod environment;
 mod error;
 mod facing;
 mod fingerprint;
@@ -31,6 +32,7 @@ mod validate;
 mod validate_material;
 
 pub use crate::scene::description::*;
+pub use crate::scene::environment::Environment;
 pub use crate::scene::error::{Entity, Location, SceneError};
 pub use crate::scene::fingerprint::fingerprint;
 pub use crate::scene::load::{LoadOptions, Loaded};

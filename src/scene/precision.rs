@@ -6,7 +6,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::scene::description::{Light, Mesh, Scene};
+use crate::scene::description::{Mesh, Scene};
 use crate::scene::error::Entity;
 use crate::scene::validate::number;
 
@@ -53,9 +53,10 @@ pub(super) fn lost(scene: &Scene) -> Vec<(Entity, &'static str, String)> {
     }
     let vertices: usize = scene.meshes.iter().map(|mesh| mesh.positions.len()).sum();
     let lights = if scene.lights.len().saturating_mul(vertices) > MOST_PAIRS { &[] } else { scene.lights.as_slice() };
-    for (index, Light::Point { position, .. }) in lights.iter().enumerate() {
+    let positions = lights.iter().enumerate().filter_map(|(index, light)| Some((index, light.position()?)));
+    for (index, position) in positions {
         let distance = position.distance(camera);
-        let from_surface = distance_to_surfaces(scene, *position);
+        let from_surface = distance_to_surfaces(scene, position);
         if from_surface > 0.0
             && let Some(problem) = too_small(from_surface, distance, extent)
         {
@@ -87,7 +88,7 @@ fn rounded(x: f64) -> String {
 /// Largest distance from the camera that matters.
 fn extent(scene: &Scene, meshes: &[Extent]) -> f64 {
     let camera = scene.camera.position;
-    let lights = scene.lights.iter().map(|Light::Point { position, .. }| position.distance(camera));
+    let lights = scene.lights.iter().filter_map(|light| Some(light.position()?.distance(camera)));
     let spheres = scene.spheres.iter().map(|sphere| (sphere.center.distance(camera) - sphere.radius).abs());
     lights.chain(spheres).chain(meshes.iter().map(|mesh| mesh.farthest)).fold(0.0, f64::max)
 }

@@ -7,6 +7,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::scene::description::*;
+use crate::scene::environment::Environment;
 use crate::scene::error::{Entity, Location, SceneError};
 use crate::scene::triangle::has_area;
 use crate::scene::unit::unit;
@@ -97,6 +98,9 @@ impl Scene {
         check_film(&self.film)?;
         check_integrator(&self.integrator)?;
         check_non_negative(Entity::Background, "radiance", self.background)?;
+        if let Some(map) = &self.environment {
+            check_environment(map)?;
+        }
         check_materials(&self.materials, &self.images)?;
         self.images.iter().enumerate().try_for_each(|(index, image)| check_image(index, image))?;
         for (index, sphere) in self.spheres.iter().enumerate() {
@@ -118,6 +122,25 @@ impl Scene {
                     check_vector(entity, "position", *position)?;
                     check_non_negative(entity, "power", *power)?;
                 }
+                Light::Spot { position, direction, intensity, inner, outer, range } => {
+                    check_vector(entity, "position", *position)?;
+                    check_direction(entity, *direction)?;
+                    check_non_negative(entity, "intensity", *intensity)?;
+                    if !(0.0..=180.0).contains(outer) {
+                        return Err(Problem::new(entity, "outer", number(*outer), "an angle from 0 to 180 degrees"));
+                    }
+                    if !(0.0..=*outer).contains(inner) {
+                        let expected = format!("an angle from 0 to outer ({} degrees)", number(*outer));
+                        return Err(Problem::new(entity, "inner", number(*inner), expected));
+                    }
+                    if range.is_nan() || *range <= 0.0 {
+                        return Err(Problem::new(entity, "range", number(*range), "a number > 0, or inf"));
+                    }
+                }
+                Light::Directional { direction, irradiance } => {
+                    check_direction(entity, *direction)?;
+                    check_non_negative(entity, "irradiance", *irradiance)?;
+                }
             }
         }
         Ok(())
@@ -130,8 +153,11 @@ impl Scene {
             let material = self.materials.get(material as usize);
             material.and_then(|material| material.surface.emitted()).is_some_and(|radiance| positive(&radiance))
         };
-        positive(&self.background)
-            || self.lights.iter().any(|Light::Point { power, .. }| positive(power))
+        self.environment
+            .as_ref()
+            .is_some_and(|map| map.scale > 0.0 && map.texels.as_flattened().iter().any(|&x| x > 0.0))
+            || positive(&self.background)
+            || self.lights.iter().any(|light| positive(&light.color()))
             || self.spheres.iter().any(|sphere| emits(&sphere.material))
             || self.meshes.iter().any(|mesh| mesh.triangle_materials.iter().any(emits))
     }
@@ -165,6 +191,32 @@ fn check_camera(camera: &Camera) -> Check {
         return Err(Problem::new(entity, "horizontal_fov", number(fov), expected));
     }
     Ok(())
+}
+
+fn check_environment(map: &Environment) -> Check {
+    let entity = Entity::Environment;
+    if map.width == 0 || map.height == 0 || map.texels.len() != map.width as usize * map.height as usize {
+        let expected = format!("{} x {}, at least 1", map.width, map.height);
+        return Err(Problem::new(entity, "the number of pixels", map.texels.len(), expected));
+    }
+    if let Some(x) = map.texels.as_flattened().iter().find(|x| !(x.is_finite() && **x >= 0.0)) {
+        return Err(Problem::new(entity, "a pixel", x, "finite numbers >= 0"));
+    }
+    if !(0.0..=MAX_MAGNITUDE).contains(&map.scale) {
+        return Err(Problem::new(entity, "scale", number(map.scale), "a finite number >= 0"));
+    }
+    match map.rotation.abs() <= MAX_MAGNITUDE {
+        true => Ok(()),
+        false => Err(Problem::new(entity, "rotation", number(map.rotation), "a finite number of degrees")),
+    }
+}
+
+fn check_direction(entity: Entity, direction: DVec3) -> Check {
+    check_vector(entity, "direction", direction)?;
+    match unit(direction) {
+        Some(_) => Ok(()),
+        None => Err(Problem::new(entity, "direction", vector(direction), "a vector of non-zero length")),
+    }
 }
 
 fn check_film(film: &Film) -> Check {

@@ -26,6 +26,7 @@ fn empty() -> Scene {
         background: [0.0; 3],
         materials: vec![],
         images: vec![],
+        environment: None,
         spheres: vec![],
         meshes: vec![],
         lights: vec![],

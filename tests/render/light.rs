@@ -29,6 +29,7 @@ fn empty(position: DVec3, target: DVec3, horizontal_fov: f64, side: u32, samples
         background: [0.0; 3],
         materials: vec![],
         images: vec![],
+        environment: None,
         spheres: vec![],
         meshes: vec![],
         lights: vec![],

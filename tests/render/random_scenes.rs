@@ -69,6 +69,7 @@ fn scene() -> impl Strategy<Value = Scene> {
             background,
             materials: vec![],
             images: vec![],
+            environment: None,
             spheres: vec![],
             meshes: vec![],
             lights: lights.into_iter().map(|(position, power)| Light::Point { position, power: [power; 3] }).collect(),

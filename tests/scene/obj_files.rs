@@ -489,7 +489,7 @@ fn a_mesh_alone_is_framed_and_lit() {
     }
     assert!(farthest < 1.0 && farthest > 0.5, "all in the image, and large: {farthest}");
     // A white surface that faces the light from the middle of the mesh has radiance power/(4π d²)/π.
-    let Light::Point { position, power } = &scene.lights[0];
+    let Light::Point { position, power } = &scene.lights[0] else { panic!("{:?}", scene.lights) };
     let center = DVec3::new(1.0, 5.0, 3.0);
     assert_eq!(camera.target, center);
     let pi = std::f64::consts::PI;

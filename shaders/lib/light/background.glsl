@@ -1,13 +1,15 @@
-// The background: a light at infinity, of the same radiance in all directions. Light sampling leaves it to rays that meet nothing.
+// Light from where a ray meets nothing: of the same radiance in all directions, which light sampling leaves to rays that meet nothing, or
+// a map.
 
 #ifndef BACKGROUND_GLSL
 #define BACKGROUND_GLSL
 
 #include "../layout.glsl"
+#include "environment.glsl"
 
-vec3 background_radiance(vec3 direction) { return background.rgb; }
+vec3 background_radiance(vec3 direction) { return HAS_ENVIRONMENT ? environment_radiance(direction) : background.rgb; }
 
 // Density per solid angle with which light sampling chooses a direction from which the background shines.
-float background_pdf(vec3 direction) { return 0.0; }
+float background_pdf(vec3 direction) { return HAS_ENVIRONMENT ? environment_share * environment_pdf(direction) : 0.0; }
 
 #endif

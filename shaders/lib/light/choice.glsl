@@ -21,6 +21,8 @@
 #include "point.glsl"
 #include "triangle.glsl"
 #include "sphere.glsl"
+#include "spot.glsl"
+#include "environment.glsl"
 
 // The share of these samples.
 float even_part() { return MUTATION == MUTATE_CHOICE ? 0.0 : even_share; }
@@ -128,6 +130,8 @@ float light_probability(int cell, int light) {
 // Samples a light at the point that `uv` chooses. Density: of the point alone.
 LightSample light_point(Light l, vec3 from, vec2 uv) {
     if (is_kind(l, LIGHT_POINT)) return point_sample(l.a, l.b, from);
+    if (is_kind(l, LIGHT_SPOT)) return spot_sample(l, from);
+    if (is_kind(l, LIGHT_DIRECTIONAL)) return LightSample(l.b, l.a, FAR_AWAY, 0.0);
     if (is_flat(l)) return flat_sample(l, from, uv);
     return sphere_sample(l, from, uv);
 }
@@ -147,6 +151,15 @@ LightSample light_candidate(int cell, vec3 from, float u, float more, bool even,
 // surface. `pdf` is that of a candidate: for weights against rays that hit lights by chance, which need no more than that both use the
 // same.
 LightSample light_sample(vec3 from, vec3 n, vec2 u, vec2 uv) {
+    if (HAS_ENVIRONMENT) {
+        if (LIGHT_COUNT == 0u) return environment_sample(uv);
+        if (light_branch(environment_share, u.x)) {
+            LightSample s = environment_sample(uv);
+            s.radiance /= environment_share;
+            s.pdf *= environment_share;
+            return s;
+        }
+    }
     int cell = light_cell(from);
     // Which of the two is kept hardly depends on the lower digits of u.y.
     float more = fract(4096.0 * u.y);
@@ -171,6 +184,10 @@ LightSample light_sample(vec3 from, vec3 n, vec2 u, vec2 uv) {
         s.radiance = takes ? other.radiance : s.radiance;
         s.radiance *= kept > 0.0 ? 0.5 / kept : 0.0;
     }
+    if (HAS_ENVIRONMENT) {
+        s.radiance /= 1.0 - environment_share;
+        s.pdf *= 1.0 - environment_share;
+    }
     return s;
 }
 
@@ -181,6 +198,7 @@ float light_pdf(vec3 from, int light, float t, float cos_light) {
     float pdf;
     if (is_flat(l)) pdf = flat_pdf(l, from, t * t, cos_light);
     else pdf = sphere_pdf(l, from, t * t, cos_light);
+    if (HAS_ENVIRONMENT) pdf *= 1.0 - environment_share;
     return light_probability(light_cell(from), light) * pdf;
 }
 

@@ -2,7 +2,8 @@
 //
 //   light  a | kind,  b | area or radius,  c | leaf,  radiance | primitive
 //   kind 0: point at a, b = intensity;  1: triangle a, b, c;  2: sphere around a;  3: the same, emitting inward;
-//   4: parallelogram, corner a between b and c;  5: rectangle, likewise, sampled by solid angle
+//   4: parallelogram, corner a between b and c;  5: rectangle, likewise, sampled by solid angle;
+//   7: spot, likewise as a point, c = axis, then scale and offset of the part of the cone, and 1/range;  8: light from direction a
 
 #ifndef LIGHT_GLSL
 #define LIGHT_GLSL
@@ -17,6 +18,8 @@ const uint LIGHT_SPHERE = 2u;
 const uint LIGHT_INWARD = 3u;
 const uint LIGHT_PARALLELOGRAM = 4u;
 const uint LIGHT_RECTANGLE = 5u;
+const uint LIGHT_SPOT = 7u;
+const uint LIGHT_DIRECTIONAL = 8u;
 
 // The kinds of emitters that are spheres, and of those that are flat; and what there is of them.
 const uint BALLS = 1u << LIGHT_SPHERE | 1u << LIGHT_INWARD;
@@ -50,7 +53,12 @@ Light fetch_light(int light) {
     vec4 a = light_texel(row);
     vec4 b = light_texel(row + 1);
     Light l = Light(a.w, a.xyz, b.xyz, vec3(0.0), b.w, b.xyz, vec3(0.0), 0);
-    if (is_kind(l, LIGHT_POINT)) return l;
+    if (is_kind(l, LIGHT_POINT) || is_kind(l, LIGHT_DIRECTIONAL)) return l;
+    if (is_kind(l, LIGHT_SPOT)) {
+        l.c = light_texel(row + 2).xyz;
+        l.normal = light_texel(row + 3).xyz;
+        return l;
+    }
     vec4 color = light_texel(row + 3);
     l.radiance = color.xyz;
     if (HAS_VARIED_EMISSION) l.primitive = floatBitsToInt(color.w);
@@ -80,6 +88,9 @@ Light light_of(int light) {
                  table_value(l.size, light), table_value(l.radiance, light), table_value(l.normal, light),
                  HAS_VARIED_EMISSION ? table_value(l.primitive, light) : 0);
 }
+
+// A distance beyond everything, whose square is a number.
+const float FAR_AWAY = 1e18;
 
 // Light that arrives at a point from one of the lights, if nothing is in between. It knows nothing of the surface there.
 struct LightSample {

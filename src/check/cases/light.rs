@@ -9,7 +9,7 @@ use crate::check::rng::Rng;
 use crate::check::scenes::{Build, diffuse, empty, grid, v};
 use crate::check::statistics::{relative, welch, worst};
 use crate::check::{Case, CheckError, Lab, Measured};
-use crate::scene::{Light, Scene};
+use crate::scene::Scene;
 
 pub(super) const CASES: &[Case] = &[
     Case {
@@ -288,7 +288,7 @@ pub(super) fn translate(scene: &mut Scene, by: DVec3) {
     scene.camera.target += by;
     scene.spheres.iter_mut().for_each(|s| s.center += by);
     scene.meshes.iter_mut().flat_map(|m| &mut m.positions).for_each(|p| *p += by);
-    for Light::Point { position, .. } in &mut scene.lights {
+    for position in scene.lights.iter_mut().filter_map(|light| light.position_mut()) {
         *position += by;
     }
 }

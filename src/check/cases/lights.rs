@@ -334,7 +334,7 @@ fn chi_squared(lab: &Lab) -> Result<Measured, CheckError> {
         p_values.push(chi_squared_p(&counts, &expected));
         // Point lights come first, spheres that are no constants last: what is above the surface must have a chance.
         let above = |p: DVec3| (p - from).dot(normal) > 0.0;
-        let points = scene.lights.iter().map(|crate::scene::Light::Point { position, .. }| above(*position));
+        let points = scene.lights.iter().map(|light| light.position().is_some_and(above));
         let balls = scene.spheres.iter().map(|s| above(s.center));
         let last = probabilities.iter().skip(lights - scene.spheres.len());
         let all = points.zip(&probabilities).chain(balls.zip(last));
@@ -366,7 +366,8 @@ fn resampled(lab: &Lab) -> Result<Measured, CheckError> {
                 .lights
                 .iter()
                 .map(|light| {
-                    let crate::scene::Light::Point { position, power } = *light;
+                    let position = light.position().unwrap_or_default();
+                    let power = light.color();
                     let to = position - from;
                     let cosine = to.normalize().dot(normal).max(0.0);
                     power[0] * cosine / (4.0 * PI * PI * to.length_squared())

@@ -1,4 +1,4 @@
-//! The metallic-roughness model, textures and coverage.
+//! The metallic-roughness model, textures, coverage, and light from all around.
 
 use std::collections::BTreeMap;
 
@@ -7,12 +7,13 @@ use glam::DVec3;
 use crate::check::cases::oracle::against_oracle;
 use crate::check::probe::{Function, Words};
 use crate::check::rng::Rng;
-use crate::check::scenes::{Build, diffuse, emitter, empty, icosphere, v};
+use crate::check::scenes::{Build, diffuse, emitter, empty, icosphere, mirror, v};
 use crate::check::statistics::{mean_and_error, relative, worst};
 use crate::check::{Case, CheckError, Lab, Measured};
 use crate::oracle::metallic_roughness;
 use crate::scene::{
-    Bsdf, Coverage, Light, MetallicRoughness, Normals, Scene, Surface, Texels, Texture, TextureImage, TextureSlot, Wrap,
+    Bsdf, Coverage, Environment, Light, MetallicRoughness, Normals, Scene, Surface, Texels, Texture, TextureImage,
+    TextureSlot, Wrap,
 };
 
 pub(super) const CASES: &[Case] = &[
@@ -71,7 +72,110 @@ pub(super) const CASES: &[Case] = &[
         full_only: false,
         measure: |lab| against_oracle(lab, &coverage()),
     },
+    Case {
+        name: "materials/spots",
+        what: "spots of several cones, one of a range, parallel light and a point of a range on rough bodies",
+        oracle: "path tracer in f64",
+        quantity: "the same",
+        threshold: 1.0,
+        full_only: false,
+        measure: |lab| against_oracle(lab, &spots()),
+    },
+    Case {
+        name: "environment/oracle",
+        what: "a map with a small sun, turned, on mirrors, rough bodies and a diffuse floor",
+        oracle: "path tracer in f64",
+        quantity: "the same",
+        threshold: 1.0,
+        full_only: false,
+        measure: |lab| against_oracle(lab, &sunny(None)),
+    },
+    Case {
+        name: "environment/with-lights",
+        what: "the same map, not seen by the camera, with a point, an emitter, a polygon before it and shared paths",
+        oracle: "path tracer in f64",
+        quantity: "the same",
+        threshold: 1.0,
+        full_only: false,
+        measure: |lab| against_oracle(lab, &sunny(Some(()))),
+    },
+    Case {
+        name: "environment/constant",
+        what: "a map of radiance 1 on a metal, a dielectric and a diffuse sphere of reflectance 1",
+        oracle: "1",
+        quantity: "deviation of the mean, over 5e-4 and four standard errors",
+        threshold: 1.0,
+        full_only: false,
+        measure: constant_map,
+    },
 ];
+
+fn map(width: u32, height: u32, texels: Vec<[f32; 3]>) -> Environment {
+    let name = "map".to_owned();
+    Environment { name, width, height, texels: texels.into(), rotation: 0.0, scale: 1.0, visible: true }
+}
+
+fn spots() -> Scene {
+    let mut scene = empty();
+    scene.integrator.max_depth = 2;
+    scene.quad(
+        [v(-5.0, -1.5, -1.0), v(5.0, -1.5, -1.0), v(5.0, -1.5, -12.0), v(-5.0, -1.5, -12.0)],
+        pbr([0.8; 3], 0.0, 0.5),
+    );
+    scene.sphere(v(0.0, -0.5, -6.0), 1.0, diffuse(0.7));
+    smooth_ball(&mut scene, v(-2.2, -0.6, -5.5), 0.8, pbr([0.9, 0.7, 0.4], 1.0, 0.5));
+    let spot = |x: f64, inner: f64, outer: f64, range: f64| Light::Spot {
+        position: v(x, 2.5, -4.0),
+        direction: v(-0.3 * x, -4.0, -1.5),
+        intensity: [20.0, 18.0, 15.0],
+        inner,
+        outer,
+        range,
+    };
+    scene.lights = vec![spot(-2.0, 10.0, 35.0, f64::INFINITY), spot(0.5, 0.0, 50.0, 6.0), spot(2.0, 180.0, 180.0, 4.5)];
+    scene.lights.push(Light::Directional { direction: v(1.0, -1.0, -0.5), irradiance: [0.3, 0.4, 0.5] });
+    scene
+}
+
+/// A map with a sky, a ground and a sun of a pixel.
+fn sunny(with_lights: Option<()>) -> Scene {
+    let (width, height) = (24, 12);
+    let mut rng = Rng::new(65);
+    let number = |rng: &mut Rng| (rng.bits() >> 8) as f32 * 2f32.powi(-24);
+    let mut texels: Vec<[f32; 3]> = (0..width * height)
+        .map(|i| {
+            if i / width < height / 2 { [0.3, 0.5, 0.9] } else { [0.3, 0.2, 0.1] }.map(|x| x * (0.5 + number(&mut rng)))
+        })
+        .collect();
+    texels[(3 * width + 15) as usize] = [60.0, 50.0, 40.0];
+    let mut scene = empty();
+    scene.integrator.max_depth = 4;
+    scene.environment =
+        Some(Environment { rotation: 70.0, scale: 0.8, visible: with_lights.is_none(), ..map(width, height, texels) });
+    scene.quad([v(-5.0, -1.5, -1.0), v(5.0, -1.5, -1.0), v(5.0, -1.5, -12.0), v(-5.0, -1.5, -12.0)], diffuse(0.6));
+    scene.sphere(v(-1.8, -0.5, -6.0), 0.9, mirror(0.9));
+    scene.sphere(v(0.2, -0.5, -6.0), 0.9, pbr([0.9, 0.7, 0.4], 1.0, 0.3));
+    smooth_ball(&mut scene, v(2.2, -0.6, -6.0), 0.9, pbr([0.5, 0.7, 0.8], 0.0, 0.6));
+    if with_lights.is_some() {
+        scene.light(v(0.0, 3.0, -4.0), 60.0);
+        scene.quad([v(-3.0, 2.0, -7.0), v(-3.0, 2.0, -6.0), v(-2.0, 2.0, -6.0), v(-2.0, 2.0, -7.0)], emitter(8.0));
+    }
+    scene
+}
+
+fn constant_map(lab: &Lab) -> Result<Measured, CheckError> {
+    let mut off: f64 = 0.0;
+    for surface in [pbr([1.0; 3], 1.0, 0.4), pbr([1.0; 3], 0.0, 0.7), diffuse(1.0)] {
+        let mut scene = empty();
+        scene.environment = Some(map(5, 3, vec![[1.0; 3]; 15]));
+        scene.camera.horizontal_fov = 20.0;
+        scene.sphere(v(0.25, -0.125, -4.0), 1.5, surface);
+        scene.size(32, lab.size(256, 4096) as u32);
+        let (mean, error) = mean_and_error(&lab.render(&scene)?.channel(1));
+        off = off.max((mean - 1.0).abs() / (5e-4 + 4.0 * error));
+    }
+    Ok(Measured::new(off, "3 spheres, 1024 pixels each"))
+}
 
 fn pbr(base: [f64; 3], metallic: f64, roughness: f64) -> Surface {
     let model = MetallicRoughness { base_color: base, metallic, roughness, ..MetallicRoughness::default() };

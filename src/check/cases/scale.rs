@@ -85,9 +85,11 @@ fn scaled(scene: &Scene, length: f64, power: f64) -> Scene {
         s.radius *= length;
     }
     scene.meshes.iter_mut().flat_map(|m| &mut m.positions).for_each(|p| *p *= length);
-    for Light::Point { position, power: own } in &mut scene.lights {
-        *position *= length;
-        *own = own.map(|x| x * power);
+    for light in &mut scene.lights {
+        if let Light::Point { position, power: own } = light {
+            *position *= length;
+            *own = own.map(|x| x * power);
+        }
     }
     scene
 }
@@ -190,7 +192,7 @@ fn axes(lab: &Lab) -> Result<Measured, CheckError> {
     other.camera.up = turn(other.camera.up);
     other.spheres.iter_mut().for_each(|s| s.center = turn(s.center));
     other.meshes.iter_mut().flat_map(|m| &mut m.positions).for_each(|p| *p = turn(*p));
-    for Light::Point { position, .. } in &mut other.lights {
+    for position in other.lights.iter_mut().filter_map(|light| light.position_mut()) {
         *position = turn(*position);
     }
     let turned = lab.render(&other)?;

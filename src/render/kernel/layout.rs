@@ -94,7 +94,11 @@ pub(crate) struct SceneValues {
     pub first_tangent: u32,
     /// Of light samples (light/table.rs).
     pub even_share: f32,
-    pub unused: [u32; 2],
+    /// Of the environment (light/environment.rs).
+    pub environment_half: f32,
+    pub environment_share: f32,
+    pub environment_turn: [f32; 4],
+    pub environment_map: [u32; 4],
 }
 
 /// Push constants: what changes from dispatch to dispatch.

@@ -16,10 +16,25 @@ pub(crate) struct Light {
     pub primitive: u32,
 }
 
+/// How far away parallel light comes from, for the choice among lights: much farther than the scene is large, which is about 1.
+const FAR: f64 = 1e4;
+
 /// Where a light is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum LightShape {
     Point(DVec3),
+    /// A point that shines along an axis: cosines of its angles, and its range.
+    Spot {
+        position: DVec3,
+        axis: DVec3,
+        inner: f64,
+        outer: f64,
+        range: f64,
+    },
+    /// Parallel light along an axis.
+    Directional {
+        axis: DVec3,
+    },
     Triangle([DVec3; 3]),
     /// A corner and its two neighbours.
     Parallelogram([DVec3; 3]),
@@ -34,7 +49,9 @@ impl Light {
     /// Lowest and highest corner.
     pub fn bounds(&self) -> (DVec3, DVec3) {
         match self.shape {
-            LightShape::Point(p) => (p, p),
+            LightShape::Point(p) | LightShape::Spot { position: p, .. } => (p, p),
+            // As seen from the scene it is alike everywhere, as a point far away is.
+            LightShape::Directional { axis } => (-FAR * axis, -FAR * axis),
             LightShape::Triangle([a, b, c]) => (a.min(b).min(c), a.max(b).max(c)),
             LightShape::Parallelogram([a, b, c]) => {
                 let d = b + c - a;
@@ -47,7 +64,8 @@ impl Light {
     /// What a white diffuse surface facing it at distance 1 would reflect, summed over channels.
     pub fn strength(&self) -> f64 {
         let size = match self.shape {
-            LightShape::Point(_) => 1.0 / std::f64::consts::PI,
+            LightShape::Point(_) | LightShape::Spot { .. } => 1.0 / std::f64::consts::PI,
+            LightShape::Directional { .. } => FAR * FAR / std::f64::consts::PI,
             LightShape::Triangle([a, b, c]) => (b - a).cross(c - a).length() / 2.0 / std::f64::consts::PI,
             LightShape::Parallelogram([a, b, c]) => (b - a).cross(c - a).length() / std::f64::consts::PI,
             LightShape::Sphere { radius, inward: false, .. } => radius * radius,
@@ -63,7 +81,10 @@ impl Light {
             LightShape::Triangle([a, b, c]) | LightShape::Parallelogram([a, b, c]) => {
                 Cone { axis: (b - a).cross(c - a).try_normalize().unwrap_or(DVec3::Z), angle: 0.0 }
             }
-            LightShape::Point(_) | LightShape::Sphere { .. } => Cone::ALL,
+            LightShape::Point(_)
+            | LightShape::Spot { .. }
+            | LightShape::Directional { .. }
+            | LightShape::Sphere { .. } => Cone::ALL,
         }
     }
 }

@@ -79,7 +79,7 @@ impl LightList {
 /// The same surface, whose back is the front.
 fn reversed(shape: LightShape) -> LightShape {
     match shape {
-        LightShape::Point(_) => shape,
+        LightShape::Point(_) | LightShape::Spot { .. } | LightShape::Directional { .. } => shape,
         LightShape::Triangle([a, b, c]) => LightShape::Triangle([a, c, b]),
         LightShape::Parallelogram([a, b, c]) => LightShape::Parallelogram([a, c, b]),
         LightShape::Sphere { center, radius, inward } => LightShape::Sphere { center, radius, inward: !inward },
@@ -90,7 +90,7 @@ fn same_side(a: &LightShape, b: &LightShape) -> bool {
     let front = |shape: &LightShape| match *shape {
         LightShape::Triangle([a, b, c]) | LightShape::Parallelogram([a, b, c]) => (b - a).cross(c - a),
         LightShape::Sphere { inward: true, .. } => -DVec3::X,
-        LightShape::Sphere { inward: false, .. } | LightShape::Point(_) => DVec3::X,
+        _ => DVec3::X,
     };
     front(a).dot(front(b)) > 0.0
 }

@@ -2,6 +2,7 @@
 
 pub(crate) mod alias;
 pub(crate) mod emitter;
+pub(crate) mod environment;
 pub(crate) mod grid;
 pub(crate) mod list;
 pub(crate) mod screen_bounds;

@@ -21,7 +21,7 @@ pub(crate) fn emitter_bounds(scene: &Scene, space: &RenderSpace, view: &View, em
 /// The pixels that may show a light's surface, or a little more; none if it is turned away or beyond one of the picture's sides.
 fn pixels_of(light: &Light, view: &View) -> Option<Rectangle> {
     let faces = match light.shape {
-        LightShape::Point(_) => false,
+        LightShape::Point(_) | LightShape::Spot { .. } | LightShape::Directional { .. } => false,
         LightShape::Triangle([a, b, c]) | LightShape::Parallelogram([a, b, c]) => (b - a).cross(c - a).dot(a) < 0.0,
         LightShape::Sphere { .. } => true,
     };

@@ -17,6 +17,8 @@ pub(crate) mod kind {
     pub const RECTANGLE: u32 = 5;
     /// No kind: some surface emits on both sides, as two lights.
     pub const TWO_SIDED: u32 = 6;
+    pub const SPOT: u32 = 7;
+    pub const DIRECTIONAL: u32 = 8;
 }
 
 /// What the shaders see of lights.
@@ -39,7 +41,7 @@ const EVEN_SHARE: f32 = 1.0 / 32.0;
 
 impl LightTable {
     /// As if there were lights of all kinds.
-    pub const ALL_KINDS: u32 = (2 << kind::TWO_SIDED) - 1;
+    pub const ALL_KINDS: u32 = (2 << kind::DIRECTIONAL) - 1;
 
     /// The table of lights, of which some are rectangles to be sampled by solid angle; an empty one for none.
     pub fn of(lights: &[Light], is_rectangle: impl Fn(&Light) -> bool) -> Self {
@@ -88,6 +90,8 @@ fn texel(v: DVec3, w: f32) -> [f32; 4] {
 fn kind_of(light: &Light) -> u32 {
     match light.shape {
         LightShape::Point(_) => kind::POINT,
+        LightShape::Spot { .. } => kind::SPOT,
+        LightShape::Directional { .. } => kind::DIRECTIONAL,
         LightShape::Triangle(_) => kind::TRIANGLE,
         LightShape::Parallelogram(_) => kind::PARALLELOGRAM,
         LightShape::Sphere { inward: false, .. } => kind::SPHERE,
@@ -102,6 +106,14 @@ fn light_texels(light: &Light, kind: u32, leaf: u32) -> [[f32; 4]; 4] {
     let color = [radiance[0], radiance[1], radiance[2], f32::from_bits(light.primitive)];
     match light.shape {
         LightShape::Point(p) => [texel(p, kind), color, texel(DVec3::ZERO, leaf), color],
+        LightShape::Spot { position, axis, inner, outer, range } => {
+            // The part of the difference of the cosines is scale·cos + offset; of a cone of all directions it is 1.
+            let scale = if outer <= -1.0 || inner <= -1.0 { 0.0 } else { 1.0 / (inner - outer).max(1e-4) };
+            let offset = if scale > 0.0 { -outer * scale } else { 1.0 };
+            let cone = [scale as f32, offset as f32, (1.0 / range) as f32, 0.0];
+            [texel(position, kind), color, texel(axis, leaf), cone]
+        }
+        LightShape::Directional { axis } => [texel(-axis, kind), color, texel(DVec3::ZERO, leaf), color],
         LightShape::Triangle([a, b, c]) => {
             let area = (b - a).cross(c - a).length() / 2.0;
             [texel(a, kind), texel(b, area as f32), texel(c, leaf), color]

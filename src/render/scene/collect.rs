@@ -294,11 +294,21 @@ fn add_sphere(lights: &mut LightList, s: &Sphere, materials: &[Material], space:
 }
 
 fn point_light(light: &scene::Light, space: &RenderSpace) -> Light {
-    let scene::Light::Point { position, power } = *light;
-    let per = 1.0 / (4.0 * std::f64::consts::PI);
-    Light {
-        shape: LightShape::Point(space.point(position)),
-        radiance: power.map(|x| space.power(x) * per),
-        primitive: 0,
-    }
+    let (shape, radiance) = match *light {
+        scene::Light::Point { position, power } => {
+            let per = 1.0 / (4.0 * std::f64::consts::PI);
+            (LightShape::Point(space.point(position)), power.map(|x| space.power(x) * per))
+        }
+        scene::Light::Spot { position, direction, intensity, inner, outer, range } => {
+            let [inner, outer] = [inner, outer].map(|angle| angle.to_radians().cos());
+            let axis = direction.normalize();
+            let shape =
+                LightShape::Spot { position: space.point(position), axis, inner, outer, range: space.length(range) };
+            (shape, intensity.map(|x| space.power(x)))
+        }
+        scene::Light::Directional { direction, irradiance } => {
+            (LightShape::Directional { axis: direction.normalize() }, irradiance)
+        }
+    };
+    Light { shape, radiance, primitive: 0 }
 }

@@ -119,7 +119,7 @@ fn weight(emitter: &Light, target: &Target) -> f64 {
             if most <= 0.0 { 0.0 } else { (most / (distance + target.radius)).clamp(0.05, 1.0) }
         }
         LightShape::Sphere { .. } => 1.0,
-        LightShape::Point(_) => 0.0,
+        LightShape::Point(_) | LightShape::Spot { .. } | LightShape::Directional { .. } => 0.0,
     };
     emitter.strength() * around * cosine
 }

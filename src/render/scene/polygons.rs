@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::scene::{Light, Material, Scene};
+use crate::scene::{Material, Scene};
 
 use crate::render::kernel::layout::constant::MAX_POLYGONS;
 use crate::render::scene::coplanar::Lifts;
@@ -59,10 +59,11 @@ impl InlinePolygon {
 pub(crate) fn occluders(polygons: &[InlinePolygon], scene: &Scene, space: &RenderSpace) -> u32 {
     let mut points = vec![DVec3::ZERO];
     points.extend(scene.meshes.iter().flat_map(|m| m.positions.iter().map(|&p| space.point(p))));
-    points.extend(scene.lights.iter().map(|l| {
-        let Light::Point { position, .. } = l;
-        space.point(*position)
-    }));
+    // Rays to a light from afar leave the hull.
+    if scene.lights.iter().any(|light| light.position().is_none()) || scene.environment.is_some() {
+        return u32::MAX;
+    }
+    points.extend(scene.lights.iter().filter_map(|light| Some(space.point(light.position()?))));
     let balls: Vec<_> = scene.spheres.iter().map(|s| (space.point(s.center), space.length(s.radius))).collect();
     let bounds_hull = |f: &InlinePolygon| {
         let d = f.normal.dot(f.corners[0]);

@@ -119,14 +119,11 @@ pub(crate) fn visible_lights(scene: &Scene) -> impl Iterator<Item = &Light> {
 
 /// Of each point light whether an opaque sphere separates it from everything that a path can reach. Such a light adds nothing.
 fn are_hidden(scene: &Scene) -> Vec<bool> {
-    let position = |i: usize| {
-        let Light::Point { position, .. } = scene.lights[i];
-        position
-    };
+    let position = |i: usize| scene.lights[i].position().unwrap_or_default();
     // Along an axis: of many lights a small sphere is near few.
-    let mut order: Vec<usize> = (0..scene.lights.len()).collect();
+    let mut order: Vec<usize> = (0..scene.lights.len()).filter(|&i| scene.lights[i].position().is_some()).collect();
     order.sort_unstable_by(|&a, &b| position(a).x.total_cmp(&position(b).x));
-    let mut hidden = vec![false; order.len()];
+    let mut hidden = vec![false; scene.lights.len()];
     let aperture = aperture(scene);
     for sphere in scene.spheres.iter().filter(|sphere| is_opaque(sphere, scene)) {
         let (lo, hi) = (sphere.center.x - sphere.radius, sphere.center.x + sphere.radius);
@@ -179,10 +176,7 @@ mod tests {
                 is_opaque(sphere, &scene)
                     && matches!(places, [Place::Outside, Place::Inside] | [Place::Inside, Place::Outside])
             };
-            let hidden = |light: &Light| {
-                let Light::Point { position, .. } = light;
-                scene.spheres.iter().any(|sphere| hides(sphere, *position))
-            };
+            let hidden = |light: &Light| scene.spheres.iter().any(|sphere| hides(sphere, light.position().unwrap()));
             let expected: Vec<_> = scene.lights.iter().map(hidden).collect();
             assert_eq!(are_hidden(&scene), expected);
             let count = expected.iter().filter(|hidden| **hidden).count();

@@ -13,6 +13,7 @@ use crate::scene::Scene;
 
 use crate::render::kernel::layout::SceneValues;
 use crate::render::light::emitter::{Light, LightShape};
+use crate::render::light::environment::EnvironmentTable;
 use crate::render::light::screen_bounds::emitter_bounds;
 use crate::render::light::solid_angle;
 use crate::render::light::table::{LightTable, kind};
@@ -40,6 +41,8 @@ pub(crate) struct Tables {
     pub geometry: GeometryTexels,
     /// Textures, and the table of albedos.
     pub textures: Vec<Texel>,
+    /// Where in these the environment is, and how much of light sampling goes to it.
+    environment: EnvironmentValues,
     pub lights: LightTable,
     /// Follows the lights' texels.
     pub light_paths: CasterTable,
@@ -78,7 +81,7 @@ pub(crate) struct Tables {
 impl Tables {
     /// Compiles a scene.
     pub fn new(scene: &Scene, space: &RenderSpace, settings: &RenderSettings) -> Self {
-        let textures = TextureTable::of(scene);
+        let mut textures = TextureTable::of(scene);
         let mut geometry = SceneGeometry::constants(scene, space, settings, &textures);
         let start = Instant::now();
         geometry.add_what_is_in_the_tree(scene, space);
@@ -95,6 +98,7 @@ impl Tables {
         let points = geometry.points;
         let two_sided = u32::from(geometry.lights.has_two_sided());
         let lights = geometry.lights.into_vec();
+        let environment = EnvironmentValues::add(scene, &lights, &mut textures.texels);
         let mut light_table = LightTable::of(&lights, |light| solid_angle::looks_large(light, scene, space));
         light_table.kinds |= two_sided << kind::TWO_SIDED;
         let light_paths = match settings.light_tracing {
@@ -111,7 +115,8 @@ impl Tables {
         Self {
             geometry: geometry.geometry.into_texels(),
             textures: textures.texels,
-            single_point: (points == 1 && lights.len() == 1).then(|| lights[0]),
+            environment,
+            single_point: single_point(&lights, scene.environment.is_some()),
             light_count: lights.len() as u32,
             point_count: points as u32,
             emitter_bounds: match settings.sample_map {
@@ -182,7 +187,7 @@ impl Tables {
 
     /// Whether lights are sampled: there is more than a point.
     pub fn samples_lights(&self) -> bool {
-        self.light_count > 0 && self.single_point.is_none()
+        (self.light_count > 0 || self.environment.share > 0.0) && self.single_point.is_none()
     }
 
     /// The numbers of the scene.
@@ -198,6 +203,10 @@ impl Tables {
             first_uv: self.geometry.first_uv,
             first_color: self.geometry.first_color,
             first_tangent: self.geometry.first_tangent,
+            environment_half: self.environment.left,
+            environment_share: self.environment.share,
+            environment_turn: self.environment.turn,
+            environment_map: self.environment.map,
             ..SceneValues::zeroed()
         };
         for (value, s) in values.spheres.iter_mut().zip(&self.constant_spheres) {
@@ -225,6 +234,48 @@ impl Tables {
                 .map(|(v, w)| v.extend(w).as_vec4().to_array());
         values.background = rgb(self.background, 0.0);
         values
+    }
+}
+
+/// An environment as the scene's values have it.
+#[derive(Debug, Clone, Copy, Default)]
+struct EnvironmentValues {
+    left: f32,
+    share: f32,
+    turn: [f32; 4],
+    map: [u32; 4],
+}
+
+impl EnvironmentValues {
+    /// Adds the map of a scene to the texels.
+    fn add(scene: &Scene, lights: &[Light], texels: &mut Vec<Texel>) -> Self {
+        let Some(environment) = &scene.environment else { return Self::default() };
+        let table = EnvironmentTable::of(environment);
+        let first = texels.len() as u32;
+        texels.extend(&table.pixels);
+        let density = texels.len() as u32;
+        texels.extend(&table.density);
+        let (sin, cos) = environment.rotation.to_radians().sin_cos();
+        let visible = if environment.visible { 1.0 } else { 0.0 };
+        let shines = !lights.is_empty();
+        Self {
+            left: table.left,
+            share: match (shines, table.power > 0.0) {
+                (false, _) => 1.0,
+                (true, true) => 0.5,
+                (true, false) => 0.0,
+            },
+            turn: [cos as f32, sin as f32, environment.scale as f32, visible],
+            map: [first, environment.width, environment.height, density],
+        }
+    }
+}
+
+/// The only light of a scene, if that is a point that shines to all sides alike.
+fn single_point(lights: &[Light], has_environment: bool) -> Option<Light> {
+    match lights {
+        [light @ Light { shape: LightShape::Point(_), .. }] if !has_environment => Some(*light),
+        _ => None,
     }
 }
 

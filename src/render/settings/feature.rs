@@ -127,7 +127,7 @@ features! {
     emitter Emitter, "emitter", 10 HAS_EMITTER: |n| n.uses(Surface::emits);
         "a surface uses it"; "no surface uses it";
     /// Light from where a ray meets nothing.
-    background Background, "background", 11 HAS_BACKGROUND: |n| n.scene.background != [0.0; 3];
+    background Background, "background", 11 HAS_BACKGROUND: |n| n.scene.background != [0.0; 3] || n.scene.environment.is_some();
         "background.radiance is not black"; "background.radiance is black";
     /// A BVH: triangles, or spheres beyond the constants.
     tree Tree, "bvh", 12 HAS_BVH: |n| n.bvh.triangles || n.bvh.spheres;
@@ -168,6 +168,9 @@ features! {
     /// Emission that differs from point to point.
     varied_emission VariedEmission, "varied-emission", 55 HAS_VARIED_EMISSION: |n| n.uses_material(Material::has_varied_emission);
         "an emitting material has a texture or alpha"; "emitters shine alike all over";
+    /// A map of light from where a ray meets nothing.
+    environment Environment, "environment", 58 HAS_ENVIRONMENT: |n| n.scene.environment.is_some();
+        "the background is a map"; "the background is the same everywhere";
     /// A lens, which blurs what is not in focus.
     lens Lens, "lens", 56 HAS_LENS: |n| n.scene.camera.lens.is_some();
         "the camera has one"; "the camera has none";

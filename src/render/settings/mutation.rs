@@ -78,6 +78,14 @@ pub enum Mutation {
     SwappedBitangent = 36,
     /// Alpha is compared with one half where it is a part of the rays.
     ThresholdAlpha = 37,
+    /// Spots fall off linearly.
+    LinearSpot = 40,
+    /// Lights have no range.
+    NoRange = 41,
+    /// Environment maps are turned the other way round where rays meet them.
+    TurnedEnvironment = 42,
+    /// The density of environment sampling leaves out that cells near the poles are smaller.
+    FlatEnvironment = 43,
     /// Rays leave the lens more often near its middle.
     CentredLens = 38,
     /// Parallel rays are as close as if the image were 2 % narrower.
@@ -86,7 +94,7 @@ pub enum Mutation {
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 39] = [
+    pub const ALL: [Self; 43] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -124,6 +132,10 @@ impl Mutation {
         Self::UndecodedColors,
         Self::SwappedBitangent,
         Self::ThresholdAlpha,
+        Self::LinearSpot,
+        Self::NoRange,
+        Self::TurnedEnvironment,
+        Self::FlatEnvironment,
         Self::CentredLens,
         Self::NarrowView,
     ];
@@ -168,6 +180,10 @@ impl Mutation {
             Self::UndecodedColors => "colours of textures taken for linear",
             Self::SwappedBitangent => "normals of textures with their green turned over",
             Self::ThresholdAlpha => "alpha compared with one half instead of at random",
+            Self::LinearSpot => "spots fall off linearly",
+            Self::NoRange => "lights have no range",
+            Self::TurnedEnvironment => "environment maps turned the other way round where rays meet them",
+            Self::FlatEnvironment => "density of environment sampling as if all cells were alike",
             Self::CentredLens => "rays leave the lens more often near its middle",
             Self::NarrowView => "an orthographic view that is 2 % narrower",
         }

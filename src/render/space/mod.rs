@@ -8,7 +8,7 @@ pub(crate) mod view;
 
 use glam::{DVec3, Vec3};
 
-use crate::scene::{Light, Scene};
+use crate::scene::Scene;
 
 /// The map from scene space to render space.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,8 +26,7 @@ impl RenderSpace {
         let origin = scene.camera.position;
         let aperture = aperture(scene);
         let mut near: f64 = aperture;
-        for light in &scene.lights {
-            let Light::Point { position, .. } = light;
+        for position in scene.lights.iter().filter_map(|light| light.position()) {
             near = near.max(position.distance(origin));
         }
         for mesh in &scene.meshes {

@@ -21,6 +21,7 @@ use gltf::json::accessor::Type;
 use rayon::prelude::*;
 
 use crate::scene::description::*;
+use crate::scene::environment::Environment;
 use crate::scene::error::SceneError;
 use crate::scene::image_file::decode;
 use crate::scene::load::LoadOptions;
@@ -87,16 +88,17 @@ pub(in crate::scene) fn load(
     });
     let is_lit = emits || !lights.is_empty();
     if !is_lit {
-        warnings.push(format!("{name}: no lights: a white background lights it"));
+        warnings.push(format!("{name}: no lights: a studio lights it"));
     }
     let mut scene = Scene {
         source: name.to_owned(),
         camera: Camera::default(),
         film: Film { width, height: ROWS, ..Film::default() },
         integrator: Integrator { max_depth: MAX_DEPTH, ..Integrator::default() },
-        background: if is_lit { [0.0; 3] } else { [1.0; 3] },
+        background: [0.0; 3],
         materials,
         images,
+        environment: (!is_lit).then(Environment::studio),
         spheres: Vec::new(),
         meshes,
         lights,

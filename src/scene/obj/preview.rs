@@ -45,6 +45,7 @@ pub(in crate::scene) fn preview(
         background: [0.0; 3],
         materials: Vec::new(),
         images: Vec::new(),
+        environment: None,
         spheres: Vec::new(),
         meshes: vec![mesh],
         lights: Vec::new(),

@@ -144,6 +144,10 @@ fn scene_values() {
         ("first_color", offset_of!(SceneValues, first_color)),
         ("first_tangent", offset_of!(SceneValues, first_tangent)),
         ("even_share", offset_of!(SceneValues, even_share)),
+        ("environment_half", offset_of!(SceneValues, environment_half)),
+        ("environment_share", offset_of!(SceneValues, environment_share)),
+        ("environment_turn", offset_of!(SceneValues, environment_turn)),
+        ("environment_map", offset_of!(SceneValues, environment_map)),
     ]
     .map(|(name, offset)| (name.to_owned(), offset));
     for (kernel, interface) in kernels() {
