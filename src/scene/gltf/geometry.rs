@@ -94,7 +94,8 @@ impl Document<'_> {
         if let Some(index) = attribute(Semantic::Colors(0)) {
             let read = self.vectors::<4>(index, &format!("{at}, COLOR_0"), &[Type::Vec3, Type::Vec4], 1.0)?;
             checked(read.len(), "COLOR_0")?;
-            colors = read.into_iter().map(|color| color.map(|x| x.clamp(0.0, 1.0) as f32)).collect();
+            let share = |x: f64| if x.is_finite() { x.clamp(0.0, 1.0) as f32 } else { 1.0 };
+            colors = read.into_iter().map(|color| color.map(share)).collect();
         }
         let skin = self.joints_of_vertices(primitive, count, at)?;
         let indices = match primitive.indices {
