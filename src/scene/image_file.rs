@@ -15,6 +15,9 @@ const MAX_BYTES: u64 = 4 << 30;
 /// In words: it is of no known kind, broken, or too large.
 pub(super) fn decode(bytes: &[u8], name: &str) -> Result<TextureImage, String> {
     let mut reader = ImageReader::new(std::io::Cursor::new(bytes)).with_guessed_format().map_err(|e| e.to_string())?;
+    if bytes.starts_with(b"\xabKTX 20\xbb") {
+        return Err("a KTX2 image".to_owned());
+    }
     if reader.format().is_none() {
         // Only TGA has no mark of its own.
         reader.set_format(image::ImageFormat::Tga);

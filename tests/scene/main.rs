@@ -4,6 +4,9 @@
 mod common;
 
 mod cat_mesh;
+mod glb;
+mod gltf_files;
+mod gltf_hostile;
 mod obj_files;
 mod robustness;
 mod scene_files;

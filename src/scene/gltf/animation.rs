@@ -62,7 +62,9 @@ impl Document<'_> {
                     return Err(self.error(at, "an unknown interpolation", "LINEAR, STEP or CUBICSPLINE"));
                 };
                 let is_rotation = property == Property::Rotation;
-                let Some(value) = sampled(&times, &values, interpolation, is_rotation, time) else {
+                let value = sampled(&times, &values, interpolation, is_rotation, time);
+                let fits = |value: &Vec<f64>| width == 1 || value.len() == width;
+                let Some(value) = value.filter(fits) else {
                     let found = format!("{} times and {} numbers", times.len(), values.len());
                     return Err(self.error(at, found, "at least one time, and as many values"));
                 };

@@ -54,10 +54,11 @@ impl<'a> Document<'a> {
     ) -> Result<Self, SceneError> {
         let (json, binary) = if bytes.starts_with(MAGIC) { split(bytes, name)? } else { (bytes, None) };
         let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
-        let root: Root = serde_json::from_slice(json).map_err(|error| {
-            let at = format!("JSON, line {}, column {}", error.line(), error.column());
-            problem(name, at, error, "glTF 2.0")
-        })?;
+        let root: Root =
+            serde_json::from_slice(json).or_else(|error| without_pointers(json).ok_or(error)).map_err(|error| {
+                let at = format!("JSON, line {}, column {}", error.line(), error.column());
+                problem(name, at, error, "glTF 2.0")
+            })?;
         let mut document = Self { name, root, buffers: Vec::new(), files };
         document.check_version()?;
         document.check_extensions(warnings)?;
@@ -117,9 +118,7 @@ impl<'a> Document<'a> {
             let at = || format!("buffer {index}");
             let length = buffer.byte_length.0;
             // Only a fallback for readers that do not know the compression.
-            let is_fallback = ["EXT_meshopt_compression", "KHR_meshopt_compression"]
-                .iter()
-                .any(|name| buffer.extensions.as_ref().is_some_and(|extensions| extensions.others.contains_key(*name)));
+            let is_fallback = self.root.extensions_used.iter().any(|name| name.ends_with("_meshopt_compression"));
             let bytes = match (&buffer.uri, binary) {
                 (Some(uri), _) => self.files.read(uri, self.name, &at())?,
                 (None, Some(binary)) if index == 0 => binary.to_vec(),
@@ -197,6 +196,16 @@ impl<'a> Document<'a> {
         })?;
         Ok(&buffer[first as usize..end as usize])
     }
+}
+
+/// The file without channels of animations that move no node (KHR_animation_pointer).
+fn without_pointers(json: &[u8]) -> Option<Root> {
+    let mut value: Value = serde_json::from_slice(json).ok()?;
+    for animation in value.get_mut("animations")?.as_array_mut()? {
+        let channels = animation.get_mut("channels")?.as_array_mut()?;
+        channels.retain(|channel| channel.pointer("/target/node").is_some());
+    }
+    serde_json::from_value(value).ok()
 }
 
 /// An index into a list, as a number.

@@ -23,7 +23,7 @@ pub(super) struct Geometry {
     triangles: Vec<[u32; 3]>,
     /// For each vertex up to eight joints and their weights.
     skin: Vec<Vec<(usize, f64)>>,
-    /// Whether a joint turns vertices over is not known.
+    /// For messages.
     name: String,
 }
 
@@ -54,6 +54,12 @@ impl Document<'_> {
             |semantic: Semantic| primitive.attributes.get(&Checked::Valid(semantic)).map(|&index| number(index));
         let Some(index) = attribute(Semantic::Positions) else { return Ok(None) };
         let name = format!("{at}, POSITION");
+        const DRACO: &str = "KHR_draco_mesh_compression";
+        let has_draco = primitive.extensions.as_ref().is_some_and(|all| all.others.contains_key(DRACO));
+        let is_stored = self.root.accessors.get(index).is_some_and(|a| a.buffer_view.is_some() || a.sparse.is_some());
+        if has_draco && !is_stored {
+            return Err(self.error(at, format!("{DRACO} alone"), "vertices that are stored without it too"));
+        }
         let mut positions: Vec<DVec3> = vectors(self.vectors(index, &name, &[Type::Vec3], 0.0)?);
         let count = positions.len();
         let checked = |found: usize, what: &str| match found == count {
@@ -88,7 +94,8 @@ impl Document<'_> {
         if let Some(index) = attribute(Semantic::Colors(0)) {
             let read = self.vectors::<4>(index, &format!("{at}, COLOR_0"), &[Type::Vec3, Type::Vec4], 1.0)?;
             checked(read.len(), "COLOR_0")?;
-            colors = read.into_iter().map(|color| color.map(|x| x.clamp(0.0, 1.0) as f32)).collect();
+            let share = |x: f64| if x.is_finite() { x.clamp(0.0, 1.0) as f32 } else { 1.0 };
+            colors = read.into_iter().map(|color| color.map(share)).collect();
         }
         let skin = self.joints_of_vertices(primitive, count, at)?;
         let indices = match primitive.indices {
@@ -235,6 +242,11 @@ impl Geometry {
         }
         self.positions = positions;
         self.triangles = (0..self.triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    }
+
+    /// Bytes that a copy in world space takes, about.
+    pub fn placed_bytes(&self) -> u64 {
+        (size_of::<Mesh>() + self.positions.len() * 128 + self.triangles.len() * 16) as u64
     }
 
     /// The mesh in world space; `None` if no triangle has an area. `joints`: of a skin, from the mesh's space to the world.

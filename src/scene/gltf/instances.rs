@@ -9,6 +9,9 @@ use serde::Deserialize;
 use crate::scene::error::SceneError;
 use crate::scene::gltf::document::Document;
 
+/// Most copies of a node's mesh: each is a mesh of its own here.
+const MOST_COPIES: usize = 1 << 20;
+
 #[derive(Deserialize)]
 struct Instancing {
     attributes: BTreeMap<String, usize>,
@@ -30,6 +33,9 @@ impl Document<'_> {
         let rotations = read("ROTATION", Type::Vec4, 0.0)?;
         let scales = read("SCALE", Type::Vec3, 1.0)?;
         let count = translations.len().max(rotations.len()).max(scales.len());
+        if count > MOST_COPIES {
+            return Err(self.error(at, format!("{count} copies"), format!("at most {MOST_COPIES}")));
+        }
         let vector = |all: &[[f64; 4]], i: usize, missing| all.get(i).map_or(missing, |v| DVec3::new(v[0], v[1], v[2]));
         let instance = |i| {
             let rotation = rotations.get(i).map_or(DQuat::IDENTITY, |&q| DQuat::from_array(q).normalize());

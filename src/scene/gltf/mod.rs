@@ -20,6 +20,7 @@ use glam::DMat4;
 use gltf::json::accessor::Type;
 use rayon::prelude::*;
 
+use crate::host::available_memory;
 use crate::scene::description::*;
 use crate::scene::environment::Environment;
 use crate::scene::error::SceneError;
@@ -60,6 +61,7 @@ pub(in crate::scene) fn load(
         numbers: HashMap::new(),
         left_out: 0,
         meshes: Vec::new(),
+        bytes: 0,
     };
     for place in &placed {
         builder.add_node(place, &placed, &pose)?;
@@ -120,6 +122,8 @@ struct Builder<'a> {
     /// Primitives without triangles.
     left_out: usize,
     meshes: Vec<Mesh>,
+    /// Bytes of all copies of meshes so far.
+    bytes: u64,
 }
 
 impl Builder<'_> {
@@ -147,11 +151,16 @@ impl Builder<'_> {
             let of_material = &self.materials[material as usize];
             let normal =
                 of_material.textures.get(&TextureSlot::Normal).or(of_material.textures.get(&TextureSlot::CoatNormal));
-            let wanted =
-                Wanted { tangents: normal.is_some(), tangent_uv: normal.map_or(0, |texture| texture.uv_set as usize) };
+            let anisotropy = of_material.textures.get(&TextureSlot::Anisotropy);
+            let is_anisotropic = matches!(of_material.surface.bsdf, Bsdf::MetallicRoughness(m) if m.anisotropy > 0.0);
+            let wanted = Wanted {
+                tangents: normal.is_some() || is_anisotropic,
+                tangent_uv: normal.or(anisotropy).map_or(0, |texture| texture.uv_set as usize),
+            };
             match document.geometry(primitive, &weights, wanted, &at)? {
                 None => self.left_out += 1,
                 Some(geometry) => {
+                    self.reserve(geometry.placed_bytes().saturating_mul(instances.len() as u64), &at)?;
                     for instance in &instances {
                         self.meshes.extend(geometry.placed(place.to_world * *instance, &joints, material));
                     }
@@ -159,6 +168,23 @@ impl Builder<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Counts memory for copies in the world. A few bytes of a file can ask for any number of copies.
+    fn reserve(&mut self, bytes: u64, at: &str) -> Result<(), SceneError> {
+        self.bytes = self.bytes.saturating_add(bytes);
+        match available_memory() {
+            // What was counted before is taken already, at most.
+            Some(available) if bytes > available => {
+                let found = format!("{} MB of copies ({} MB with all before)", bytes >> 20, self.bytes >> 20);
+                Err(self.document.error(
+                    at,
+                    found,
+                    format!("at most the {} MB of memory that are left", available >> 20),
+                ))
+            }
+            _ => Ok(()),
+        }
     }
 
     fn material(&mut self, index: Option<usize>) -> Result<u32, SceneError> {

@@ -1,0 +1,155 @@
+//! glTF: what is made of what a file says.
+
+use glam::DVec3;
+use photolith::scene::{Bsdf, Coverage, Light, Normals, TextureSlot};
+use serde_json::json;
+
+use crate::glb::{add, load, triangle};
+
+#[test]
+fn a_triangle_without_normals_is_flat() {
+    let (json, binary) = triangle();
+    let loaded = load(&json, &binary).unwrap();
+    let mesh = &loaded.scene.meshes[0];
+    assert_eq!(mesh.positions, [DVec3::ZERO, DVec3::X, DVec3::Y]);
+    assert_eq!(mesh.normals, Normals::Flat);
+    assert!(loaded.warnings.iter().any(|w| w.contains("no camera")), "{:?}", loaded.warnings);
+    assert!(loaded.scene.materials[0].culls_back, "single-sided is the default");
+}
+
+#[test]
+fn a_mirrored_node_keeps_its_front_outside() {
+    let (mut json, binary) = triangle();
+    json["nodes"][0]["scale"] = json!([-1, 1, 1]);
+    let mesh = load(&json, &binary).unwrap().scene.meshes.remove(0);
+    let [a, b, c] = mesh.triangles[0].map(|i| mesh.positions[i as usize]);
+    assert!((b - a).cross(c - a).z > 0.0, "the mirror image of a front is seen from the same side");
+}
+
+#[test]
+fn transforms_of_parents_come_after_those_of_children() {
+    let (mut json, binary) = triangle();
+    json["nodes"] = json!([
+        {"children": [1], "translation": [10, 0, 0], "scale": [2, 2, 2]},
+        {"mesh": 0, "matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 1,0,0,1]},
+    ]);
+    let scene = load(&json, &binary).unwrap().scene;
+    assert_eq!(scene.meshes[0].positions[0], DVec3::new(12.0, 0.0, 0.0));
+    assert_eq!(scene.meshes[0].positions[1], DVec3::new(14.0, 0.0, 0.0));
+}
+
+#[test]
+fn strides_and_normalised_integers() {
+    let (mut json, mut binary) = triangle();
+    let bytes: Vec<u8> = [[0, 0], [255, 51], [0, 255]].iter().flat_map(|&[u, v]| [u, v, 9, 9]).collect();
+    let uv = add(
+        &mut json,
+        &mut binary,
+        &bytes,
+        json!({"componentType": 5121, "normalized": true, "count": 3, "type": "VEC2"}),
+    );
+    json["bufferViews"][1]["byteStride"] = json!(4);
+    json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = json!(uv);
+    let scene = load(&json, &binary).unwrap().scene;
+    assert_eq!(scene.meshes[0].uvs[0], [[0.0, 0.0], [1.0, 0.2], [0.0, 1.0]]);
+}
+
+#[test]
+fn sparse_values_replace_zeros() {
+    let (mut json, mut binary) = triangle();
+    add(&mut json, &mut binary, &[1, 0, 2, 0], json!({"componentType": 5123, "count": 2, "type": "SCALAR"}));
+    json["accessors"][0] = json!({"componentType": 5126, "count": 3, "type": "VEC3", "sparse": {
+        "count": 2,
+        "indices": {"bufferView": 1, "componentType": 5123},
+        "values": {"bufferView": 0, "byteOffset": 12},
+    }});
+    let scene = load(&json, &binary).unwrap().scene;
+    assert_eq!(scene.meshes[0].positions, [DVec3::ZERO, DVec3::X, DVec3::Y]);
+}
+
+#[test]
+fn strips_and_fans_have_one_front() {
+    for mode in [5, 6] {
+        let (mut json, mut binary) = triangle();
+        let order: [u8; 4] = if mode == 5 { [0, 1, 2, 3] } else { [0, 1, 3, 2] };
+        let corners: [f32; 12] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0];
+        let bytes: Vec<u8> = corners.iter().flat_map(|x| x.to_le_bytes()).collect();
+        let positions = add(&mut json, &mut binary, &bytes, json!({"componentType": 5126, "count": 4, "type": "VEC3"}));
+        let indices = add(&mut json, &mut binary, &order, json!({"componentType": 5121, "count": 4, "type": "SCALAR"}));
+        json["meshes"][0]["primitives"][0] =
+            json!({"attributes": {"POSITION": positions}, "indices": indices, "mode": mode});
+        let mesh = load(&json, &binary).unwrap().scene.meshes.remove(0);
+        assert_eq!(mesh.triangles.len(), 2, "mode {mode}");
+        for triangle in &mesh.triangles {
+            let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
+            assert!((b - a).cross(c - a).z > 0.0, "mode {mode}: {triangle:?}");
+        }
+    }
+}
+
+#[test]
+fn points_and_lines_are_counted() {
+    let (mut json, binary) = triangle();
+    let line = json!({"attributes": {"POSITION": 0}, "mode": 3});
+    json["meshes"][0]["primitives"].as_array_mut().unwrap().push(line);
+    let loaded = load(&json, &binary).unwrap();
+    assert!(loaded.warnings.iter().any(|w| w.contains("1 primitives of points or lines")), "{:?}", loaded.warnings);
+}
+
+#[test]
+fn a_texture_transform_turns_as_its_worked_example_does() {
+    let (mut json, binary) = triangle();
+    let png = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==";
+    json["images"] = json!([{"uri": png}]);
+    json["textures"] = json!([{"source": 0}]);
+    json["materials"] = json!([{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0, "extensions": {
+        "KHR_texture_transform": {"offset": [0.5, 0.25], "rotation": 0.5, "scale": [2, 3]}}}}}]);
+    json["meshes"][0]["primitives"][0]["material"] = json!(0);
+    let scene = load(&json, &binary).unwrap().scene;
+    let (sin, cos) = 0.5f64.sin_cos();
+    let texture = scene.materials[0].textures[&TextureSlot::BaseColor];
+    assert_eq!(texture.transform, [[2.0 * cos, 3.0 * sin, 0.5], [-2.0 * sin, 3.0 * cos, 0.25]]);
+    assert!(texture.srgb);
+    assert_eq!((scene.images[0].width, scene.images[0].height), (1, 1));
+}
+
+#[test]
+fn materials_with_their_extensions() {
+    let (mut json, binary) = triangle();
+    json["materials"] = json!([{
+        "alphaMode": "MASK", "alphaCutoff": 0.25, "doubleSided": true, "emissiveFactor": [1, 0.5, 0],
+        "pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 0.3},
+        "extensions": {
+            "KHR_materials_emissive_strength": {"emissiveStrength": 4},
+            "KHR_materials_ior": {"ior": 1.33},
+            "KHR_materials_transmission": {"transmissionFactor": 0.9},
+            "KHR_materials_volume": {"thicknessFactor": 1, "attenuationDistance": 0},
+        },
+    }]);
+    json["meshes"][0]["primitives"][0]["material"] = json!(0);
+    let material = load(&json, &binary).unwrap().scene.materials.remove(0);
+    let Bsdf::MetallicRoughness(model) = material.surface.bsdf else { panic!("{:?}", material.surface.bsdf) };
+    assert_eq!(material.coverage, Coverage::Mask(0.25));
+    assert_eq!(material.surface.emission, [4.0, 2.0, 0.0]);
+    assert!(material.surface.two_sided && !material.culls_back);
+    assert_eq!((model.ior, model.transmission, model.has_volume), (1.33, 0.9, true));
+    assert_eq!(model.attenuation_distance, f64::INFINITY, "0 absorbs nothing");
+}
+
+#[test]
+fn candelas_become_power() {
+    let (mut json, binary) = triangle();
+    json["extensions"] =
+        json!({"KHR_lights_punctual": {"lights": [{"type": "point", "intensity": 2, "color": [1, 0.5, 0]}]}});
+    json["nodes"][0]["extensions"] = json!({"KHR_lights_punctual": {"light": 0}});
+    let scene = load(&json, &binary).unwrap().scene;
+    let Light::Point { power, .. } = &scene.lights[0];
+    assert!((power[0] - 8.0 * std::f64::consts::PI).abs() < 1e-9 && power[2] == 0.0, "{power:?}");
+}
+
+#[test]
+fn an_instanced_mesh_is_there_several_times() {
+    let (mut json, binary) = triangle();
+    json["nodes"][0]["extensions"] = json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}});
+    assert_eq!(load(&json, &binary).unwrap().scene.meshes.len(), 3);
+}
