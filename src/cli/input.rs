@@ -8,7 +8,7 @@ use std::path::Path;
 use anyhow::{Context as _, Result, bail};
 use photolith::Scene;
 use photolith::host::available_memory;
-use photolith::scene::Loaded;
+use photolith::scene::{LoadOptions, Loaded};
 
 /// Bytes that are read of a scene that comes by a pipe, at most, where it is not known how much memory there is.
 const MOST_BYTES: u64 = 4 << 30;
@@ -18,19 +18,19 @@ const MOST_BYTES: u64 = 4 << 30;
 ///
 /// # Errors
 /// It cannot be read, or is no scene.
-pub fn load(scene: &Path) -> Result<Loaded> {
+pub fn load(scene: &Path, options: &LoadOptions) -> Result<Loaded> {
     let here = Some(Path::new(""));
     if is_standard_input(scene) {
         let is_terminal = io::stdin().is_terminal();
         let bytes = read_stream(io::stdin().lock(), is_terminal, "/dev/stdin").context("standard input")?;
-        return Ok(Scene::from_bytes(&bytes, "stdin", here)?);
+        return Ok(Scene::from_bytes_with(&bytes, "stdin", here, options)?);
     }
     if is_descriptor(scene) {
         let name = scene.display().to_string();
         let bytes = File::open(scene).map_err(anyhow::Error::from).and_then(|file| read_stream(file, false, &name));
-        return Ok(Scene::from_bytes(&bytes.with_context(|| name.clone())?, &name, here)?);
+        return Ok(Scene::from_bytes_with(&bytes.with_context(|| name.clone())?, &name, here, options)?);
     }
-    Ok(Scene::load(scene)?)
+    Ok(Scene::load_with(scene, options)?)
 }
 
 /// What an image of such a scene is called.

@@ -20,6 +20,7 @@ mod progress;
 mod render;
 mod setting_options;
 mod signals;
+mod source_options;
 mod text;
 mod view_options;
 

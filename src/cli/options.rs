@@ -11,6 +11,7 @@ use photolith::scene::Scene;
 use photolith::{ContextOptions, RenderSettings, Validation, user_cache};
 
 use super::setting_options::SettingOptions;
+use super::source_options::SourceOptions;
 use super::text::{bytes, counted};
 use super::view_options::ViewOptions;
 use super::{heading, input};
@@ -84,6 +85,9 @@ pub struct SceneOptions {
     #[command(flatten)]
     pub view: ViewOptions,
 
+    #[command(flatten)]
+    pub source: SourceOptions,
+
     /// Warnings are errors: end with code 2
     #[arg(long, help_heading = heading::SCENE)]
     pub strict: bool,
@@ -95,7 +99,7 @@ pub struct SceneOptions {
 impl SceneOptions {
     /// Loads the scene, prints its warnings, and applies the options to it.
     pub fn load(&self, path: &Path) -> anyhow::Result<(Scene, RenderSettings)> {
-        let mut loaded = input::load(path)?;
+        let mut loaded = input::load(path, &self.source.load_options())?;
         for warning in &loaded.warnings {
             log::warn!("{warning}");
         }
@@ -105,6 +109,7 @@ impl SceneOptions {
             loaded.scene.film.height = height;
         }
         self.view.apply(&mut loaded)?;
+        self.source.apply(&mut loaded.scene)?;
         let mut scene = loaded.scene;
         if let Some(samples) = self.samples {
             scene.integrator.samples = samples;

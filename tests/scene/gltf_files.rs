@@ -143,7 +143,7 @@ fn candelas_become_power() {
         json!({"KHR_lights_punctual": {"lights": [{"type": "point", "intensity": 2, "color": [1, 0.5, 0]}]}});
     json["nodes"][0]["extensions"] = json!({"KHR_lights_punctual": {"light": 0}});
     let scene = load(&json, &binary).unwrap().scene;
-    let Light::Point { power, .. } = &scene.lights[0];
+    let Light::Point { power, .. } = &scene.lights[0] else { panic!("{:?}", scene.lights) };
     assert!((power[0] - 8.0 * std::f64::consts::PI).abs() < 1e-9 && power[2] == 0.0, "{power:?}");
 }
 
