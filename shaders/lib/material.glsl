@@ -22,6 +22,8 @@ const uint TWO_SIDED = 0x100u;
 const uint DETAILED = 0x200u;
 // Its back lets all rays pass.
 const uint CULLS_BACK = 0x400u;
+// Its emission has the colour of the vertices.
+const uint UNLIT = 0x800u;
 const uint BSDF_TYPE_BITS = 0xffu;
 
 struct Material {

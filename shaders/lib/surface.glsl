@@ -140,7 +140,9 @@ void add_details(inout Surface s, int primitive, vec2 barycentrics) {
     bool is_triangle = BVH_TRIANGLES && primitive >= int(CONSTANTS) && !is_sphere(shape);
     vec3 b = vec3(1.0 - barycentrics.x - barycentrics.y, barycentrics);
     if (HAS_VERTEX_COLORS && is_triangle) {
-        m.reflectance *= b.x * vertex_color(corners.x).xyz + b.y * vertex_color(corners.y).xyz + b.z * vertex_color(corners.z).xyz;
+        vec3 color = b.x * vertex_color(corners.x).xyz + b.y * vertex_color(corners.y).xyz + b.z * vertex_color(corners.z).xyz;
+        m.reflectance *= color;
+        if ((m.type & UNLIT) != 0u) m.emission *= color;
     }
     if (HAS_TEXTURES && is_triangle) {
         ivec4 textures = ivec4(uintBitsToFloat(texelFetch(geometry_texels, texel + 3)));

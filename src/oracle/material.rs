@@ -55,6 +55,9 @@ impl Place<'_> {
         if let Some(value) = self.look_up(scene, material, TextureSlot::Emission) {
             surface.emission = (DVec3::from(surface.emission) * value.truncate()).to_array();
         }
+        if material.unlit {
+            surface.emission = (DVec3::from(surface.emission) * self.color().truncate()).to_array();
+        }
         surface
     }
 

@@ -24,6 +24,7 @@ pub(super) struct SceneTable {
     pub integrator: IntegratorTable,
     #[serde(default)]
     pub background: BackgroundTable,
+    pub environment: Option<EnvironmentTable>,
     #[serde(default)]
     pub material: Vec<MaterialTable>,
     #[serde(default)]
@@ -165,6 +166,22 @@ pub(super) struct BackgroundTable {
     pub radiance: Triple,
 }
 
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct EnvironmentTable {
+    pub file: String,
+    #[serde(default)]
+    pub rotation: f64,
+    #[serde(default = "one")]
+    pub scale: f64,
+    #[serde(default = "yes")]
+    pub visible: bool,
+}
+
+fn yes() -> bool {
+    true
+}
+
 /// Which of the optional keys belong to which type is checked when the material is built: serde's tagged enums would
 /// lose the place of a wrong key.
 #[derive(Deserialize)]
@@ -178,6 +195,11 @@ pub(super) struct MaterialTable {
     pub radiance: Option<Triple>,
     pub emission: Option<Triple>,
     pub two_sided: Option<bool>,
+    pub base_color: Option<Triple>,
+    pub metallic: Option<f64>,
+    pub roughness: Option<f64>,
+    pub specular: Option<f64>,
+    pub specular_color: Option<Triple>,
 }
 
 #[derive(Deserialize, Clone, Copy)]
@@ -187,6 +209,7 @@ pub(super) enum MaterialKind {
     Mirror,
     Dielectric,
     Emitter,
+    Pbr,
 }
 
 #[derive(Deserialize)]
@@ -231,14 +254,22 @@ pub(super) enum NormalsName {
 pub(super) struct LightTable {
     #[serde(rename = "type")]
     pub kind: LightKind,
-    pub position: Triple,
-    pub power: Triple,
+    pub position: Option<Triple>,
+    pub power: Option<Triple>,
+    pub direction: Option<Triple>,
+    pub intensity: Option<Triple>,
+    pub irradiance: Option<Triple>,
+    pub inner: Option<f64>,
+    pub outer: Option<f64>,
+    pub range: Option<f64>,
 }
 
 #[derive(Deserialize, Clone, Copy)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum LightKind {
     Point,
+    Spot,
+    Directional,
 }
 
 /// A point, a vector or a colour. Not a plain array, of which the `toml` crate ignores what is too much.

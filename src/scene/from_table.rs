@@ -5,6 +5,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use crate::scene::description::*;
+use crate::scene::environment::Environment;
 use crate::scene::error::{Entity, Location, SceneError};
 use crate::scene::format::*;
 use crate::scene::locate::locate_value;
@@ -53,19 +54,26 @@ pub(super) fn build(source: &Source<'_>, tables: SceneTable, warnings: &mut Vec<
     for (index, table) in tables.mesh.iter().enumerate() {
         meshes.push(load_mesh(source, index, table, &mut materials, warnings)?);
     }
-    let lights = tables.light.iter().map(|table| match table.kind {
-        LightKind::Point => Light::Point { position: table.position.0.into(), power: table.power.0 },
-    });
+    let lights = tables.light.iter().enumerate().map(|(index, table)| light(Entity::Light(index), table));
+    let lights = lights.collect::<Result<_, _>>().map_err(|problem| source.error(problem))?;
+    let environment = match &tables.environment {
+        Some(table) => Some(environment(source, table, warnings)?),
+        None => None,
+    };
+    if environment.is_some() && tables.background.radiance.0 != [0.0; 3] {
+        let problem = Problem::new(Entity::Background, "radiance", "given", "none beside an [environment]");
+        return Err(source.error(problem));
+    }
     Ok(Scene {
         source: source.name.to_owned(),
         camera,
         film,
         integrator,
         background: tables.background.radiance.0,
-        lights: lights.collect(),
+        lights,
         materials: materials.into_vec(),
         images: Vec::new(),
-        environment: None,
+        environment,
         spheres,
         meshes,
     })
@@ -171,6 +179,66 @@ fn integrator(table: &IntegratorTable) -> Result<Integrator, Problem> {
     })
 }
 
+fn light(entity: Entity, table: &LightTable) -> Result<Light, Problem> {
+    let triple = |field, value: Option<Triple>| match value {
+        Some(triple) => Ok(triple.0),
+        None => Err(Problem::new(entity, field, "missing", "a value: the light's type needs one")),
+    };
+    let is_superfluous = |keys: &[(&'static str, bool)]| {
+        let found = keys.iter().find(|(_, is_there)| *is_there);
+        found.map_or(Ok(()), |&(field, _)| Err(Problem::new(entity, field, "given", "none for a light of this type")))
+    };
+    let has_cone = table.inner.is_some() || table.outer.is_some();
+    let (power, intensity) = (("power", table.power.is_some()), ("intensity", table.intensity.is_some()));
+    let (direction, irradiance) =
+        (("direction", table.direction.is_some()), ("irradiance", table.irradiance.is_some()));
+    let (cone, range) = (("inner and outer", has_cone), ("range", table.range.is_some()));
+    match table.kind {
+        LightKind::Point => {
+            is_superfluous(&[intensity, direction, irradiance, cone, range])?;
+            let position = triple("position", table.position)?.into();
+            Ok(Light::Point { position, power: triple("power", table.power)? })
+        }
+        LightKind::Spot => {
+            is_superfluous(&[power, irradiance])?;
+            let outer = table.outer.unwrap_or(45.0);
+            Ok(Light::Spot {
+                position: triple("position", table.position)?.into(),
+                direction: triple("direction", table.direction)?.into(),
+                intensity: triple("intensity", table.intensity)?,
+                inner: table.inner.unwrap_or(0.0),
+                outer,
+                range: table.range.unwrap_or(f64::INFINITY),
+            })
+        }
+        LightKind::Directional => {
+            is_superfluous(&[("position", table.position.is_some()), power, intensity, cone, range])?;
+            let direction = triple("direction", table.direction)?.into();
+            Ok(Light::Directional { direction, irradiance: triple("irradiance", table.irradiance)? })
+        }
+    }
+}
+
+fn environment(
+    source: &Source<'_>,
+    table: &EnvironmentTable,
+    warnings: &mut Vec<String>,
+) -> Result<Environment, SceneError> {
+    let entity = Entity::Environment;
+    let (path, bytes) = read_relative(source.base_dir, &table.file)?;
+    let read = Environment::read(&bytes, &path.display().to_string());
+    let (map, warning) = read.map_err(|found| {
+        source.error(Problem::new(
+            entity,
+            "file",
+            format!("{:?}: {found}", table.file),
+            "an environment map: .hdr, .exr or a picture",
+        ))
+    })?;
+    warnings.extend(warning);
+    Ok(Environment { rotation: table.rotation, scale: table.scale, visible: table.visible, ..map })
+}
+
 fn define_material(materials: &mut MaterialList, index: usize, table: MaterialTable) -> Result<(), Problem> {
     let entity = Entity::Material(index);
     let (kind, surface) = match table.kind {
@@ -180,16 +248,36 @@ fn define_material(materials: &mut MaterialList, index: usize, table: MaterialTa
         }
         MaterialKind::Mirror => ("mirror", Surface::mirror(table.reflectance.map_or([1.0; 3], |triple| triple.0))),
         MaterialKind::Dielectric => ("dielectric", Surface::dielectric(required(entity, "ior", table.ior)?)),
+        MaterialKind::Pbr => {
+            let default = MetallicRoughness::default();
+            let color = |triple: Option<Triple>| triple.map_or([1.0; 3], |triple| triple.0);
+            let model = MetallicRoughness {
+                base_color: color(table.base_color),
+                metallic: table.metallic.unwrap_or(0.0),
+                roughness: table.roughness.unwrap_or(default.roughness),
+                ior: table.ior.unwrap_or(default.ior),
+                specular: table.specular.unwrap_or(default.specular),
+                specular_color: color(table.specular_color),
+                ..default
+            };
+            ("pbr", Surface { bsdf: Bsdf::MetallicRoughness(model), ..Surface::diffuse([0.0; 3]) })
+        }
         MaterialKind::Emitter => {
             let radiance = required(entity, "radiance", table.radiance)?.0;
             ("emitter", Surface::emitter(radiance))
         }
     };
     let takes_reflectance = matches!(table.kind, MaterialKind::Diffuse | MaterialKind::Mirror);
+    let is_pbr = matches!(table.kind, MaterialKind::Pbr);
     let is_emitter = matches!(table.kind, MaterialKind::Emitter);
     let superfluous = [
         ("reflectance", table.reflectance.is_some() && !takes_reflectance),
-        ("ior", table.ior.is_some() && !matches!(table.kind, MaterialKind::Dielectric)),
+        ("ior", table.ior.is_some() && !matches!(table.kind, MaterialKind::Dielectric | MaterialKind::Pbr)),
+        ("base_color", table.base_color.is_some() && !is_pbr),
+        ("metallic", table.metallic.is_some() && !is_pbr),
+        ("roughness", table.roughness.is_some() && !is_pbr),
+        ("specular", table.specular.is_some() && !is_pbr),
+        ("specular_color", table.specular_color.is_some() && !is_pbr),
         ("radiance", table.radiance.is_some() && !is_emitter),
         ("emission", table.emission.is_some() && is_emitter),
     ];

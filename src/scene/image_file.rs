@@ -19,8 +19,9 @@ pub(super) fn decode(bytes: &[u8], name: &str) -> Result<TextureImage, String> {
         return Err("a KTX2 image".to_owned());
     }
     if reader.format().is_none() {
-        // Only TGA has no mark of its own.
-        reader.set_format(image::ImageFormat::Tga);
+        // Of Radiance's marks one is known there; only TGA has none.
+        let format = if bytes.starts_with(b"#?") { image::ImageFormat::Hdr } else { image::ImageFormat::Tga };
+        reader.set_format(format);
     }
     let mut limits = Limits::default();
     (limits.max_image_width, limits.max_image_height) = (Some(MAX_SIDE), Some(MAX_SIDE));

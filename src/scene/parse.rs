@@ -10,7 +10,7 @@ use crate::scene::format::{SceneTable, VERSION};
 use crate::scene::locate::{context_of, context_of_syntax};
 
 /// Parts that a scene has one of, each a table.
-const SINGLE: [&str; 4] = ["camera", "film", "integrator", "background"];
+const SINGLE: [&str; 5] = ["camera", "film", "integrator", "background", "environment"];
 
 /// Parts that a scene can have several of, each a table in an array.
 const LISTS: [&str; 4] = ["material", "sphere", "mesh", "light"];

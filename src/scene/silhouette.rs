@@ -11,6 +11,7 @@ impl Scene {
         Self {
             integrator: Integrator { max_depth: 1, samples, russian_roulette: None, indirect: false },
             background: [1.0; 3],
+            environment: None,
             materials: self.materials.iter().map(black).collect(),
             lights: Vec::new(),
             ..self.clone()

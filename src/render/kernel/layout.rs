@@ -170,6 +170,8 @@ pub(crate) mod flag {
     pub const DETAILED: u32 = 1 << 9;
     /// Likewise: its back lets all rays pass.
     pub const CULLS_BACK: u32 = 1 << 10;
+    /// Likewise: its emission has the colour of the vertices.
+    pub const UNLIT: u32 = 1 << 11;
 }
 
 /// A pixel of the film buffer.

@@ -14,6 +14,8 @@ pub(crate) struct Light {
     pub radiance: Rgb,
     /// Of a surface: its number.
     pub primitive: u32,
+    /// About the part of its radiance that a texture leaves.
+    pub mean: f64,
 }
 
 /// How far away parallel light comes from, for the choice among lights: much farther than the scene is large, which is about 1.
@@ -72,7 +74,7 @@ impl Light {
             // Seen from inside, all of it shines.
             LightShape::Sphere { radius, inward: true, .. } => 4.0 * radius * radius,
         };
-        size * self.radiance.iter().sum::<f64>()
+        size * self.mean * self.radiance.iter().sum::<f64>()
     }
 
     /// Directions around which it emits a hemisphere, or everywhere.

@@ -18,6 +18,8 @@ pub(crate) struct Emission {
     pub radiance: Rgb,
     /// From its back too, which is a light of its own: the number after that of the front.
     pub two_sided: bool,
+    /// About the part of the radiance that a texture leaves.
+    pub mean: f64,
 }
 
 /// Lights by number, and where the surfaces among them are.
@@ -67,7 +69,7 @@ impl LightList {
         let number = self.lights.len();
         let (first, other) = *self.surfaces.entry(key).or_insert((number, emission));
         if first == number {
-            let light = |shape| Light { shape, radiance: emission.radiance, primitive: 0 };
+            let light = |shape| Light { shape, radiance: emission.radiance, primitive: 0, mean: emission.mean };
             self.lights.push(light(shape));
             self.lights.extend(emission.two_sided.then(|| light(reversed(shape))));
             return number as i32;
@@ -100,7 +102,7 @@ mod tests {
     use super::*;
 
     fn one_sided(radiance: f64) -> Emission {
-        Emission { radiance: [radiance; 3], two_sided: false }
+        Emission { radiance: [radiance; 3], two_sided: false, mean: 1.0 }
     }
 
     #[test]
@@ -120,8 +122,12 @@ mod tests {
 
     #[test]
     fn copies_share_a_number_and_what_is_hidden_has_none() {
-        let mut list =
-            LightList::new(vec![Light { shape: LightShape::Point(DVec3::ZERO), radiance: [1.0; 3], primitive: 0 }]);
+        let mut list = LightList::new(vec![Light {
+            shape: LightShape::Point(DVec3::ZERO),
+            radiance: [1.0; 3],
+            primitive: 0,
+            mean: 1.0,
+        }]);
         let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
         let mut add = |[i, j, k]: [usize; 3], radiance: f64| {
             let corners = [corners[i], corners[j], corners[k]];

@@ -58,7 +58,7 @@ mod tests {
             scene,
             &RenderSpace::of(scene),
             &View::of(scene, 1.0),
-            &[Light { shape, radiance: [1.0; 3], primitive: 0 }],
+            &[Light { shape, radiance: [1.0; 3], primitive: 0, mean: 1.0 }],
         )
     }
 
@@ -99,7 +99,7 @@ mod tests {
         // Faces +z.
         let corner = center - v(half, half, 0.0);
         let shape = LightShape::Parallelogram([corner, corner + 2.0 * half * DVec3::X, corner + 2.0 * half * DVec3::Y]);
-        Light { shape, radiance: [1.0; 3], primitive: 0 }
+        Light { shape, radiance: [1.0; 3], primitive: 0, mean: 1.0 }
     }
 
     #[test]
@@ -126,7 +126,7 @@ mod tests {
             assert_eq!(pixels_of(&square(v(x, y, -10.0), 1.0), &view).is_some(), shown, "{x} {y}");
             let sphere = LightShape::Sphere { center: v(x, y, -10.0), radius: 1.0, inward: false };
             assert_eq!(
-                pixels_of(&Light { shape: sphere, radiance: [1.0; 3], primitive: 0 }, &view).is_some(),
+                pixels_of(&Light { shape: sphere, radiance: [1.0; 3], primitive: 0, mean: 1.0 }, &view).is_some(),
                 shown,
                 "{x} {y}"
             );
@@ -140,10 +140,13 @@ mod tests {
         assert!(pixels_of(&turned, &view).is_none());
         // All around it.
         let around = LightShape::Sphere { center: DVec3::ZERO, radius: 3.0, inward: true };
-        assert!(pixels_of(&Light { shape: around, radiance: [1.0; 3], primitive: 0 }, &view).is_some());
+        assert!(pixels_of(&Light { shape: around, radiance: [1.0; 3], primitive: 0, mean: 1.0 }, &view).is_some());
         assert!(
-            pixels_of(&Light { shape: LightShape::Point(v(0.0, 0.0, -1.0)), radiance: [1.0; 3], primitive: 0 }, &view)
-                .is_none()
+            pixels_of(
+                &Light { shape: LightShape::Point(v(0.0, 0.0, -1.0)), radiance: [1.0; 3], primitive: 0, mean: 1.0 },
+                &view
+            )
+            .is_none()
         );
     }
 
@@ -162,13 +165,13 @@ mod tests {
         assert_eq!(pixels_of(&square(v(12.5, 0.0, -10.0), 1.0), &view), None);
         // What is nearer is larger.
         let tilted = [v(-0.99, 0.0, -10.0), v(0.99, 0.0, -10.0), v(-0.99, 0.99, -20.0)];
-        let tilted = Light { shape: LightShape::Parallelogram(tilted), radiance: [1.0; 3], primitive: 0 };
+        let tilted = Light { shape: LightShape::Parallelogram(tilted), radiance: [1.0; 3], primitive: 0, mean: 1.0 };
         assert_eq!(pixels_of(&tilted, &view), Some([87..113, 37..53]));
         // Beside the camera, and all around it.
         for z in [0.0, 0.5] {
             let beside = LightShape::Sphere { center: v(0.5, 0.0, z), radius: 1.0, inward: false };
             assert_eq!(
-                pixels_of(&Light { shape: beside, radiance: [1.0; 3], primitive: 0 }, &view),
+                pixels_of(&Light { shape: beside, radiance: [1.0; 3], primitive: 0, mean: 1.0 }, &view),
                 Some([0..200, 0..100])
             );
         }

@@ -143,7 +143,7 @@ mod tests {
                         1 => LightShape::Triangle([p, p + DVec3::X, p + DVec3::Y]),
                         _ => LightShape::Sphere { center: p, radius: 0.5, inward: false },
                     };
-                    Light { shape, radiance: [1.0 + x, 1.0, 0.5], primitive: 0 }
+                    Light { shape, radiance: [1.0 + x, 1.0, 0.5], primitive: 0, mean: 1.0 }
                 })
                 .collect();
             let tree = LightTree::of(&lights);
@@ -175,6 +175,7 @@ mod tests {
                 shape: LightShape::Sphere { center: at, radius: 0.1, inward: false },
                 radiance: [1.0; 3],
                 primitive: 0,
+                mean: 1.0,
             }
         };
         let lights: Vec<_> = (-300..700).map(light).collect();

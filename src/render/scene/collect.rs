@@ -15,6 +15,7 @@ use crate::render::light::emitter::{Light, LightShape};
 use crate::render::light::list::{Emission, LightList};
 use crate::render::scene::containment::Emitters;
 use crate::render::scene::coplanar::Lifts;
+use crate::render::scene::emission::EmissionMeans;
 use crate::render::scene::geometry;
 use crate::render::scene::geometry::{Attributes, Geometry, SphereShape, triangle_texels};
 use crate::render::scene::materials::MaterialTexels;
@@ -151,12 +152,13 @@ impl SceneGeometry {
             self.geometry.add_sphere(SphereShape { center, radius, curvature }, sphere.material, light);
             self.origins.push(Origin::Sphere(i));
         }
+        let means = EmissionMeans::of(scene);
         let mut first_triangle = 0;
         for (i, mesh) in scene.meshes.iter().enumerate() {
             if !self.are_polygons[i] {
                 let lifted: BTreeMap<_, _> = self.lifts.of_mesh(i).collect();
                 let added = self.add_triangles(mesh, &lifted, &scene.materials, space);
-                self.add_emitters(mesh, &added, &lifted, &scene.materials, space);
+                self.add_emitters(mesh, &added, &lifted, &scene.materials, &means, space);
                 self.origins.par_extend(added.into_par_iter().map(|i| Origin::Triangle(first_triangle + i)));
             }
             first_triangle += mesh.triangles.len();
@@ -217,6 +219,7 @@ impl SceneGeometry {
         added: &[usize],
         lifted: &BTreeMap<usize, DVec3>,
         materials: &[Material],
+        means: &EmissionMeans<'_>,
         space: &RenderSpace,
     ) {
         if mesh.triangle_materials.iter().all(|&material| emitted(materials, material).is_none()) {
@@ -224,7 +227,13 @@ impl SceneGeometry {
         }
         let of_mesh = self.geometry.len() - added.len();
         for (number, &i) in added.iter().enumerate() {
-            let Some(emission) = emitted(materials, mesh.triangle_materials[i]) else { continue };
+            let material = mesh.triangle_materials[i];
+            let Some(emission) = emitted(materials, material) else { continue };
+            let mean = means.of_triangle(mesh, i, &materials[material as usize]);
+            if mean == 0.0 {
+                continue;
+            }
+            let emission = Emission { mean, ..emission };
             let corners = corners(mesh, lifted, i).map(|p| space.point(p));
             let light = self.lights.add_polygon(LightShape::Triangle(corners), &corners, emission);
             self.geometry.set_light(of_mesh + number, light);
@@ -282,7 +291,7 @@ fn emitted(materials: &[Material], material: u32) -> Option<Emission> {
     if *unlit {
         return None;
     }
-    Some(Emission { radiance: surface.emitted()?, two_sided: surface.two_sided })
+    Some(Emission { radiance: surface.emitted()?, two_sided: surface.two_sided, mean: 1.0 })
 }
 
 /// The number of a sphere's light, or −1.
@@ -310,5 +319,5 @@ fn point_light(light: &scene::Light, space: &RenderSpace) -> Light {
             (LightShape::Directional { axis: direction.normalize() }, irradiance)
         }
     };
-    Light { shape, radiance, primitive: 0 }
+    Light { shape, radiance, primitive: 0, mean: 1.0 }
 }

@@ -47,8 +47,12 @@ fn record(material: &Material, details: Option<f32>) -> [Texel; 2] {
         Bsdf::Dielectric { ior } => (kind::DIELECTRIC, [1.0; 3], ior),
         Bsdf::MetallicRoughness(m) => (kind::METALLIC_ROUGHNESS, m.base_color, 1.0),
     };
-    let flags =
-        [(two_sided, flag::TWO_SIDED), (details.is_some(), flag::DETAILED), (material.culls_back, flag::CULLS_BACK)];
+    let flags = [
+        (two_sided, flag::TWO_SIDED),
+        (details.is_some(), flag::DETAILED),
+        (material.culls_back, flag::CULLS_BACK),
+        (material.unlit, flag::UNLIT),
+    ];
     let kind = flags.iter().filter(|(is_set, _)| *is_set).fold(kind, |all, (_, flag)| all | flag);
     let last = details.unwrap_or(ior as f32);
     [rgb(reflectance, f32::from_bits(kind)), rgb(emission, last)].map(|texel| texel.map(f32::to_bits))

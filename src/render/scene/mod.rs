@@ -4,6 +4,7 @@ pub(crate) mod casters;
 pub(crate) mod collect;
 pub(crate) mod containment;
 pub(crate) mod coplanar;
+pub(crate) mod emission;
 pub(crate) mod geometry;
 pub(crate) mod light_paths;
 pub(crate) mod materials;
