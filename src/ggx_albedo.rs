@@ -140,7 +140,7 @@ mod tests {
     fn the_integral_is_known_where_alpha_is_1() {
         // E1(1, 1) = 1 − ln 2.
         let [a, b] = quadrature(1.0, 1.0, 512);
-        assert!((a + b - (1.0 - 2f64.ln())).abs() < 2e-6, "{}", a + b);
+        assert!((a + b - (1.0 - 2f64.ln())).abs() < 5e-6, "{}", a + b);
     }
 
     #[test]

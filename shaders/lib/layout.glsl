@@ -65,16 +65,15 @@ layout(constant_id = 53) const bool HAS_NORMAL_MAPS = false;
 layout(constant_id = 54) const bool HAS_COVERAGE = false;   // surfaces that let rays pass
 layout(constant_id = 55) const bool HAS_VARIED_EMISSION = false;     // emitters with textures or alpha
 layout(constant_id = 58) const bool HAS_ENVIRONMENT = false;     // the background is a map, see light/environment.glsl
+layout(constant_id = 59) const bool SINGLE_POINT = false;   // the only light is a point
 layout(constant_id = 48) const uint MUTATION = 0u;          // tests only: breaks one thing, see src/render/settings/mutation.rs
 // Simple operands: glslang makes control flow of others, for which there is no place here.
 const bool HAS_DENSITIES = HAS_DIFFUSE || HAS_METALLIC_ROUGHNESS;   // some BSDF is no distribution of single directions
 const bool HAS_LIGHTS = LIGHT_COUNT > 0u || HAS_ENVIRONMENT;
 const bool SAMPLES_LIGHTS = HAS_DENSITIES && HAS_LIGHTS;
 const bool MEETS_LIGHTS = EMITTER_COUNT > 0u || HAS_ENVIRONMENT;   // rays may meet by chance what is sampled
-const bool ONE_LIGHT = LIGHT_COUNT == 1u;
 layout(constant_id = 56) const bool HAS_LENS = false;       // see camera.glsl
 layout(constant_id = 57) const bool ORTHOGRAPHIC = false;
-const bool SINGLE_POINT = LIGHT_KINDS == 1u && ONE_LIGHT && !HAS_ENVIRONMENT;    // the only light is a point
 
 // Values of MUTATION (src/render/settings/mutation.rs): errors in transport, then numerical protections taken away.
 const uint MUTATE_ALBEDO = 1u;

@@ -175,7 +175,7 @@ vec3 emitted_light(Path path, Vertex v, bool met, float t, uint light_samples) {
         if (has_flag(path, PATH_FROM_FIRST)) of_light *= float(light_samples);
         light = background_radiance(path.direction) * (path.pdf > 0.0 && of_light > 0.0 ? mis_weight(path.pdf, of_light) : 1.0);
     }
-    if (HAS_ENVIRONMENT && environment_turn.w == 0.0 && path.hits == 0u && !met) light = vec3(0.0);
+    if (HAS_ENVIRONMENT && has_map() && environment_turn.w == 0.0 && path.hits == 0u && !met) light = vec3(0.0);
     bool glows = HAS_EMITTER && met && shines_from(v.surface.material, v.front) && v.surface.material.emission != vec3(0.0);
     // Before the branch: all lanes count.
     if (LIGHT_TRACING) count_fallback(glows && by_light_paths(path, light_met(v)) ? CASTER_COUNT : 0u);

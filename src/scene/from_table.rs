@@ -8,14 +8,13 @@ use crate::scene::description::*;
 use crate::scene::environment::Environment;
 use crate::scene::error::{Entity, Location, SceneError};
 use crate::scene::format::*;
+use crate::scene::limits::{MAX_DEPTH, MAX_IMAGE_SIDE, MAX_SAMPLES};
 use crate::scene::locate::locate_value;
 use crate::scene::materials::MaterialList;
 use crate::scene::obj::{MaterialSource, MeshRequest, NormalsChoice};
+use crate::scene::problem::{Problem, check_integer, check_positive, check_vector, number};
 use crate::scene::read::read_relative;
 use crate::scene::transform::Placement;
-use crate::scene::validate::{
-    MAX_DEPTH, MAX_IMAGE_SIDE, MAX_SAMPLES, Problem, check_integer, check_positive, check_vector, number,
-};
 
 /// The text that a scene is being built from.
 pub(super) struct Source<'a> {

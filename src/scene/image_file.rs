@@ -1,5 +1,7 @@
 //! Images of textures, decoded.
 
+use std::borrow::Cow;
+
 use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
 
 use crate::scene::texture::{Texels, TextureImage};
@@ -14,14 +16,14 @@ const MAX_BYTES: u64 = 4 << 30;
 /// # Errors
 /// In words: it is of no known kind, broken, or too large.
 pub(super) fn decode(bytes: &[u8], name: &str) -> Result<TextureImage, String> {
+    let bytes = &*with_known_mark(bytes);
     let mut reader = ImageReader::new(std::io::Cursor::new(bytes)).with_guessed_format().map_err(|e| e.to_string())?;
     if bytes.starts_with(b"\xabKTX 20\xbb") {
         return Err("a KTX2 image".to_owned());
     }
     if reader.format().is_none() {
-        // Of Radiance's marks one is known there; only TGA has none.
-        let format = if bytes.starts_with(b"#?") { image::ImageFormat::Hdr } else { image::ImageFormat::Tga };
-        reader.set_format(format);
+        // Only TGA has no mark of its own.
+        reader.set_format(image::ImageFormat::Tga);
     }
     let mut limits = Limits::default();
     (limits.max_image_width, limits.max_image_height) = (Some(MAX_SIDE), Some(MAX_SIDE));
@@ -46,4 +48,14 @@ pub(super) fn decode(bytes: &[u8], name: &str) -> Result<TextureImage, String> {
         _ => Texels::Rgba8(image.into_rgba8().into_raw().as_chunks().0.to_vec()),
     };
     Ok(TextureImage { name: name.to_owned(), width, height, texels })
+}
+
+/// Files of Radiance begin with the name of the program that wrote them, of which the decoder knows one.
+fn with_known_mark(bytes: &[u8]) -> Cow<'_, [u8]> {
+    const KNOWN: &[u8] = b"#?RADIANCE";
+    if !bytes.starts_with(b"#?") || bytes.starts_with(KNOWN) {
+        return Cow::Borrowed(bytes);
+    }
+    let rest = bytes.iter().position(|&byte| byte == b'\n').unwrap_or(bytes.len());
+    Cow::Owned([KNOWN, &bytes[rest..]].concat())
 }

@@ -9,24 +9,12 @@ use crate::scene::facing::looking_away;
 use crate::scene::from_table::{Source, build};
 use crate::scene::gltf;
 use crate::scene::gltf::is_glb;
+use crate::scene::load_options::LoadOptions;
 use crate::scene::named_camera::NamedCamera;
 use crate::scene::obj;
 use crate::scene::parse::parse;
 use crate::scene::precision::lost;
 use crate::scene::read::read_file;
-
-/// What to make of a file that leaves a choice. It concerns glTF.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct LoadOptions {
-    /// Animations are evaluated at this time, seconds; without one nodes are as they are stored.
-    pub time: Option<f64>,
-    /// Name or number of a variant of the materials.
-    pub variant: Option<String>,
-    /// Longest side of a texture, pixels; larger ones are made smaller.
-    pub texture_limit: Option<u32>,
-    /// Files that a file names have to be in its folder.
-    pub confine: bool,
-}
 
 /// A scene, and what its author should know about it.
 #[derive(Debug, Clone, PartialEq)]

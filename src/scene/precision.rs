@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::scene::description::{Mesh, Scene};
 use crate::scene::error::Entity;
-use crate::scene::validate::number;
+use crate::scene::problem::number;
 
 /// Half the distance between numbers near 1.
 const ROUNDING: f64 = 1.0 / (1 << 24) as f64;

@@ -1,79 +1,20 @@
 //! What makes a scene renderable: every number finite and in range, every index in bounds.
 
-use std::borrow::Cow;
-use std::ops::RangeInclusive;
-
 use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::scene::description::*;
 use crate::scene::environment::Environment;
 use crate::scene::error::{Entity, Location, SceneError};
+use crate::scene::limits::*;
+use crate::scene::problem::*;
 use crate::scene::triangle::has_area;
 use crate::scene::unit::unit;
 use crate::scene::validate_material::{check_image, check_materials};
 
-/// Largest magnitude of any number of a scene: leaves room below `f32::MAX` (3.4e38) for a sum or a product with a
-/// few others, since images are rendered in single precision.
-pub const MAX_MAGNITUDE: f64 = 1e30;
-
-/// Smallest radius of a sphere: with room to spare above the smallest normal number in single precision (1.2e-38).
-pub const MIN_RADIUS: f64 = 1e-30;
-
-/// Largest width and height of an image, pixels.
-pub const MAX_IMAGE_SIDE: u32 = 65_536;
-
-/// Largest [`Integrator::max_depth`].
-pub const MAX_DEPTH: u32 = 65_535;
-
-/// Largest [`Integrator::samples`]: three bits of an index are left for the renderer's groups of pixels.
-pub const MAX_SAMPLES: u32 = 1 << 29;
-
-/// Indices of refraction that glass may have. Those of matter are within 1 and 5, or their inverse; beyond this range
-/// a surface passes light at hardly any angle, or refraction is made of rounding errors.
-pub const IOR_RANGE: RangeInclusive<f64> = 1e-3..=1e3;
-
-/// [`IOR_RANGE`], for messages.
-pub(super) const EXPECTED_IOR: &str = "a number from 0.001 to 1000";
-
-/// Stops by which an image is brightened or darkened, at most.
-const MAX_EXPOSURE: f64 = 64.0;
-
 /// Sine of the smallest angle between [`Camera::up`] and the optical axis: below it the image's orientation would be
 /// made of rounding errors.
 const MIN_UP_SINE: f64 = 1e-10;
-
-/// A value that makes no sense. The caller knows the file, and maybe the line.
-#[derive(Debug)]
-pub(super) struct Problem {
-    pub entity: Entity,
-    pub field: Cow<'static, str>,
-    pub found: String,
-    pub expected: Cow<'static, str>,
-}
-
-impl Problem {
-    pub fn new(
-        entity: Entity,
-        field: impl Into<Cow<'static, str>>,
-        found: impl ToString,
-        expected: impl Into<Cow<'static, str>>,
-    ) -> Self {
-        Self { entity, field: field.into(), found: found.to_string(), expected: expected.into() }
-    }
-
-    pub fn at(self, at: Location) -> SceneError {
-        SceneError::Value {
-            at,
-            entity: self.entity,
-            field: self.field,
-            found: self.found.into(),
-            expected: self.expected,
-        }
-    }
-}
-
-pub(super) type Check = Result<(), Problem>;
 
 impl Scene {
     /// Checks everything that rendering relies on.
@@ -309,52 +250,4 @@ fn check_material_index(entity: Entity, material: u32, count: usize) -> Check {
         return Ok(());
     }
     Err(Problem::new(entity, "material", material, format!("an index below {count}")))
-}
-
-pub(super) fn check_integer(entity: Entity, field: &'static str, value: i64, least: u32, most: u32) -> Check {
-    if value >= i64::from(least) && value <= i64::from(most) {
-        return Ok(());
-    }
-    Err(Problem::new(entity, field, value, format!("an integer from {least} to {most}")))
-}
-
-pub(super) fn check_positive(entity: Entity, field: &'static str, value: f64) -> Check {
-    if !(value > 0.0 && value.is_finite()) {
-        return Err(Problem::new(entity, field, number(value), "a finite number > 0"));
-    }
-    if value > MAX_MAGNITUDE {
-        return Err(Problem::new(entity, field, number(value), "a number <= 1e30"));
-    }
-    Ok(())
-}
-
-pub(super) fn check_vector(entity: Entity, field: &'static str, value: DVec3) -> Check {
-    if in_range(value) {
-        return Ok(());
-    }
-    Err(Problem::new(entity, field, vector(value), "three finite numbers of magnitude <= 1e30"))
-}
-
-pub(super) fn check_non_negative(entity: Entity, field: &'static str, value: Rgb) -> Check {
-    if value.iter().all(|&x| (0.0..=MAX_MAGNITUDE).contains(&x)) {
-        return Ok(());
-    }
-    Err(Problem::new(entity, field, vector(value.into()), "three finite numbers >= 0 (and <= 1e30)"))
-}
-
-/// Whether all components are finite and of usable magnitude.
-pub(super) fn in_range(v: DVec3) -> bool {
-    // NaN compares false.
-    v.to_array().iter().all(|x| x.abs() <= MAX_MAGNITUDE)
-}
-
-/// A number as one would write it in a scene file.
-pub(super) fn number(x: f64) -> String {
-    let plain = x == 0.0 || (1e-4..1e15).contains(&x.abs());
-    if plain || !x.is_finite() { x.to_string() } else { format!("{x:e}") }
-}
-
-/// A vector as one would write it in a scene file.
-pub(super) fn vector(v: DVec3) -> String {
-    format!("[{}]", v.to_array().map(number).join(", "))
 }

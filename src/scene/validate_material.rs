@@ -4,10 +4,9 @@ use std::collections::HashMap;
 
 use crate::scene::description::*;
 use crate::scene::error::Entity;
+use crate::scene::limits::{EXPECTED_IOR, IOR_RANGE, MAX_MAGNITUDE};
+use crate::scene::problem::{Check, Problem, check_non_negative, number, vector};
 use crate::scene::texture::{Texels, Texture, TextureImage};
-use crate::scene::validate::{
-    Check, EXPECTED_IOR, IOR_RANGE, MAX_MAGNITUDE, Problem, check_non_negative, number, vector,
-};
 
 pub(super) fn check_materials(materials: &[Material], images: &[TextureImage]) -> Check {
     let mut first_of_name = HashMap::new();

@@ -90,7 +90,7 @@ fn wrong_types() {
     assert_rejected(&changed("[0, 0, 5]", "[0, 0] #!"), &["camera: position", "length 2", "three numbers"]);
     assert_rejected(&changed("[0, 0, 5]", "[0, 0, 5, 6] #!"), &["camera: position", "length 4", "three numbers"]);
     assert_rejected(&changed("[0, 9, 0]", "[0, true, 0] #!"), &["light 1: position", "boolean `true`"]);
-    assert_rejected(&changed("\"point\"", "\"spot\" #!"), &["light 1: type", "spot", "expected `point`"]);
+    assert_rejected(&changed("\"point\"", "\"sun\" #!"), &["light 1: type", "sun", "expected one of `point`"]);
     assert_rejected(&changed("\"diffuse\"", "\"metal\" #!"), &["material 1: type", "metal", "expected", "`mirror`"]);
     assert_rejected(&good("[film]\nfilter = \"tent\" #!"), &["film: filter", "tent", "`gaussian` or `box`"]);
     assert_rejected(&good("[film]\ngamma = \"rgb\" #!"), &["film: gamma", "rgb", "a number > 0 or \"srgb\""]);

@@ -7,9 +7,9 @@
 #include "../layout.glsl"
 #include "environment.glsl"
 
-vec3 background_radiance(vec3 direction) { return HAS_ENVIRONMENT ? environment_radiance(direction) : background.rgb; }
+vec3 background_radiance(vec3 direction) { return has_map() ? environment_radiance(direction) : background.rgb; }
 
 // Density per solid angle with which light sampling chooses a direction from which the background shines.
-float background_pdf(vec3 direction) { return HAS_ENVIRONMENT ? environment_share * environment_pdf(direction) : 0.0; }
+float background_pdf(vec3 direction) { return has_map() ? environment_share * environment_pdf(direction) : 0.0; }
 
 #endif

@@ -152,7 +152,10 @@ LightSample light_candidate(int cell, vec3 from, float u, float more, bool even,
 // same.
 LightSample light_sample(vec3 from, vec3 n, vec2 u, vec2 uv) {
     if (HAS_ENVIRONMENT) {
-        if (LIGHT_COUNT == 0u) return environment_sample(uv);
+        if (LIGHT_COUNT == 0u) {
+            if (!has_map()) return light_none();
+            return environment_sample(uv);
+        }
         if (light_branch(environment_share, u.x)) {
             LightSample s = environment_sample(uv);
             s.radiance /= environment_share;

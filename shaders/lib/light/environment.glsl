@@ -12,6 +12,9 @@
 #include "../math.glsl"
 #include "light.glsl"
 
+// A kernel that could have a map may have none.
+bool has_map() { return HAS_ENVIRONMENT && environment_map.y > 0u; }
+
 const uint ENVIRONMENT_LEVELS = 8u;
 const float ENVIRONMENT_CELLS = 512.0 * 256.0;
 

@@ -178,6 +178,7 @@ constants! {
     31 LIGHT_CELLS: u32 = |c| c.tables.lights.grid.cells;
     32 LIGHT_DEPTH: u32 = |c| c.tables.lights.grid.depth;
     33 LIGHT_LOOPS: u32 = |c| c.tables.lights.grid.loops() + if c.features.environment { 9 } else { 0 };
+    59 SINGLE_POINT: bool = |c| c.tables.single_point.is_some();
     34 REUSE: bool = |c| c.launch.reuse,
         "path reuse": |f| why(
             f.reuse_may_pay(),

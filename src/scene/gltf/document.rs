@@ -8,6 +8,7 @@ use serde_json::{Map, Value};
 
 use crate::scene::error::SceneError;
 use crate::scene::gltf::meshopt::Compressed;
+use crate::scene::gltf::problem::problem;
 use crate::scene::gltf::uri::Files;
 
 /// Extensions that are understood, or that change nothing here.
@@ -211,15 +212,6 @@ fn without_pointers(json: &[u8]) -> Option<Root> {
 /// An index into a list, as a number.
 pub(super) fn number<T>(index: Index<T>) -> usize {
     index.value()
-}
-
-pub(super) fn problem(name: &str, at: impl ToString, found: impl ToString, expected: impl ToString) -> SceneError {
-    SceneError::Model {
-        file: name.to_owned(),
-        at: at.to_string(),
-        found: found.to_string(),
-        expected: expected.to_string(),
-    }
 }
 
 const MAGIC: &[u8] = b"glTF";

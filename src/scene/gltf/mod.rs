@@ -10,6 +10,7 @@ mod lights;
 mod material;
 mod meshopt;
 mod nodes;
+mod problem;
 mod tangents;
 mod uri;
 
@@ -25,10 +26,10 @@ use crate::scene::description::*;
 use crate::scene::environment::Environment;
 use crate::scene::error::SceneError;
 use crate::scene::image_file::decode;
-use crate::scene::load::LoadOptions;
+use crate::scene::limits::MAX_IMAGE_SIDE;
+use crate::scene::load_options::LoadOptions;
 use crate::scene::named_camera::NamedCamera;
 use crate::scene::texture::{TextureImage, TextureSlot};
-use crate::scene::validate::MAX_IMAGE_SIDE;
 
 pub(super) use crate::scene::gltf::document::is_glb;
 use crate::scene::gltf::document::{Document, number};
@@ -76,6 +77,7 @@ pub(in crate::scene) fn load(
     }
     let images = document.images(&mut materials, options, warnings)?;
     make_names_unique(&mut materials);
+    warnings.extend(left_out_of(&materials).map(|(material, what)| format!("{name}: {material}: {what} left out")));
     meshes.retain(|mesh| !mesh.triangles.is_empty());
     let lights = document.lights(&placed)?;
     let cameras = document.cameras(&placed)?;
@@ -309,6 +311,24 @@ impl Document<'_> {
             self.error("variant", format!("{wanted:?}"), expected)
         })
     }
+}
+
+/// What of materials is not rendered: names, and what it is.
+fn left_out_of(materials: &[Material]) -> impl Iterator<Item = (String, String)> {
+    materials.iter().filter_map(|material| {
+        let Bsdf::MetallicRoughness(m) = material.surface.bsdf else { return None };
+        let has = |slot| material.textures.contains_key(&slot);
+        let parts = [
+            ("transmission", m.transmission > 0.0),
+            ("clear coat", m.coat > 0.0),
+            ("sheen", m.sheen_color != [0.0; 3]),
+            ("anisotropy", m.anisotropy > 0.0),
+            ("textures of specular reflection", has(TextureSlot::Specular) || has(TextureSlot::SpecularColor)),
+        ];
+        let parts: Vec<_> = parts.iter().filter(|(_, is_there)| *is_there).map(|(what, _)| *what).collect();
+        let are = if parts.len() == 1 { "is" } else { "are" };
+        (!parts.is_empty()).then(|| (format!("material {:?}", material.name), format!("{} {are}", parts.join(", "))))
+    })
 }
 
 /// Materials may have the same name in a file.

@@ -6,7 +6,7 @@ use base64::Engine as _;
 use base64::engine::general_purpose::{STANDARD, STANDARD_NO_PAD};
 
 use crate::scene::error::SceneError;
-use crate::scene::gltf::document::problem;
+use crate::scene::gltf::problem::problem;
 use crate::scene::read::{no_folder, read_file};
 
 /// Where relative names start from, and whether they may leave that folder.

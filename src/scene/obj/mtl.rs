@@ -5,8 +5,9 @@
 
 use crate::scene::description::{Bsdf, Rgb, Surface};
 use crate::scene::error::Location;
+use crate::scene::limits::{EXPECTED_IOR, IOR_RANGE};
 use crate::scene::obj::statement::{Statement, decoded, quoted, statements};
-use crate::scene::validate::{EXPECTED_IOR, IOR_RANGE, number};
+use crate::scene::problem::number;
 
 /// Reflectance where a file gives none.
 pub(super) const GREY: Rgb = [0.8; 3];

@@ -204,7 +204,7 @@ impl Statement<'_> {
 /// A finite number of usable magnitude.
 fn parse_number(word: &[u8]) -> Option<f64> {
     let number: f64 = std::str::from_utf8(word).ok()?.parse().ok()?;
-    (number.abs() <= crate::scene::validate::MAX_MAGNITUDE).then_some(number)
+    (number.abs() <= crate::scene::limits::MAX_MAGNITUDE).then_some(number)
 }
 
 /// A word for a message, cut if it is long.
