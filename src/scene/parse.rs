@@ -65,8 +65,10 @@ fn expected(key: &str) -> &'static str {
         "radius" => "a number > 0",
         "material" => "the name of a [[material]]",
         "name" => "a name of its own, in quotation marks",
-        "file" => "the name of an OBJ file, in quotation marks",
-        "type" => "a type, in quotation marks: a material is diffuse, mirror, dielectric or emitter, a light is point",
+        "file" => "the name of a file, in quotation marks",
+        "type" => {
+            "a type, in quotation marks: a material is diffuse, mirror, dielectric, pbr or emitter, a light is point, spot or directional"
+        }
         _ => "a value",
     }
 }

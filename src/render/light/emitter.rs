@@ -19,7 +19,7 @@ pub(crate) struct Light {
 }
 
 /// How far away parallel light comes from, for the choice among lights: much farther than the scene is large, which is about 1.
-const FAR: f64 = 1e4;
+pub(crate) const FAR: f64 = 1e4;
 
 /// Where a light is.
 #[derive(Debug, Clone, Copy, PartialEq)]

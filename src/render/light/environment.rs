@@ -67,29 +67,29 @@ fn solid_angle(row: usize) -> f64 {
     2.0 * PI * (edge(row) - edge(row + 1)) / COLUMNS as f64
 }
 
-/// Mean over a cell of what is between the pixels, summed over channels.
+/// Mean over a cell of what is between the pixels, summed over channels: exactly, so that it is 0 only where nothing shines.
 fn mean_of_cell(map: &Environment, column: usize, row: usize) -> f64 {
     let (width, height) = (map.width as usize, map.height as usize);
-    // At least two samples a pixel.
-    let samples = |pixels: usize, cells: usize| (2 * pixels).div_ceil(cells).max(2);
-    let (across, down) = (samples(width, COLUMNS), samples(height, ROWS));
-    let pixel = |i: isize, j: isize| {
+    let across = weights(column, COLUMNS, width);
+    let brightness = |i: isize, j: isize| {
         let i = i.rem_euclid(width as isize) as usize;
         let j = j.clamp(0, height as isize - 1) as usize;
         map.texels[j * width + i].iter().map(|&x| f64::from(x)).sum::<f64>()
     };
-    let mut sum = 0.0;
-    for (a, b) in (0..down).flat_map(|b| (0..across).map(move |a| (a, b))) {
-        let place = |cell: usize, k: usize, n: usize, cells: usize, pixels: usize| {
-            (cell as f64 + (k as f64 + 0.5) / n as f64) / cells as f64 * pixels as f64 - 0.5
-        };
-        let (x, y) = (place(column, a, across, COLUMNS, width), place(row, b, down, ROWS, height));
-        let (i, j) = (x.floor(), y.floor());
-        let (s, t) = (x - i, y - j);
-        let row = |j: isize| pixel(i as isize, j) * (1.0 - s) + pixel(i as isize + 1, j) * s;
-        sum += row(j as isize) * (1.0 - t) + row(j as isize + 1) * t;
-    }
-    sum / (across * down) as f64
+    let of_row = |j| across.clone().map(|(i, weight)| weight * brightness(i, j)).sum::<f64>();
+    weights(row, ROWS, height).map(|(j, weight)| weight * of_row(j)).sum()
+}
+
+/// Pixels along an axis that a cell sees, and by how much: means of linear interpolation's hats over the cell.
+fn weights(cell: usize, cells: usize, pixels: usize) -> impl Iterator<Item = (isize, f64)> + Clone {
+    let edge = |cell: usize| cell as f64 / cells as f64 * pixels as f64 - 0.5;
+    let (first, last) = (edge(cell), edge(cell + 1));
+    let integral = move |x: f64| match x.clamp(-1.0, 1.0) {
+        x if x < 0.0 => (1.0 + x) * (1.0 + x) / 2.0,
+        x => 1.0 - (1.0 - x) * (1.0 - x) / 2.0,
+    };
+    let weight = move |i: isize| (integral(last - i as f64) - integral(first - i as f64)) / (last - first);
+    (first.floor() as isize..=last.ceil() as isize).map(move |i| (i, weight(i))).filter(|(_, weight)| *weight > 0.0)
 }
 
 #[cfg(test)]
@@ -110,5 +110,23 @@ mod tests {
         map.texels = texels.into();
         let table = EnvironmentTable::of(&map);
         assert!(table.left > 0.99 && table.left < 1.0);
+    }
+
+    #[test]
+    fn no_cell_that_shines_is_left_out() {
+        // Of a size that is no multiple of the cells, a pixel's light reaches a little into cells beside it.
+        let (width, height) = (1000, 500);
+        for column in 180..200 {
+            let mut texels = vec![[0.0; 3]; width * height];
+            texels[250 * width + column] = [1e5; 3];
+            let map = Environment { width: 1000, height: 500, texels: texels.into(), ..Environment::studio() };
+            // The pixel reaches from the centre of the one before to that of the one after.
+            let reach = [column as f64 - 0.5, column as f64 + 1.5].map(|x| x / width as f64 * COLUMNS as f64);
+            let rows = [249.5, 251.5].map(|y: f64| (y / height as f64 * ROWS as f64) as usize);
+            for cell in reach[0] as usize..=reach[1] as usize {
+                let shines = (rows[0]..=rows[1]).any(|row| mean_of_cell(&map, cell, row) > 0.0);
+                assert!(shines, "column {column}, cell {cell}");
+            }
+        }
     }
 }

@@ -9,6 +9,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::render::light::alias::{Column, alias_table};
+use crate::render::light::emitter::FAR;
 use crate::render::light::tree::{LightNode, LightTree, Link};
 
 /// Entries of a cell, at most: among more lights than that groups are chosen.
@@ -141,7 +142,11 @@ impl LightGrid {
 
 /// Where most lights are, and how far from there: a few that are far away shall not make cells coarse for the others.
 fn middle(tree: &LightTree) -> (DVec3, f64) {
-    let lights = || tree.nodes.iter().filter(|n| n.light().is_some());
+    let is_near = |n: &&LightNode| n.center().length() < FAR / 2.0;
+    let all = || tree.nodes.iter().filter(|n| n.light().is_some());
+    // Light from afar is the same in all cells.
+    let has_near = all().any(|n| is_near(&n));
+    let lights = || all().filter(|n| !has_near || is_near(n));
     let center = DVec3::from([0, 1, 2].map(|axis| {
         let mut places: Vec<_> = lights().map(|n| n.center()[axis]).collect();
         places.sort_unstable_by(f64::total_cmp);
