@@ -58,7 +58,8 @@ impl Features {
     /// Finds what `scene`, compiled to `tables`, needs under `settings`.
     pub(crate) fn new(scene: &Scene, tables: &Tables, settings: &RenderSettings) -> Self {
         let needs = Needs::new(scene, BvhNeeds { spheres: tables.bvh_spheres, triangles: tables.bvh_triangles });
-        let is_forced = |feature| settings.general || settings.unneeded == Some(feature);
+        let is_forced =
+            |feature: Feature| (settings.general && !feature.is_of_models()) || settings.unneeded == Some(feature);
         let mut flags = FeatureFlags::new(&needs, is_forced);
         // A BVH that nothing needs is one of triangles.
         flags.bvh_triangles |= settings.unneeded == Some(Feature::Tree);

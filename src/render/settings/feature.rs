@@ -183,6 +183,16 @@ features! {
 }
 
 impl Feature {
+    /// Whether only models with textures and the like need it. All of these together, in a kernel that also shares paths, take a driver
+    /// minutes and gigabytes to compile: general kernels are without.
+    pub(crate) fn is_of_models(self) -> bool {
+        use Feature::{
+            Coverage, Details, Environment, MetallicRoughness, NormalMaps, Textures, VariedEmission, VertexColors,
+        };
+        let of_surfaces = matches!(self, Details | MetallicRoughness | NormalMaps | Textures | VertexColors);
+        of_surfaces || matches!(self, Coverage | Environment | VariedEmission)
+    }
+
     /// Its name.
     pub fn name(self) -> &'static str {
         Self::ALL.iter().find(|(_, feature)| *feature == self).map_or("", |row| row.0)
