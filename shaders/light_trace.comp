@@ -208,7 +208,7 @@ void main() [[maximally_reconverges]] {
         BsdfSample onward = bsdf_sample(v.bsdf, v.normal, wo, u);
         vec3 share = onward.weight;
         if (!delta) {
-            float survive = fast_max(fast_max(share.x, share.y), share.z);
+            float survive = largest(share);
             alive = alive && sample_independent(light_path.key, light_path.index, light_path.hits) < survive;
             share *= 1.0 / survive;
         }

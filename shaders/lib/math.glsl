@@ -98,6 +98,17 @@ void basis(vec3 n, out vec3 tangent, out vec3 bitangent) {
     bitangent = vec3(b, s + n.y * n.y * a, -n.y);
 }
 
+float largest(vec3 v) { return fast_max(fast_max(v.x, v.y), v.z); }
+
+const float BELOW_ONE = 0.99999994;
+
+// Takes one of two ways, the first with probability `share`; what is left of u is as random as before.
+bool takes_first(float share, inout float u) {
+    bool first = u < share;
+    u = fast_min((first ? u : u - share) / (first ? share : 1.0 - share), BELOW_ONE);
+    return first;
+}
+
 float brightness(vec3 light) { return light.x + light.y + light.z; }
 
 #endif

@@ -236,7 +236,7 @@ bool path_arrive(Path path, Hit hit, uint key, uint light_samples, inout vec3 ra
     v.shareable = has_flag(path, PATH_FROM_FIRST) && reconnectable && alive && throughput != vec3(0.0);
     v.throughput = v.shareable ? vec3(1.0) : throughput;
     vec3 expected = v.throughput * bsdf_albedo(v.bsdf);
-    float strongest = fast_max(fast_max(expected.x, expected.y), expected.z);
+    float strongest = largest(expected);
     alive = alive && strongest > 0.0;
 
     // A path of MAX_DEPTH hits may still meet light with its last ray. Further samples of lights are for those that go on otherwise.

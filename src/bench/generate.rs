@@ -100,13 +100,7 @@ fn empty(source: &str, max_depth: u32) -> Scene {
         },
         film: Film { width: 256, height: 256, filter: PixelFilter::Box, transfer: Transfer::Srgb, ..Film::default() },
         integrator: Integrator { max_depth, samples: 16, russian_roulette: None, indirect: true },
-        background: [0.0; 3],
-        materials: Vec::new(),
-        images: vec![],
-        environment: None,
-        spheres: Vec::new(),
-        meshes: Vec::new(),
-        lights: Vec::new(),
+        ..Scene::default()
     }
 }
 

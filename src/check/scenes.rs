@@ -17,13 +17,7 @@ pub(crate) fn empty() -> Scene {
         },
         film: Film { width: 16, height: 16, filter: PixelFilter::Box, transfer: Transfer::Srgb, ..Film::default() },
         integrator: Integrator { max_depth: 8, samples: 16, russian_roulette: None, indirect: true },
-        background: [0.0; 3],
-        materials: vec![],
-        images: vec![],
-        environment: None,
-        spheres: vec![],
-        meshes: vec![],
-        lights: vec![],
+        ..Scene::default()
     }
 }
 

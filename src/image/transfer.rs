@@ -1,6 +1,6 @@
 //! The transfer curves of 8-bit output, in both directions.
 
-use crate::scene::Transfer;
+use crate::scene::{Transfer, srgb};
 
 impl Transfer {
     /// Encoded value of a linear one, both clamped to 0..=1; NaN becomes 0.
@@ -10,8 +10,7 @@ impl Transfer {
         let linear = clamp(linear, 1.0);
         match self {
             Self::Gamma(gamma) => linear.powf(1.0 / gamma),
-            Self::Srgb if linear <= 0.003_130_8 => 12.92 * linear,
-            Self::Srgb => 1.055 * linear.powf(1.0 / 2.4) - 0.055,
+            Self::Srgb => srgb::encode(linear),
         }
     }
 
@@ -20,8 +19,7 @@ impl Transfer {
         let encoded = clamp(encoded, 1.0);
         match self {
             Self::Gamma(gamma) => encoded.powf(gamma),
-            Self::Srgb if encoded <= 0.040_45 => encoded / 12.92,
-            Self::Srgb => ((encoded + 0.055) / 1.055).powf(2.4),
+            Self::Srgb => srgb::decode(encoded),
         }
     }
 

@@ -16,22 +16,23 @@ pub struct Place<'a> {
 }
 
 impl Place<'_> {
-    fn blend<const N: usize>(&self, values: &[[f32; N]]) -> [f64; N] {
+    /// Zeros where the mesh has no values.
+    fn blend<T: Copy, const N: usize>(&self, values: &[T], part: impl Fn(T) -> [f32; N]) -> [f64; N] {
         let mut sum = [0.0; N];
         for (vertex, weight) in self.vertices.iter().zip(self.weights) {
-            let value = values.get(*vertex as usize).copied().unwrap_or([0.0; N]);
+            let value = values.get(*vertex as usize).map_or([0.0; N], |&value| part(value));
             sum = std::array::from_fn(|i| sum[i] + weight * f64::from(value[i]));
         }
         sum
     }
 
     fn color(&self) -> DVec4 {
-        if self.mesh.colors.is_empty() { DVec4::ONE } else { self.blend(&self.mesh.colors).into() }
+        if self.mesh.colors.is_empty() { DVec4::ONE } else { self.blend(&self.mesh.colors, |color| color).into() }
     }
 
     fn look_up(&self, scene: &Scene, material: &Material, slot: TextureSlot) -> Option<DVec4> {
         let texture = material.textures.get(&slot)?;
-        let uv = self.blend(&self.mesh.uvs[texture.uv_set as usize]);
+        let uv = self.blend(&self.mesh.uvs[texture.uv_set as usize], |uv| uv);
         Some(texture_value(texture, &scene.images[texture.image as usize], uv.into()))
     }
 
@@ -64,10 +65,7 @@ impl Place<'_> {
     /// The shading normal, given the interpolated one.
     pub fn normal(&self, scene: &Scene, material: &Material, interpolated: DVec3) -> DVec3 {
         let Some(value) = self.look_up(scene, material, TextureSlot::Normal) else { return interpolated };
-        let frame = |i: usize| {
-            let vectors: Vec<_> = self.mesh.tangents.iter().map(|two| two[i]).collect();
-            DVec3::from(self.blend(&vectors)).normalize_or_zero()
-        };
+        let frame = |i: usize| DVec3::from(self.blend(&self.mesh.tangents, |two| two[i])).normalize_or_zero();
         let relief = (2.0 * value.truncate() - 1.0) * DVec3::new(material.normal_scale, material.normal_scale, 1.0);
         (frame(0) * relief.x + frame(1) * relief.y + interpolated * relief.z).normalize_or(interpolated)
     }

@@ -16,11 +16,12 @@ pub fn eval(m: &MetallicRoughness, wo: DVec3, wi: DVec3) -> DVec3 {
         return DVec3::ZERO;
     }
     let base = DVec3::from(m.base_color);
-    let metal = reflection(m.roughness, base, 1.0, wo, wi);
+    let white = White::of(m.roughness);
+    let metal = reflection(&white, base, 1.0, wo, wi);
     let (f0, f90) = dielectric(m);
-    let coupled = Albedo::of(m.roughness, f0.max_element(), f90);
+    let coupled = Albedo::of(&white, f0.max_element(), f90);
     let diffuse = base * FRAC_1_PI * (1.0 - coupled.at(wo.z)) * (1.0 - coupled.at(wi.z)) / (1.0 - coupled.mean);
-    let plastic = reflection(m.roughness, f0, f90, wo, wi) + diffuse;
+    let plastic = reflection(&white, f0, f90, wo, wi) + diffuse;
     // Metalness mixes what the Fresnel terms are, so that single scattering is that of the mixed terms.
     (m.metallic * metal + (1.0 - m.metallic) * plastic) * wi.z
 }
@@ -32,50 +33,63 @@ fn dielectric(m: &MetallicRoughness) -> (DVec3, f64) {
 }
 
 /// Single and multiple scattering by microfacets.
-fn reflection(roughness: f64, f0: DVec3, f90: f64, wo: DVec3, wi: DVec3) -> DVec3 {
-    let alpha = alpha_of(roughness);
+fn reflection(white: &White, f0: DVec3, f90: f64, wo: DVec3, wi: DVec3) -> DVec3 {
+    let alpha = alpha_of(white.roughness);
     let half = (wo + wi).normalize();
     let fresnel = f0 + (f90 - f0) * (1.0 - half.dot(wo)).clamp(0.0, 1.0).powi(5);
     let g2 = 1.0 / (1.0 + lambda(wo, alpha) + lambda(wi, alpha));
     let single = fresnel * distribution(half, alpha) * g2 / (4.0 * wo.z * wi.z);
-    let white = Albedo::of(roughness, 0.0, 0.0);
-    single + multiple(roughness, f0, f90) * FRAC_1_PI * white.lost(wo.z) * white.lost(wi.z) / white.mean_lost
+    single + white.multiple(f0, f90) * FRAC_1_PI * white.lost(wo.z) * white.lost(wi.z) / white.mean_lost
 }
 
-/// The part that more than one scattering reflects of what is lost after the first.
-fn multiple(roughness: f64, f0: DVec3, f90: f64) -> DVec3 {
-    let [a, b] = table().mean_of(roughness);
-    let fresnel = f0 + (f90 - f0) / 21.0;
-    fresnel * fresnel * (a + b) / (1.0 - fresnel * (1.0 - a - b))
-}
-
-/// Albedo of single and multiple scattering together, for one channel.
-struct Albedo {
+/// Microfacets that reflect all.
+struct White {
     roughness: f64,
-    f0: f64,
-    f90: f64,
-    multiple: f64,
-    mean: f64,
+    /// Mean albedo of single scattering, in its two parts.
+    mean: [f64; 2],
+    /// What is missing to 1.
     mean_lost: f64,
 }
 
-impl Albedo {
-    fn of(roughness: f64, f0: f64, f90: f64) -> Self {
-        let [a, b] = table().mean_of(roughness);
-        let multiple = multiple(roughness, DVec3::splat(f0), f90).x;
-        let mean_lost = 1.0 - a - b;
-        Self { roughness, f0, f90, multiple, mean: f0 * a + f90 * b + multiple * mean_lost, mean_lost }
+impl White {
+    fn of(roughness: f64) -> Self {
+        let mean = table().mean_of(roughness);
+        Self { roughness, mean, mean_lost: 1.0 - mean[0] - mean[1] }
     }
 
-    /// What single scattering with F = 1 loses.
+    /// What single scattering loses.
     fn lost(&self, cosine: f64) -> f64 {
         let [a, b] = table().albedo(cosine, self.roughness);
         1.0 - a - b
     }
 
+    /// The part that more than one scattering reflects of what is lost after the first, under Schlick's Fresnel term.
+    fn multiple(&self, f0: DVec3, f90: f64) -> DVec3 {
+        let [a, b] = self.mean;
+        let fresnel = f0 + (f90 - f0) / 21.0;
+        fresnel * fresnel * (a + b) / (1.0 - fresnel * (1.0 - a - b))
+    }
+}
+
+/// Albedo of single and multiple scattering together, for one channel.
+struct Albedo<'a> {
+    white: &'a White,
+    f0: f64,
+    f90: f64,
+    multiple: f64,
+    mean: f64,
+}
+
+impl<'a> Albedo<'a> {
+    fn of(white: &'a White, f0: f64, f90: f64) -> Self {
+        let [a, b] = white.mean;
+        let multiple = white.multiple(DVec3::splat(f0), f90).x;
+        Self { white, f0, f90, multiple, mean: f0 * a + f90 * b + multiple * white.mean_lost }
+    }
+
     fn at(&self, cosine: f64) -> f64 {
-        let [a, b] = table().albedo(cosine, self.roughness);
-        self.f0 * a + self.f90 * b + self.multiple * self.lost(cosine)
+        let [a, b] = table().albedo(cosine, self.white.roughness);
+        self.f0 * a + self.f90 * b + self.multiple * (1.0 - a - b)
     }
 }
 

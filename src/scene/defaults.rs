@@ -2,7 +2,26 @@
 
 use glam::DVec3;
 
-use crate::scene::description::{Camera, Exposure, Film, Integrator, PixelFilter, Tone, Transfer};
+use crate::scene::description::{Camera, Exposure, Film, Integrator, PixelFilter, Scene, Tone, Transfer};
+
+impl Default for Scene {
+    /// Nothing, and the defaults of all else.
+    fn default() -> Self {
+        Self {
+            source: String::new(),
+            camera: Camera::default(),
+            film: Film::default(),
+            integrator: Integrator::default(),
+            background: [0.0; 3],
+            environment: None,
+            materials: Vec::new(),
+            images: Vec::new(),
+            spheres: Vec::new(),
+            meshes: Vec::new(),
+            lights: Vec::new(),
+        }
+    }
+}
 
 impl Default for Camera {
     /// A pinhole in the origin that looks along −z, with an angle of 60°.

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use crate::scene::image_file::decode;
+use crate::scene::srgb;
 use crate::scene::texture::Texels;
 
 /// Radiance from all directions. Bilinear between the centres of pixels; the first column follows the last one, and beyond the first and
@@ -37,29 +38,21 @@ impl Environment {
     /// In words.
     pub fn read(bytes: &[u8], name: &str) -> Result<(Self, Option<String>), String> {
         const EXR: &[u8] = &[0x76, 0x2f, 0x31, 0x01];
-        let (width, height, pixels, warning) = if bytes.starts_with(EXR) {
-            let (width, height, pixels) = read_exr(bytes)?;
-            (width, height, pixels, None)
+        let (width, height, mut texels, warning) = if bytes.starts_with(EXR) {
+            let (width, height, texels) = read_exr(bytes)?;
+            (width, height, texels, None)
         } else {
             let image = decode(bytes, name)?;
-            let decoded = |code: f32| if code <= 0.04045 { code / 12.92 } else { ((code + 0.055) / 1.055).powf(2.4) };
-            let color = |[r, g, b]: [f32; 3]| [decoded(r), decoded(g), decoded(b)];
-            let low = Some("it has no high dynamic range: nothing in it is brighter than white".to_owned());
-            let (pixels, warning) = match image.texels {
-                Texels::Rgba32F(pixels) => (pixels.iter().map(|&[r, g, b, _]| [r, g, b]).collect(), None),
-                Texels::Rgba8(pixels) => {
-                    let value = |code: u8| f32::from(code) / 255.0;
-                    (pixels.iter().map(|&[r, g, b, _]| color([value(r), value(g), value(b)])).collect(), low)
-                }
-                Texels::Rgba16(pixels) => {
-                    let value = |code: u16| f32::from(code) / 65535.0;
-                    (pixels.iter().map(|&[r, g, b, _]| color([value(r), value(g), value(b)])).collect(), low)
-                }
+            let is_radiance = matches!(image.texels, Texels::Rgba32F(_));
+            let low = "it has no high dynamic range: nothing in it is brighter than white";
+            let radiance = |pixel: usize| {
+                let [r, g, b, _] = image.texels.value(pixel);
+                [r, g, b].map(|x| if is_radiance { x } else { srgb::decode(x) } as f32)
             };
-            (image.width, image.height, pixels, warning)
+            let texels: Vec<[f32; 3]> = (0..image.width as usize * image.height as usize).map(radiance).collect();
+            (image.width, image.height, texels, (!is_radiance).then(|| low.to_owned()))
         };
         let mut replaced = 0;
-        let mut texels: Vec<[f32; 3]> = pixels;
         for x in texels.as_flattened_mut().iter_mut().filter(|x| !(x.is_finite() && **x >= 0.0)) {
             *x = 0.0;
             replaced += 1;

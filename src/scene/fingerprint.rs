@@ -148,11 +148,7 @@ mod tests {
             },
             film: Film { width: 8, height: 8, filter: PixelFilter::Box, transfer: Transfer::Srgb, ..Film::default() },
             integrator: Integrator { max_depth: 8, samples: 1, russian_roulette: None, indirect: true },
-            background: [0.0; 3],
             materials: vec![Material::new("grey", Surface::diffuse([0.5; 3]))],
-            images: vec![],
-            environment: None,
-            spheres: vec![],
             meshes: vec![Mesh {
                 name: "mesh".into(),
                 positions: vec![DVec3::ZERO, DVec3::X, DVec3::Y],
@@ -163,6 +159,7 @@ mod tests {
                 ..Mesh::default()
             }],
             lights: vec![Light::Point { position: DVec3::Z, power: [1.0; 3] }],
+            ..Scene::default()
         }
     }
 

@@ -26,6 +26,7 @@ mod precision;
 mod problem;
 mod read;
 mod silhouette;
+pub(crate) mod srgb;
 mod texture;
 mod texture_limit;
 mod transform;

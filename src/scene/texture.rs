@@ -25,6 +25,15 @@ pub enum Texels {
 }
 
 impl Texels {
+    /// Red, green, blue and alpha of a pixel; colours are not decoded.
+    pub(crate) fn value(&self, pixel: usize) -> [f64; 4] {
+        match self {
+            Self::Rgba8(pixels) => pixels[pixel].map(|code| f64::from(code) / 255.0),
+            Self::Rgba16(pixels) => pixels[pixel].map(|code| f64::from(code) / 65535.0),
+            Self::Rgba32F(pixels) => pixels[pixel].map(f64::from),
+        }
+    }
+
     /// The pixels, one after the other.
     pub(crate) fn as_bytes(&self) -> &[u8] {
         match self {

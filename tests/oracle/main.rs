@@ -23,13 +23,7 @@ fn empty() -> Scene {
         },
         film: Film { width: 8, height: 8, filter: PixelFilter::Box, transfer: Transfer::Srgb, ..Film::default() },
         integrator: Integrator { max_depth: 8, samples: 1, russian_roulette: None, indirect: true },
-        background: [0.0; 3],
-        materials: vec![],
-        images: vec![],
-        environment: None,
-        spheres: vec![],
-        meshes: vec![],
-        lights: vec![],
+        ..Scene::default()
     }
 }
 

@@ -26,13 +26,7 @@ fn empty(position: DVec3, target: DVec3, horizontal_fov: f64, side: u32, samples
             ..FilmShape::default()
         },
         integrator: Integrator { max_depth: 1, samples, russian_roulette: None, indirect: true },
-        background: [0.0; 3],
-        materials: vec![],
-        images: vec![],
-        environment: None,
-        spheres: vec![],
-        meshes: vec![],
-        lights: vec![],
+        ..Scene::default()
     }
 }
 

@@ -67,12 +67,8 @@ fn scene() -> impl Strategy<Value = Scene> {
             },
             integrator: Integrator { max_depth, samples: 1, russian_roulette: None, indirect: true },
             background,
-            materials: vec![],
-            images: vec![],
-            environment: None,
-            spheres: vec![],
-            meshes: vec![],
             lights: lights.into_iter().map(|(position, power)| Light::Point { position, power: [power; 3] }).collect(),
+            ..Scene::default()
         };
         let mut material = |surface| {
             let name = scene.materials.len().to_string();

@@ -64,7 +64,7 @@ vec3 on_side(vec3 direction, vec3 up) {
 // The normal, or if it shows a mirror's image of what lies below the surface the one that shows what lies just above, for any BSDF that
 // is evaluated about it. (on_side bends directions in the same way.)
 vec3 bent_normal(vec3 n, vec3 up, vec3 wo) {
-    vec3 mirror = 2.0 * dot(n, wo) * n - wo;
+    vec3 mirror = mirrored(wo, n);
     float height = dot(mirror, up);
     return height > 0.0 ? n : normalize(wo + normalize(mirror + (1e-6 - height) * up));
 }

@@ -6,12 +6,18 @@
 #include "../math.glsl"
 #include "closure.glsl"
 
-// A direction around the unit normal n with density cosθ/π per solid angle.
+// A direction around the z axis with density cosθ/π per solid angle.
+vec3 cosine_sample(vec2 u) {
+    vec2 disc = sqrt(u.y) * cos_sin_2pi(u.x);
+    return vec3(disc, sqrt(1.0 - u.y));
+}
+
+// The same around the unit normal n.
 vec3 cosine_sample(vec3 n, vec2 u) {
     vec3 tangent, bitangent;
     basis(n, tangent, bitangent);
-    vec2 disc = sqrt(u.y) * cos_sin_2pi(u.x);
-    return tangent * disc.x + bitangent * disc.y + n * sqrt(1.0 - u.y);
+    vec3 local = cosine_sample(u);
+    return tangent * local.x + bitangent * local.y + n * local.z;
 }
 
 float cosine_pdf(float cos_theta) { return fast_max(cos_theta, 0.0) * (1.0 / PI); }

@@ -6,6 +6,7 @@
 #define GGX_GLSL
 
 #include "../math.glsl"
+#include "mirror.glsl"
 
 // Distribution of normals at the half vector h of any length.
 float ggx_distribution(vec3 h, float alpha) {
@@ -44,7 +45,7 @@ vec3 ggx_sample(vec3 wo, float alpha, vec2 u) {
     float z = (1.0 - u.y) * (1.0 + lowest) - lowest;
     vec3 cap = vec3(sqrt(clamp(1.0 - z * z, 0.0, 1.0)) * cos_sin_2pi(u.x), z) + stretched;
     vec3 h = normalize(vec3(alpha * cap.xy, fast_max(cap.z, 1e-12)));
-    return 2.0 * dot(wo, h) * h - wo;
+    return mirrored(wo, h);
 }
 
 #endif

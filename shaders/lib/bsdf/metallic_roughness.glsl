@@ -23,8 +23,6 @@ vec3 multiple_scattering(vec3 f0, float f90, float mean_albedo) {
     return fresnel_mean * fresnel_mean * mean_albedo / (1.0 - fresnel_mean * (1.0 - mean_albedo));
 }
 
-float largest(vec3 v) { return fast_max(fast_max(v.x, v.y), v.z); }
-
 // What does not depend on wi. `dielectric_f0`, `dielectric_f90`: of the part that is no metal.
 Lobes lobes_of(vec3 base, float metallic, float roughness, vec3 dielectric_f0, float dielectric_f90, float mu) {
     Lobes l;
@@ -71,19 +69,24 @@ void lobes_eval(Lobes l, vec3 wo, vec3 wi, out vec3 value, out float pdf) {
 
 vec3 to_frame(vec3 w, vec3 tangent, vec3 bitangent, vec3 n) { return vec3(dot(w, tangent), dot(w, bitangent), dot(w, n)); }
 
-vec3 metallic_roughness_eval(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
-    vec3 tangent, bitangent, value;
-    float pdf;
+// About the normal n.
+void metallic_roughness_both(Bsdf b, vec3 n, vec3 wo, vec3 wi, out vec3 value, out float pdf) {
+    vec3 tangent, bitangent;
     basis(n, tangent, bitangent);
     lobes_eval(b.lobes, to_frame(wo, tangent, bitangent, n), to_frame(wi, tangent, bitangent, n), value, pdf);
+}
+
+vec3 metallic_roughness_eval(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
+    vec3 value;
+    float pdf;
+    metallic_roughness_both(b, n, wo, wi, value, pdf);
     return value;
 }
 
 float metallic_roughness_pdf(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
-    vec3 tangent, bitangent, value;
+    vec3 value;
     float pdf;
-    basis(n, tangent, bitangent);
-    lobes_eval(b.lobes, to_frame(wo, tangent, bitangent, n), to_frame(wi, tangent, bitangent, n), value, pdf);
+    metallic_roughness_both(b, n, wo, wi, value, pdf);
     return pdf;
 }
 
@@ -91,13 +94,8 @@ BsdfSample metallic_roughness_sample(Bsdf b, vec3 n, vec3 wo, vec2 u) {
     vec3 tangent, bitangent;
     basis(n, tangent, bitangent);
     vec3 o = to_frame(wo, tangent, bitangent, n);
-    // One number chooses the lobe, and what is left of it is as random as before.
-    float share = b.lobes.single_share;
-    bool single = u.x < share;
-    float v = single ? u.x / share : (u.x - share) / (1.0 - share);
-    vec2 w = vec2(fast_min(v, 0.99999994), u.y);
-    vec2 disc = sqrt(w.y) * cos_sin_2pi(w.x);
-    vec3 i = single ? ggx_sample(o, b.lobes.alpha, w) : vec3(disc, sqrt(1.0 - w.y));
+    bool single = takes_first(b.lobes.single_share, u.x);
+    vec3 i = single ? ggx_sample(o, b.lobes.alpha, u) : cosine_sample(u);
     vec3 value;
     float pdf;
     lobes_eval(b.lobes, o, i, value, pdf);

@@ -27,8 +27,6 @@
 // The share of these samples.
 float even_part() { return MUTATION == MUTATE_CHOICE ? 0.0 : even_share; }
 
-const float BELOW_ONE = 0.99999994;
-
 // First entry of the cell around p.
 int light_cell(vec3 p) {
     vec3 x = p - light_grid.xyz;
@@ -37,13 +35,6 @@ int light_cell(vec3 p) {
     ivec3 at = clamp(ivec3(floor_int(place.x), floor_int(place.y), floor_int(place.z)), 0, int(LIGHT_CELLS) - 1);
     int cell = (at.z * int(LIGHT_CELLS) + at.y) * int(LIGHT_CELLS) + at.x;
     return light_row(int(LIGHT_COUNT)) + cell * int(LIGHT_ENTRIES);
-}
-
-// Takes one of two ways, the first with probability `share`; what is left of u is as random as before.
-bool light_branch(float share, inout float u) {
-    bool first = u < share;
-    u = fast_min((first ? u : u - share) / (first ? share : 1.0 - share), BELOW_ONE);
-    return first;
 }
 
 // A random number has so many binary digits.
@@ -73,7 +64,7 @@ int light_choose(int cell, float u, float more, bool even, out float probability
     u = place - float(column);
     vec4 entry = light_texel(cell + column);
     if (even) entry.x = 1.0;
-    bool own = light_branch(entry.x, u);
+    bool own = takes_first(entry.x, u);
     if (LIGHT_DEPTH > 0u) {
         float known = LAST_DIGIT * float(LIGHT_ENTRIES) / (own ? entry.x : 1.0 - entry.x);
         u = fast_min(u + more * known, BELOW_ONE);
@@ -87,7 +78,7 @@ int light_choose(int cell, float u, float more, bool even, out float probability
         vec4 node = light_texel(chosen);
         float strength = node.z;
         while (floatBitsToInt(node.w) < 0) {
-            chosen = light_branch(node.x, u) ? chosen + 1 : floatBitsToInt(node.y);
+            chosen = takes_first(node.x, u) ? chosen + 1 : floatBitsToInt(node.y);
             node = light_texel(chosen);
         }
         float share = strength > 0.0 ? node.z / strength : 0.0;
@@ -156,7 +147,7 @@ LightSample light_sample(vec3 from, vec3 n, vec2 u, vec2 uv) {
             if (!has_map()) return light_none();
             return environment_sample(uv);
         }
-        if (light_branch(environment_share, u.x)) {
+        if (takes_first(environment_share, u.x)) {
             LightSample s = environment_sample(uv);
             s.radiance /= environment_share;
             s.pdf *= environment_share;

@@ -63,7 +63,7 @@ int density_texel(uint level, uint x, uint y) {
 
 // Density per solid angle at a place of the map, from that of its cell among all.
 float environment_density(float part, float sine) {
-    if (MUTATION == MUTATE_SINE) sine = 0.75;
+    if (MUTATION == MUTATE_SINE) sine = 1.0;
     return sine > 0.0 ? part * ENVIRONMENT_CELLS / (2.0 * PI * PI * sine) : 0.0;
 }
 
@@ -74,13 +74,6 @@ float environment_pdf(vec3 direction) {
     vec4 quarters = uintBitsToFloat(texelFetch(texture_texels, density_texel(level, cell.x >> 1, cell.y >> 1)));
     vec2 row = (cell.y & 1u) != 0u ? quarters.zw : quarters.xy;
     return environment_density((cell.x & 1u) != 0u ? row.y : row.x, sqrt(max(1.0 - direction.y * direction.y, 0.0)));
-}
-
-// What is left of a number after one of two ways is taken, the first with probability `part`.
-bool takes_first(float part, inout float u) {
-    bool first = u < part;
-    u = fast_min((first ? u : u - part) / (first ? part : 1.0 - part), 0.99999994);
-    return first;
 }
 
 // Light from a direction; the density is that of the direction alone.

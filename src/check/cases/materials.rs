@@ -88,7 +88,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "the same",
         threshold: 1.0,
         full_only: false,
-        measure: |lab| against_oracle(lab, &sunny(None)),
+        measure: |lab| against_oracle(lab, &sunny(false)),
     },
     Case {
         name: "environment/with-lights",
@@ -97,7 +97,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "the same",
         threshold: 1.0,
         full_only: false,
-        measure: |lab| against_oracle(lab, &sunny(Some(()))),
+        measure: |lab| against_oracle(lab, &sunny(true)),
     },
     Case {
         name: "environment/constant",
@@ -138,7 +138,7 @@ fn spots() -> Scene {
 }
 
 /// A map with a sky, a ground and a sun of a pixel.
-fn sunny(with_lights: Option<()>) -> Scene {
+fn sunny(with_lights: bool) -> Scene {
     let (width, height) = (24, 12);
     let mut rng = Rng::new(65);
     let number = |rng: &mut Rng| (rng.bits() >> 8) as f32 * 2f32.powi(-24);
@@ -151,12 +151,12 @@ fn sunny(with_lights: Option<()>) -> Scene {
     let mut scene = empty();
     scene.integrator.max_depth = 4;
     scene.environment =
-        Some(Environment { rotation: 70.0, scale: 0.8, visible: with_lights.is_none(), ..map(width, height, texels) });
+        Some(Environment { rotation: 70.0, scale: 0.8, visible: !with_lights, ..map(width, height, texels) });
     scene.quad([v(-5.0, -1.5, -1.0), v(5.0, -1.5, -1.0), v(5.0, -1.5, -12.0), v(-5.0, -1.5, -12.0)], diffuse(0.6));
     scene.sphere(v(-1.8, -0.5, -6.0), 0.9, mirror(0.9));
     scene.sphere(v(0.2, -0.5, -6.0), 0.9, pbr([0.9, 0.7, 0.4], 1.0, 0.3));
     smooth_ball(&mut scene, v(2.2, -0.6, -6.0), 0.9, pbr([0.5, 0.7, 0.8], 0.0, 0.6));
-    if with_lights.is_some() {
+    if with_lights {
         scene.light(v(0.0, 3.0, -4.0), 60.0);
         scene.quad([v(-3.0, 2.0, -7.0), v(-3.0, 2.0, -6.0), v(-2.0, 2.0, -6.0), v(-2.0, 2.0, -7.0)], emitter(8.0));
     }

@@ -48,6 +48,11 @@ pub(crate) enum LightShape {
 }
 
 impl Light {
+    /// One that is the same all over; which primitive it is, is said later.
+    pub fn new(shape: LightShape, radiance: Rgb) -> Self {
+        Self { shape, radiance, primitive: 0, mean: 1.0 }
+    }
+
     /// Lowest and highest corner.
     pub fn bounds(&self) -> (DVec3, DVec3) {
         match self.shape {

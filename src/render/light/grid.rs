@@ -266,7 +266,7 @@ mod tests {
                     1 => LightShape::Triangle([p, p + DVec3::new(at(), at(), at()), p + DVec3::new(at(), at(), at())]),
                     _ => LightShape::Sphere { center: p, radius: 0.5, inward: i % 2 == 0 },
                 };
-                Light { shape, radiance: [1.0; 3], primitive: 0, mean: 1.0 }
+                Light::new(shape, [1.0; 3])
             })
             .collect()
     }
@@ -320,7 +320,7 @@ mod tests {
     }
 
     fn point(p: DVec3, radiance: f64) -> Light {
-        Light { shape: LightShape::Point(p), radiance: [radiance; 3], primitive: 0, mean: 1.0 }
+        Light::new(LightShape::Point(p), [radiance; 3])
     }
 
     #[test]

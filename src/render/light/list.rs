@@ -69,7 +69,7 @@ impl LightList {
         let number = self.lights.len();
         let (first, other) = *self.surfaces.entry(key).or_insert((number, emission));
         if first == number {
-            let light = |shape| Light { shape, radiance: emission.radiance, primitive: 0, mean: emission.mean };
+            let light = |shape| Light { mean: emission.mean, ..Light::new(shape, emission.radiance) };
             self.lights.push(light(shape));
             self.lights.extend(emission.two_sided.then(|| light(reversed(shape))));
             return number as i32;
@@ -122,12 +122,7 @@ mod tests {
 
     #[test]
     fn copies_share_a_number_and_what_is_hidden_has_none() {
-        let mut list = LightList::new(vec![Light {
-            shape: LightShape::Point(DVec3::ZERO),
-            radiance: [1.0; 3],
-            primitive: 0,
-            mean: 1.0,
-        }]);
+        let mut list = LightList::new(vec![Light::new(LightShape::Point(DVec3::ZERO), [1.0; 3])]);
         let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
         let mut add = |[i, j, k]: [usize; 3], radiance: f64| {
             let corners = [corners[i], corners[j], corners[k]];

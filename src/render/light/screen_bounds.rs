@@ -54,12 +54,7 @@ mod tests {
     /// Of a scene whose only emitter is behind the camera, which looks along −z.
     fn places(scene: &Scene) -> Vec<Rectangle> {
         let shape = LightShape::Sphere { center: v(0.0, 0.0, 9.0), radius: 1.0, inward: false };
-        emitter_bounds(
-            scene,
-            &RenderSpace::of(scene),
-            &View::of(scene, 1.0),
-            &[Light { shape, radiance: [1.0; 3], primitive: 0, mean: 1.0 }],
-        )
+        emitter_bounds(scene, &RenderSpace::of(scene), &View::of(scene, 1.0), &[Light::new(shape, [1.0; 3])])
     }
 
     #[test]
@@ -99,7 +94,7 @@ mod tests {
         // Faces +z.
         let corner = center - v(half, half, 0.0);
         let shape = LightShape::Parallelogram([corner, corner + 2.0 * half * DVec3::X, corner + 2.0 * half * DVec3::Y]);
-        Light { shape, radiance: [1.0; 3], primitive: 0, mean: 1.0 }
+        Light::new(shape, [1.0; 3])
     }
 
     #[test]
@@ -125,11 +120,7 @@ mod tests {
         ] {
             assert_eq!(pixels_of(&square(v(x, y, -10.0), 1.0), &view).is_some(), shown, "{x} {y}");
             let sphere = LightShape::Sphere { center: v(x, y, -10.0), radius: 1.0, inward: false };
-            assert_eq!(
-                pixels_of(&Light { shape: sphere, radiance: [1.0; 3], primitive: 0, mean: 1.0 }, &view).is_some(),
-                shown,
-                "{x} {y}"
-            );
+            assert_eq!(pixels_of(&Light::new(sphere, [1.0; 3]), &view).is_some(), shown, "{x} {y}");
         }
         // Behind the camera, and seen from behind.
         assert!(pixels_of(&square(v(0.0, 0.0, 10.0), 1.0), &view).is_none());
@@ -140,14 +131,8 @@ mod tests {
         assert!(pixels_of(&turned, &view).is_none());
         // All around it.
         let around = LightShape::Sphere { center: DVec3::ZERO, radius: 3.0, inward: true };
-        assert!(pixels_of(&Light { shape: around, radiance: [1.0; 3], primitive: 0, mean: 1.0 }, &view).is_some());
-        assert!(
-            pixels_of(
-                &Light { shape: LightShape::Point(v(0.0, 0.0, -1.0)), radiance: [1.0; 3], primitive: 0, mean: 1.0 },
-                &view
-            )
-            .is_none()
-        );
+        assert!(pixels_of(&Light::new(around, [1.0; 3]), &view).is_some());
+        assert!(pixels_of(&Light::new(LightShape::Point(v(0.0, 0.0, -1.0)), [1.0; 3]), &view).is_none());
     }
 
     #[test]
@@ -165,15 +150,12 @@ mod tests {
         assert_eq!(pixels_of(&square(v(12.5, 0.0, -10.0), 1.0), &view), None);
         // What is nearer is larger.
         let tilted = [v(-0.99, 0.0, -10.0), v(0.99, 0.0, -10.0), v(-0.99, 0.99, -20.0)];
-        let tilted = Light { shape: LightShape::Parallelogram(tilted), radiance: [1.0; 3], primitive: 0, mean: 1.0 };
+        let tilted = Light::new(LightShape::Parallelogram(tilted), [1.0; 3]);
         assert_eq!(pixels_of(&tilted, &view), Some([87..113, 37..53]));
         // Beside the camera, and all around it.
         for z in [0.0, 0.5] {
             let beside = LightShape::Sphere { center: v(0.5, 0.0, z), radius: 1.0, inward: false };
-            assert_eq!(
-                pixels_of(&Light { shape: beside, radiance: [1.0; 3], primitive: 0, mean: 1.0 }, &view),
-                Some([0..200, 0..100])
-            );
+            assert_eq!(pixels_of(&Light::new(beside, [1.0; 3]), &view), Some([0..200, 0..100]));
         }
     }
 }

@@ -143,7 +143,7 @@ mod tests {
                         1 => LightShape::Triangle([p, p + DVec3::X, p + DVec3::Y]),
                         _ => LightShape::Sphere { center: p, radius: 0.5, inward: false },
                     };
-                    Light { shape, radiance: [1.0 + x, 1.0, 0.5], primitive: 0, mean: 1.0 }
+                    Light::new(shape, [1.0 + x, 1.0, 0.5])
                 })
                 .collect();
             let tree = LightTree::of(&lights);

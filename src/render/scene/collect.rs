@@ -219,7 +219,7 @@ impl SceneGeometry {
         added: &[usize],
         lifted: &BTreeMap<usize, DVec3>,
         materials: &[Material],
-        means: &EmissionMeans<'_>,
+        means: &EmissionMeans,
         space: &RenderSpace,
     ) {
         if mesh.triangle_materials.iter().all(|&material| emitted(materials, material).is_none()) {
@@ -319,5 +319,5 @@ fn point_light(light: &scene::Light, space: &RenderSpace) -> Light {
             (LightShape::Directional { axis: direction.normalize() }, irradiance)
         }
     };
-    Light { shape, radiance, primitive: 0, mean: 1.0 }
+    Light::new(shape, radiance)
 }

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::scene::{Material, Mesh, Scene, Texels, Texture, TextureImage, TextureSlot};
+use crate::scene::{Material, Mesh, Scene, Texture, TextureImage, TextureSlot, srgb};
 
 /// Sums of an image's brightness over all pixels above and to the left.
 struct Sums {
@@ -12,21 +12,10 @@ struct Sums {
 }
 
 impl Sums {
-    fn of(image: &TextureImage, srgb: bool) -> Self {
+    fn of(image: &TextureImage, is_srgb: bool) -> Self {
         let (width, height) = (image.width as usize, image.height as usize);
-        let decoded = |x: f64| match srgb {
-            false => x,
-            true if x <= 0.04045 => x / 12.92,
-            true => ((x + 0.055) / 1.055).powf(2.4),
-        };
-        let brightness = |i: usize| -> f64 {
-            let color = match &image.texels {
-                Texels::Rgba8(pixels) => pixels[i].map(|code| f64::from(code) / 255.0),
-                Texels::Rgba16(pixels) => pixels[i].map(|code| f64::from(code) / 65535.0),
-                Texels::Rgba32F(pixels) => pixels[i].map(f64::from),
-            };
-            color[..3].iter().map(|&x| decoded(x)).sum::<f64>() / 3.0
-        };
+        let decoded = |x: f64| if is_srgb { srgb::decode(x) } else { x };
+        let brightness = |i: usize| image.texels.value(i)[..3].iter().map(|&x| decoded(x)).sum::<f64>() / 3.0;
         let mut sums = vec![0.0; (width + 1) * (height + 1)];
         for y in 0..height {
             let mut row = 0.0;
@@ -49,14 +38,11 @@ impl Sums {
 }
 
 /// The means of textures of emission.
-pub(crate) struct EmissionMeans<'a> {
-    scene: &'a Scene,
-    sums: HashMap<(u32, bool), Sums>,
-}
+pub(crate) struct EmissionMeans(HashMap<(u32, bool), Sums>);
 
-impl<'a> EmissionMeans<'a> {
+impl EmissionMeans {
     /// Of all emitting materials of a scene.
-    pub fn of(scene: &'a Scene) -> Self {
+    pub fn of(scene: &Scene) -> Self {
         let emitting = scene.materials.iter().filter(|material| material.surface.emits() && !material.unlit);
         let textures = emitting.filter_map(|material| material.textures.get(&TextureSlot::Emission));
         let mut sums = HashMap::new();
@@ -64,15 +50,14 @@ impl<'a> EmissionMeans<'a> {
             let image = &scene.images[texture.image as usize];
             sums.entry((texture.image, texture.srgb)).or_insert_with(|| Sums::of(image, texture.srgb));
         }
-        Self { scene, sums }
+        Self(sums)
     }
 
     /// About the mean of what a triangle's texture leaves of its emission: over the rectangle of pixels around it. 0 only if no pixel
     /// of these shines.
     pub fn of_triangle(&self, mesh: &Mesh, triangle: usize, material: &Material) -> f64 {
         let Some(texture) = material.textures.get(&TextureSlot::Emission) else { return 1.0 };
-        let Some(sums) = self.sums.get(&(texture.image, texture.srgb)) else { return 1.0 };
-        debug_assert!((texture.image as usize) < self.scene.images.len());
+        let Some(sums) = self.0.get(&(texture.image, texture.srgb)) else { return 1.0 };
         let corners = mesh.triangles[triangle].map(|vertex| {
             let uv = mesh.uvs[texture.uv_set as usize].get(vertex as usize).copied().unwrap_or_default();
             place(texture, uv)

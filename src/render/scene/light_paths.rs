@@ -131,7 +131,7 @@ mod tests {
 
     fn emitter(height: f64) -> Light {
         let corners = [DVec3::new(-1.0, height, -1.0), DVec3::new(1.0, height, -1.0), DVec3::new(-1.0, height, 1.0)];
-        Light { shape: LightShape::Parallelogram(corners), radiance: [1.0; 3], primitive: 0, mean: 1.0 }
+        Light::new(LightShape::Parallelogram(corners), [1.0; 3])
     }
 
     #[test]

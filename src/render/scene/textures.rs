@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::accel::Texel;
 use crate::ggx_albedo;
-use crate::scene::{Scene, Texels, Texture, TextureImage, TextureSlot};
+use crate::scene::{Material, Scene, Texels, Texture, TextureImage, TextureSlot};
 
 use crate::render::kernel::layout::texture::*;
 use crate::render::scene::materials::SLOTS;
@@ -36,11 +36,8 @@ impl TextureTable {
                 textures.len() - 1
             }) as u32
         };
-        let of_material = |textures: &std::collections::BTreeMap<TextureSlot, Texture>,
-                           number: &mut dyn FnMut(&Texture) -> u32| {
-            SLOTS.map(|slot| textures.get(&slot).map(&mut *number))
-        };
-        let numbers = scene.materials.iter().map(|m| of_material(&m.textures, &mut number)).collect();
+        let of_material = |m: &Material| SLOTS.map(|slot| m.textures.get(&slot).map(&mut number));
+        let numbers = scene.materials.iter().map(of_material).collect();
         let mut texels = ALBEDO_TEXELS.clone();
         let records = texels.len();
         texels.resize(records + 3 * textures.len(), [0; 4]);

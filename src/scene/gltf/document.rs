@@ -1,6 +1,6 @@
 //! A glTF file as JSON and bytes: what it needs of extensions, and where its buffers are.
 
-use std::borrow::Cow;
+use std::sync::OnceLock;
 
 use gltf::json::{Index, Root};
 use serde::de::DeserializeOwned;
@@ -42,6 +42,8 @@ pub(super) struct Document<'a> {
     pub name: &'a str,
     pub root: Root,
     pub buffers: Vec<Vec<u8>>,
+    /// Compressed buffer views that have been decoded.
+    decoded_views: Vec<OnceLock<Vec<u8>>>,
     pub files: Files<'a>,
 }
 
@@ -60,7 +62,8 @@ impl<'a> Document<'a> {
                 let at = format!("JSON, line {}, column {}", error.line(), error.column());
                 problem(name, at, error, "glTF 2.0")
             })?;
-        let mut document = Self { name, root, buffers: Vec::new(), files };
+        let decoded_views = root.buffer_views.iter().map(|_| OnceLock::new()).collect();
+        let mut document = Self { name, root, buffers: Vec::new(), decoded_views, files };
         document.check_version()?;
         document.check_extensions(warnings)?;
         document.buffers = document.read_buffers(binary)?;
@@ -145,10 +148,20 @@ impl<'a> Document<'a> {
     }
 
     /// Bytes of a buffer view, decoded if they are compressed.
-    pub fn view_content(&self, index: usize, at: &str) -> Result<Cow<'_, [u8]>, SceneError> {
-        let Some(compressed) = self.compressed(index, at)? else {
-            return Ok(Cow::Borrowed(self.plain_view(index, at)?));
-        };
+    pub fn view_content(&self, index: usize, at: &str) -> Result<&[u8], SceneError> {
+        let Some(compressed) = self.compressed(index, at)? else { return self.plain_view(index, at) };
+        // Attributes that alternate in a view are read one after the other: it is decoded for the first.
+        let decoded = &self.decoded_views[index];
+        match decoded.get() {
+            Some(bytes) => Ok(bytes),
+            None => {
+                let bytes = self.decode(&compressed, index)?;
+                Ok(decoded.get_or_init(|| bytes))
+            }
+        }
+    }
+
+    fn decode(&self, compressed: &Compressed, index: usize) -> Result<Vec<u8>, SceneError> {
         let at = format!("bufferView {index}, EXT_meshopt_compression");
         let buffer = self.get(&self.buffers, compressed.buffer, "buffer", &at)?;
         let range = usize::try_from(compressed.byte_offset)
@@ -157,15 +170,13 @@ impl<'a> Document<'a> {
         let data = range
             .and_then(|range| buffer.get(range))
             .ok_or_else(|| self.error(&at, "bytes beyond the end", format!("bytes of a buffer of {}", buffer.len())))?;
-        // A byte stands for 16 elements at most.
+        // A byte stands for so many decoded ones at most.
         let most = data.len().saturating_mul(16 * 256);
         if compressed.decoded_length().is_none_or(|length| length > most) {
             return Err(self.error(at, format!("{} elements", compressed.count), "as many as the data can hold"));
         }
         let decoded = compressed.decode(data);
-        decoded
-            .map(Cow::Owned)
-            .ok_or_else(|| self.error(at, "data that cannot be decoded", "data of the extension's format"))
+        decoded.ok_or_else(|| self.error(at, "data that cannot be decoded", "data of the extension's format"))
     }
 
     /// Bytes from one element of a view to the next, where they are not next to each other.

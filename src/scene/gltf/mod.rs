@@ -96,16 +96,14 @@ pub(in crate::scene) fn load(
     }
     let mut scene = Scene {
         source: name.to_owned(),
-        camera: Camera::default(),
         film: Film { width, height: ROWS, ..Film::default() },
         integrator: Integrator { max_depth: MAX_DEPTH, ..Integrator::default() },
-        background: [0.0; 3],
         materials,
         images,
         environment: (!is_lit).then(Environment::studio),
-        spheres: Vec::new(),
         meshes,
         lights,
+        ..Scene::default()
     };
     scene.camera = match cameras.first() {
         Some(camera) => camera.for_image(width, ROWS).0,
@@ -256,7 +254,7 @@ impl Document<'_> {
         };
         let decoded = match (&image.uri, image.buffer_view) {
             (Some(uri), _) => decode(&self.files.read(uri, self.name, &at)?, &at),
-            (None, Some(view)) => decode(&self.view_content(number(view), &at)?, &at),
+            (None, Some(view)) => decode(self.view_content(number(view), &at)?, &at),
             (None, None) => return Err(self.error(at, "neither uri nor bufferView", "one of them")),
         };
         decoded.map_err(|found| self.error(at, found, "an image of type PNG, JPEG, WebP, TGA, BMP or HDR"))

@@ -37,19 +37,7 @@ pub(in crate::scene) fn preview(
         material: MaterialSource::Mtl,
     };
     let mesh = request.build(bytes, file, base_dir, &mut materials, warnings)?;
-    let mut scene = Scene {
-        source: file.to_owned(),
-        camera: Camera::default(),
-        film: Film::default(),
-        integrator: Integrator::default(),
-        background: [0.0; 3],
-        materials: Vec::new(),
-        images: Vec::new(),
-        environment: None,
-        spheres: Vec::new(),
-        meshes: vec![mesh],
-        lights: Vec::new(),
-    };
+    let mut scene = Scene { source: file.to_owned(), meshes: vec![mesh], ..Scene::default() };
     let (center, radius) = scene.bounding_sphere();
     scene.camera = scene.fitting_camera();
     let light_distance = radius * LIGHT_DISTANCE;
