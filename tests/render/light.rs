@@ -71,23 +71,23 @@ fn pixels(context: &Context, scene: &Scene) -> (Vec<f64>, f64) {
 }
 
 #[test]
-fn a_lamp_in_a_ceiling_loses_nothing() {
+fn an_emitter_in_a_ceiling_loses_nothing() {
     let context = context();
-    for (of_ceiling, of_lamp) in [(1, 1), (6, 8)] {
+    for (of_ceiling, of_emitter) in [(1, 1), (6, 8)] {
         let room = |position: DVec3, target: DVec3, fov: f64, side: u32, samples: u32| {
             let mut scene = empty(position, target, fov, side, samples);
             square(&mut scene, 0.0, 3.0, 1, Surface::diffuse([0.5; 3]));
             square(&mut scene, 2.0, 3.0, of_ceiling, Surface::diffuse([0.5; 3]));
-            square(&mut scene, 2.0, 2.0, of_lamp, Surface::emitter([1.0; 3]));
+            square(&mut scene, 2.0, 2.0, of_emitter, Surface::emitter([1.0; 3]));
             scene
         };
         // Lambert: of a square as seen from below its middle, F = 4/π·(a/√(1+a²))·atan(a/√(1+a²)), a = 1.
         let exact = 0.5 * 4.0 / std::f64::consts::PI * 0.5f64.sqrt() * 0.5f64.sqrt().atan();
         let (_, mean) = pixels(&context, &room(v(0.0, 0.3, 0.05), DVec3::ZERO, 0.2, 16, 256));
-        assert!((mean / exact - 1.0).abs() < 1e-3, "{of_ceiling}, {of_lamp}: {mean}, expected {exact}");
-        // Of a look at the middle of the lamp, nothing else is seen.
+        assert!((mean / exact - 1.0).abs() < 1e-3, "{of_ceiling}, {of_emitter}: {mean}, expected {exact}");
+        // Of a look at the middle of the emitter, nothing else is seen.
         let (seen, _) = pixels(&context, &room(v(0.3, 0.7, 1.5), v(0.0, 2.0, 0.0), 20.0, 32, 16));
-        assert!(seen.iter().all(|&x| x == 1.0), "{of_ceiling}, {of_lamp}: {seen:?}");
+        assert!(seen.iter().all(|&x| x == 1.0), "{of_ceiling}, {of_emitter}: {seen:?}");
     }
 }
 

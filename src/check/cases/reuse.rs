@@ -19,7 +19,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "reuse/lanes",
-        what: "the same room without a tree: paths meet in the lanes of a subgroup",
+        what: "the same room without a BVH: paths meet in the lanes of a subgroup",
         oracle: "each path by itself",
         quantity: "the same",
         threshold: 4.0,
@@ -73,7 +73,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "gradients/lanes",
-        what: "the same room without a tree: paths meet in the lanes of a subgroup",
+        what: "the same room without a BVH: paths meet in the lanes of a subgroup",
         oracle: "the same without",
         quantity: "the same",
         threshold: 4.0,
