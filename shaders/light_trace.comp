@@ -114,36 +114,36 @@ LightPath light_path_none() {
 
 // Light path `number`, and whether it carries anything.
 LightPath light_path_begin(uint number, out bool alive) {
-    LightPath b;
-    b.key = hash(number / BLOCK ^ hash(seed ^ 0x5be0cd19u));
-    b.index = number % BLOCK;
+    LightPath p;
+    p.key = hash(number / BLOCK ^ hash(seed ^ 0x5be0cd19u));
+    p.index = number % BLOCK;
     // An emitter with a target.
     const uint pairs = EMITTER_COUNT * CASTER_COUNT;
     float columns = float(pairs < 2u ? 1u : 2u << findMSB(pairs - 1u));     // of the table (src/render/light/alias.rs)
-    float place = sample_pair(b.key, b.index, PAIR_PIXEL, 0u).x * columns;
+    float place = sample_pair(p.key, p.index, PAIR_PIXEL, 0u).x * columns;
     uint pair = uint(place);
     vec4 entry = light_texel(int(CASTER_TEXELS + CASTER_COUNT + pair));
     pair = place - float(pair) < entry.x ? pair : floatBitsToUint(entry.y);
-    b.light = int(FIRST_EMITTER + pair / CASTER_COUNT);
+    p.light = int(FIRST_EMITTER + pair / CASTER_COUNT);
     vec3 normal;
-    emitter_point(b.light, sample_pair(b.key, b.index, pair_light(1u), 1u), b.y, normal);
-    vec2 u = sample_pair(b.key, b.index, pair_choice(1u), 1u);
-    b.direction = caster_direction(caster_bounds(pair % CASTER_COUNT), b.y, normal, u);
-    b.cos_light = dot(normal, b.direction);
-    float pdf = b.cos_light > 0.0 ? light_path_pdf(b.light, b.y, b.direction, b.cos_light) : 0.0;
+    emitter_point(p.light, sample_pair(p.key, p.index, pair_light(1u), 1u), p.y, normal);
+    vec2 u = sample_pair(p.key, p.index, pair_choice(1u), 1u);
+    p.direction = caster_direction(caster_bounds(pair % CASTER_COUNT), p.y, normal, u);
+    p.cos_light = dot(normal, p.direction);
+    float pdf = p.cos_light > 0.0 ? light_path_pdf(p.light, p.y, p.direction, p.cos_light) : 0.0;
     alive = pdf > 0.0;
-    b.power = light_of(b.light).radiance * (emitter_area(b.light) * b.cos_light / pdf);
-    b.hits = 0u;
-    b.splats = 0u;
-    b.origin = b.y;
-    b.toward = b.direction;
-    b.self_id = -1;
-    return b;
+    p.power = light_of(p.light).radiance * (emitter_area(p.light) * p.cos_light / pdf);
+    p.hits = 0u;
+    p.splats = 0u;
+    p.origin = p.y;
+    p.toward = p.direction;
+    p.self_id = -1;
+    return p;
 }
 
 // Numbers for the choice of a pixel near what a light path lights.
-vec2 sample_near(LightPath b) {
-    uint h = hash(hash(b.key ^ 0x1f83d9abu) + b.index * 0x9e3779b9u + b.hits * 0x63d83595u);
+vec2 sample_near(LightPath p) {
+    uint h = hash(hash(p.key ^ 0x1f83d9abu) + p.index * 0x9e3779b9u + p.hits * 0x63d83595u);
     return vec2(unit_float(h), unit_float(hash(h)));
 }
 

@@ -7,7 +7,7 @@
 #extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #extension GL_KHR_shader_subgroup_shuffle : require
-// Path tracing for scenes with a tree, on devices whose lanes are threads. Rays traverse the BVH for very different numbers of
+// Path tracing for scenes with a BVH, on devices whose lanes are threads. Rays traverse the BVH for very different numbers of
 // steps, and most never enter it. If all lanes of a subgroup wait for the slowest, twice for each hit, most of them are idle. Here
 // shading and traversing take turns: lanes whose rays are done wait until some more are, shade what they have met, and
 // have their next rays, while the traversals of the others are where they were.
@@ -84,7 +84,7 @@ void main() [[maximally_reconverges]] {
     bool over = false;              // the sample before it, but for the shadow ray of its last hit
     vec3 awaited = vec3(0.0);       // light of that ray
     uint traversal_of = path_root_mask != 0u ? PATH : NOTHING;
-    vec3 origin = path.origin;      // of the ray that traversals
+    vec3 origin = path.origin;      // of the ray that traverses the BVH
     vec3 direction = path.direction;
     int self_id = path.self_id;
     Traversal traversal = traversal_begin(bvh_ray(origin, direction, false), t, path_root_mask);

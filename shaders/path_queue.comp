@@ -7,11 +7,11 @@
 #extension GL_KHR_shader_subgroup_vote : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #extension GL_KHR_shader_subgroup_shuffle : require
-// Path tracing for scenes with a tree, on devices whose subgroup is a SIMD register of a CPU. Most rays of most scenes
+// Path tracing for scenes with a BVH, on devices whose subgroup is a SIMD register of a CPU. Most rays of most scenes
 // never come near the mesh, and those that do traverse the BVH for very different numbers of steps: traced where they
 // arise, they leave most lanes idle. Here each lane has a ray pool: a path whose next ray, or whose shadow ray, meets the
-// tree's boxes is put into it, and the lane goes on with another path. When few lanes can go on, all lanes traverse the
-// tree with what their ray pools hold; then paths go on from the results.
+// BVH's boxes is put into it, and the lane goes on with another path. When few lanes can go on, all lanes traverse the
+// BVH with what their ray pools hold; then paths go on from the results.
 //
 // Ray pools are arrays that are only indexed by constants: such an access is a blend or a move of registers, where one
 // by a variable index, or to a buffer, is a scalar access for each lane and component. Lanes are counted
@@ -127,13 +127,13 @@ bool can_advance(Held h, RayPool pool, Run run) {
     return h.slot != NOTHING || pool_traced(pool) != 0u || (run.left > 0u && pool_has_room(pool));
 }
 
-// Whether to go on with what these lanes can do: if they are most, or if no lane has a ray for the tree.
+// Whether to go on with what these lanes can do: if they are most, or if no lane has a ray for the BVH.
 bool enough(bool can, bool waits) {
     uint count = lanes(can);
     return count >= ENOUGH_LANES || (count > 0u && !any_lane(waits));
 }
 
-// Whether a lane has a ray for the tree.
+// Whether a lane has a ray for the BVH.
 bool has_ray(RayPool pool, PoolTraversal w) { return w.place != 0u || pool_waiting(pool) != 0u; }
 
 // Goes on with paths for as long as most lanes can.
@@ -226,7 +226,7 @@ void advance_traversal(inout PoolTraversal w) {
     traversal_advance(w.traversal, w.ray, w.self_id, w.shadow, steps);
 }
 
-// Traverses the tree for as long as most lanes have a ray to do it with, and then a while longer if that is all there is
+// Traverses the BVH for as long as most lanes have a ray to do it with, and then a while longer if that is all there is
 // to do.
 void traverse_pools(inout RayPool pool, inout PoolTraversal w, Run run, Held h) {
     uint until_check = CHECK_TRAVERSALS;

@@ -48,13 +48,16 @@ pub fn check_writable(path: &Path) -> Result<(), WriteError> {
     checked.map_err(|source| WriteError { path: path.to_owned(), source })
 }
 
+/// Bytes for which there is memory wherever the program runs.
+const ALWAYS_FITS: u64 = 1 << 20;
+
 /// The content of a regular file. Anything else (a folder, a pipe that nobody writes to, a device that never ends) is an error, and so
 /// is what does not fit into memory.
 ///
 /// # Errors
 /// It is something else, or cannot be read.
 pub fn read_regular(path: &Path) -> io::Result<Vec<u8>> {
-    read_small(path, available_memory().unwrap_or(u64::MAX))
+    read(path, |length| if length > ALWAYS_FITS { available_memory().unwrap_or(u64::MAX) } else { length })
 }
 
 /// The content of a regular file of at most so many bytes.
@@ -62,6 +65,11 @@ pub fn read_regular(path: &Path) -> io::Result<Vec<u8>> {
 /// # Errors
 /// It is larger or something else, or cannot be read.
 pub fn read_small(path: &Path, most_bytes: u64) -> io::Result<Vec<u8>> {
+    read(path, |_| most_bytes)
+}
+
+/// The same; how many bytes there may be is asked for when it is known how many there are.
+fn read(path: &Path, most_bytes: impl FnOnce(u64) -> u64) -> io::Result<Vec<u8>> {
     let metadata = fs::metadata(path)?;
     if metadata.is_dir() {
         return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder, expected a file"));
@@ -69,6 +77,7 @@ pub fn read_small(path: &Path, most_bytes: u64) -> io::Result<Vec<u8>> {
     if !metadata.is_file() {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is not a regular file"));
     }
+    let most_bytes = most_bytes(metadata.len());
     if metadata.len() > most_bytes {
         let found = format!("it has {} bytes, expected at most {most_bytes}", metadata.len());
         return Err(io::Error::new(io::ErrorKind::FileTooLarge, found));

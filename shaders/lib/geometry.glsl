@@ -5,7 +5,7 @@
 //
 //   triangle    vertex 0, vertex 1, vertex 2, material | flags;      normal | light
 //   sphere      centre | material | flags;                           radius, 1/radius with the normal's sign, - | light
-//   polygon       first of 4 vertices, n·p of its points, -, material; normal | light
+//   polygon     first of 4 vertices, n·p of its points, -, material; normal | light
 
 #ifndef GEOMETRY_GLSL
 #define GEOMETRY_GLSL
@@ -34,7 +34,7 @@ vec3 vertex_bitangent(uint vertex) { return uintBitsToFloat(texelFetch(geometry_
 // Of a primitive with such a word.
 uint material_index(uint word) { return word & MATERIAL_BITS; }
 
-// Whether a primitive of the tree is a sphere, whose first texel this is.
+// Whether a primitive of the BVH is a sphere, whose first texel this is.
 bool is_sphere(uvec4 shape) { return BVH_SPHERES && (!BVH_TRIANGLES || (shape.w & IS_SPHERE) != 0u); }
 
 struct Triangle {

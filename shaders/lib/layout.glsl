@@ -157,7 +157,7 @@ layout(std140, binding = 11) uniform SceneValues {
     vec4 camera_up;             // xyz: half its height; w: distance of what is in focus
     vec4 camera_forward;        // xyz: unit; w: 1 where rays are parallel, else 0
     vec4 background;            // rgb radiance
-    uint record_count;          // of the tree
+    uint record_count;          // of the BVH
     uint root_order;            // last word of the root's record: in which order to visit its children, see node.glsl
     uint first_material;        // texels of the table of primitives, see geometry.glsl
     uint first_position;
@@ -178,7 +178,7 @@ const uint COUNT_SAMPLES = 0u;     // samples committed by this dispatch
 const uint COUNT_BAD = 1u;         // samples that were NaN or infinite
 const uint COUNT_RAYS = 2u;        // closest-hit rays
 const uint COUNT_SHADOW = 3u;      // shadow rays
-const uint COUNT_STEPS = 4u;       // steps through the tree (with PATH_STATS)
+const uint COUNT_STEPS = 4u;       // steps through the BVH (with PATH_STATS)
 const uint COUNT_TRUNCATED = 5u;   // loops that nothing in the shader ended
 const uint COUNT_REUSED = 6u;      // samples made with paths that serve several pixels
 const uint COUNTERS = 7u;          // so many of every invocation

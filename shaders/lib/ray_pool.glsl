@@ -1,4 +1,4 @@
-// A ray pool: the few paths of a lane that wait for the tree, see path_queue.comp.
+// A ray pool: the few paths of a lane that wait for the BVH, see path_queue.comp.
 
 #ifndef RAY_POOL_GLSL
 #define RAY_POOL_GLSL
@@ -45,7 +45,7 @@ struct RayPool {
     vec4 light[PLACES];         // its radiance, index of the sample
     vec4 normal[PLACES];        // for reuse: normal; for emitters: density
     float x2[PLACES];           // for light paths
-    uint entry[PLACES];         // where the ray enters the tree (root_hit_mask), and above that the shadow ray
+    uint entry[PLACES];         // where the ray enters the BVH (root_hit_mask), and above that the shadow ray
 };
 
 // The ray in a lane's hands.
@@ -84,7 +84,7 @@ uint pool_waiting(RayPool p) { return p.rays | p.shadows; }
 uint pool_traced(RayPool p) { return p.used & ~(p.rays | p.shadows); }
 bool pool_has_room(RayPool p) { return p.used != ALL_PLACES; }
 
-// Puts a path away until its ray and its shadow ray have been traced, as far as they enter the tree. There must be room.
+// Puts a path away until its ray and its shadow ray have been traced, as far as they enter the BVH. There must be room.
 void pool_put(inout RayPool p, Held h, ShadowRay shadow, uint entry, uint root_mask_of_shadow) {
     bool waits = entry != 0u;
     bool later = root_mask_of_shadow != 0u;

@@ -48,7 +48,7 @@ uint index_after(uint multipliers, uint count) {
            times_multiplier(other_samples, multiplier_now(multipliers));
 }
 
-// What so many shadow rays and segments, and their steps through the tree, cost, in units of 3 ns of a thread on lavapipe 25.0.7
+// What so many shadow rays and segments, and their steps through the BVH, cost, in units of 3 ns of a thread on lavapipe 25.0.7
 // (AMD EPYC, Zen 4). They stand for all rays, of which a program that can do more may trace some in vain. Whole numbers: the sum
 // is the same in whatever order they are traced.
 uint cost_of(uint shadow_rays, uint steps) { return 5u * shadow_rays + 9u * steps; }

@@ -11,10 +11,10 @@
 #include "../lib/scene.glsl"
 
 const uint PROBE_CLOSEST = 0u;
-const uint PROBE_EXACT_FACETS = 1u;
+const uint PROBE_EXACT_POLYGONS = 1u;
 
 // The closest polygon by the exact test alone.
-Hit closest_facet_exactly(Ray ray) {
+Hit closest_polygon_exactly(Ray ray) {
     float t = INFINITY;
     int id = -1;
     Across across_ray = across(ray.origin, ray.direction);
@@ -33,7 +33,7 @@ void closest(uint i) {
     uint loops = 0u;
     Ray ray = Ray(o.xyz, d.xyz, floatBitsToInt(d.w));
     Hit hit;
-    if (PROBE == PROBE_EXACT_FACETS) hit = closest_facet_exactly(ray);
+    if (PROBE == PROBE_EXACT_POLYGONS) hit = closest_polygon_exactly(ray);
     else hit = intersect(ray, loops);
     vec4 position = vec4(0.0);
     if (hit.primitive >= 0) {

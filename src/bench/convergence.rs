@@ -15,7 +15,7 @@ use crate::bench::error::BenchError;
 use crate::bench::reference::Reference;
 use crate::bench::watched;
 
-/// Samples per pixel of the rendering that counts steps through the tree; it is not timed.
+/// Samples per pixel of the rendering that counts steps through the BVH; it is not timed.
 const COUNTED_SAMPLES: u32 = 16;
 /// Where no noise is wanted of a reference, its variance is this share of the smallest mean squared error.
 const REFERENCE_SHARE: f64 = 0.25;
@@ -67,11 +67,11 @@ pub struct Contender<'a> {
     pub configuration: &'a Configuration,
     /// Device and driver.
     pub device: [String; 2],
-    /// Seconds to prepare: tree, uploads, pipeline.
+    /// Seconds to prepare: BVH, uploads, pipeline.
     pub setup: RenderStatistics,
-    /// Tree figures.
-    pub tree: Option<crate::accel::BvhStatistics>,
-    /// Steps through the tree per ray, shadow rays included; `None` without a tree.
+    /// BVH figures.
+    pub bvh: Option<crate::accel::BvhStatistics>,
+    /// Steps through the BVH per ray, shadow rays included; `None` without a BVH.
     pub steps_per_ray: Option<f64>,
     renderer: Renderer,
 }
@@ -104,10 +104,14 @@ impl<'a> Contender<'a> {
         };
         let settings = RenderSettings { samples: most_samples, ..configuration.settings.clone() };
         let mut renderer = Renderer::new(&context, &scene, &settings).map_err(fail)?;
-        let tree = renderer.tree().copied();
-        let steps_per_ray = match tree {
+        let bvh = renderer.bvh().copied();
+        let steps_per_ray = match bvh {
             None => None,
-            Some(_) => Some(steps_per_ray(&context, &scene, &settings).map_err(fail)?),
+            Some(_) => {
+                let samples = settings.samples.min(COUNTED_SAMPLES);
+                let counted = RenderSettings { samples, adaptive: None, ..settings.clone() };
+                watched::steps_per_ray(&context, &scene, &counted, || ControlFlow::Continue(())).map_err(fail)?
+            }
         };
         // One rendering that is not timed: first-use costs of the driver.
         render(&mut renderer, most_samples.min(UNTIMED_SAMPLES), 0, || ControlFlow::Continue(())).map_err(fail)?;
@@ -115,7 +119,7 @@ impl<'a> Contender<'a> {
             configuration,
             device: [context.info().name.clone(), context.info().driver.clone()],
             setup: renderer.statistics().clone(),
-            tree,
+            bvh,
             steps_per_ray,
             renderer,
         })
@@ -149,16 +153,6 @@ fn render(
     renderer.set_samples(samples)?;
     renderer.set_seed(seed);
     watched::render(renderer, on_progress)
-}
-
-/// Counted in a pipeline of its own, since counting takes time.
-fn steps_per_ray(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<f64, RenderError> {
-    let samples = settings.samples.min(COUNTED_SAMPLES);
-    let settings = RenderSettings { samples, adaptive: None, count_steps: true, ..settings.clone() };
-    let mut renderer = Renderer::new(context, scene, &settings)?;
-    renderer.render(|_| ControlFlow::Continue(()))?;
-    let s = renderer.statistics();
-    Ok(s.bvh_steps as f64 / (s.rays + s.shadow_rays).max(1) as f64)
 }
 
 /// The noise that a reference should not exceed: half the smallest error that will be met, found from two renderings

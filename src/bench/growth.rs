@@ -11,6 +11,7 @@ use crate::scene::{MAX_DEPTH, MAX_IMAGE_SIDE, Scene};
 use crate::bench::error::BenchError;
 use crate::bench::generate;
 use crate::bench::statistics::{PowerLaw, median};
+use crate::bench::watched;
 
 /// Timed renderings of each scene.
 const REPEATS: u32 = 3;
@@ -111,17 +112,17 @@ impl Growth {
 pub struct GrowthRow {
     /// How many there are of what grows.
     pub size: u64,
-    /// Seconds to prepare: tree, uploads, pipeline.
+    /// Seconds to prepare: BVH, uploads, pipeline.
     pub setup_s: f64,
-    /// Seconds to build the tree.
+    /// Seconds to build the BVH.
     pub build_s: Option<f64>,
     /// Primitives a second in building, millions.
     pub mprimitives_per_s: Option<f64>,
-    /// Bytes of the tree, for each of its primitives.
+    /// Bytes of the BVH, for each of its primitives.
     pub bytes_per_primitive: Option<f64>,
-    /// Depth of the tree.
+    /// Depth of the BVH.
     pub bvh_depth: Option<u32>,
-    /// Steps through the tree per ray.
+    /// Steps through the BVH per ray.
     pub steps_per_ray: Option<f64>,
     /// Rays per sample.
     pub rays_per_sample: f64,
@@ -148,7 +149,7 @@ pub struct GrowthReport {
     pub rows: Vec<GrowthRow>,
     /// Time per sample against size.
     pub time_exponent: Option<PowerLaw>,
-    /// Time to build the tree against size.
+    /// Time to build the BVH against size.
     pub build_exponent: Option<PowerLaw>,
     /// Steps per ray against size.
     pub steps_exponent: Option<PowerLaw>,
@@ -216,14 +217,9 @@ fn row(
     settings: &RenderSettings,
     mut go_on: impl FnMut() -> ControlFlow<()>,
 ) -> Result<GrowthRow, RenderError> {
-    let steps_per_ray = {
-        // Counting takes time, so it has a pipeline of its own, and one sample is enough.
-        let counting = RenderSettings { count_steps: true, samples: 1, sample_map: SampleMap::Off, ..settings.clone() };
-        let mut renderer = Renderer::new(context, scene, &counting)?;
-        renderer.render(|_| go_on())?;
-        let s = renderer.statistics();
-        renderer.tree().map(|_| s.bvh_steps as f64 / (s.rays + s.shadow_rays).max(1) as f64)
-    };
+    // One sample is enough.
+    let counted = RenderSettings { samples: 1, sample_map: SampleMap::Off, ..settings.clone() };
+    let steps_per_ray = watched::steps_per_ray(context, scene, &counted, &mut go_on)?;
     let mut renderer = Renderer::new(context, scene, settings)?;
     let mut seconds = Vec::new();
     for seed in 0..REPEATS {
@@ -235,14 +231,14 @@ fn row(
     let s = renderer.statistics();
     let rays = (s.rays + s.shadow_rays) as f64;
     let samples = s.samples as f64;
-    let tree = renderer.tree();
+    let bvh = renderer.bvh();
     Ok(GrowthRow {
         size: grows.size_of(scene),
         setup_s: s.setup_seconds,
-        build_s: tree.map(|t| t.build_seconds),
-        mprimitives_per_s: tree.map(|t| t.primitives as f64 / t.build_seconds / 1e6),
-        bytes_per_primitive: tree.map(|t| t.bytes as f64 / t.primitives as f64),
-        bvh_depth: tree.map(|t| t.depth),
+        build_s: bvh.map(|t| t.build_seconds),
+        mprimitives_per_s: bvh.map(|t| t.primitives as f64 / t.build_seconds / 1e6),
+        bytes_per_primitive: bvh.map(|t| t.bytes as f64 / t.primitives as f64),
+        bvh_depth: bvh.map(|t| t.depth),
         steps_per_ray,
         rays_per_sample: rays / samples,
         render_s,

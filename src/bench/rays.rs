@@ -1,4 +1,4 @@
-//! Rays a second, by kind: what the tree alone is worth, without shading.
+//! Rays a second, by kind: what the BVH alone is worth, without shading.
 //!
 //! The rays are those of the scene: one camera ray through a random point of each pixel, and where it meets a surface
 //! the shadow ray and the continuation that the path tracer makes there. They can be written to a file, so that other
@@ -73,7 +73,7 @@ pub struct RayRate {
     pub mrays_per_s: Option<f64>,
     /// The same of the fastest repetition.
     pub best_mrays_per_s: Option<f64>,
-    /// Steps through the tree per ray; 0 for a ray that misses the BVH's boxes.
+    /// Steps through the BVH per ray; 0 for a ray that misses the BVH's boxes.
     pub steps_per_ray: Option<f64>,
     /// CPU time of the whole process for a ray, nanoseconds, where the system tells: what a CPU driver spends, whatever
     /// else the machine does meanwhile.

@@ -68,13 +68,13 @@ pub struct ConfigurationSummary {
     pub device: String,
     /// Its driver.
     pub driver: String,
-    /// Seconds to prepare: tree, uploads, pipeline.
+    /// Seconds to prepare: BVH, uploads, pipeline.
     pub setup_s: f64,
     /// The pipeline's part of it.
     pub compile_s: f64,
-    /// The tree's part of it.
+    /// The BVH's part of it.
     pub bvh_build_s: Option<f64>,
-    /// Steps through the tree per ray.
+    /// Steps through the BVH per ray.
     pub steps_per_ray: Option<f64>,
     /// RMSE against samples.
     pub slope: Option<PowerLaw>,
@@ -102,7 +102,7 @@ impl ConfigurationSummary {
             driver,
             setup_s: contender.setup.setup_seconds,
             compile_s: contender.setup.compile_seconds,
-            bvh_build_s: contender.tree.map(|t| t.build_seconds),
+            bvh_build_s: contender.bvh.map(|t| t.build_seconds),
             steps_per_ray: contender.steps_per_ray,
             slope: PowerLaw::fit(&errors),
             relative_time: relative_time(index, measurements),

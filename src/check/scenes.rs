@@ -212,7 +212,7 @@ pub(crate) fn room() -> Scene {
     scene
 }
 
-/// A room without a tree, in which neighbouring pixels see different parts of what is around them.
+/// A room without a BVH, in which neighbouring pixels see different parts of what is around them.
 pub(crate) fn screened_room() -> Scene {
     let mut scene = empty();
     scene.size(32, 4);
@@ -234,12 +234,12 @@ pub(crate) fn screened_room() -> Scene {
     scene
 }
 
-/// The same with a tree.
+/// The same with a BVH.
 pub(crate) fn divided_room() -> Scene {
     let mut scene = screened_room();
     let (positions, triangles) = icosphere(v(-1.0, -1.0, -5.0), 0.8, 1);
     scene.mesh(&positions, &triangles, diffuse(0.5));
-    // More balls than constants hold: some are in the tree.
+    // More balls than constants hold: some are in the BVH.
     for i in 0..20 {
         let (x, y) = (f64::from(i % 5), f64::from(i / 5));
         scene.sphere(v(0.6 + 0.45 * x, -1.6 + 0.45 * y, -6.5 - 0.2 * x), 0.18, diffuse(0.875));

@@ -17,7 +17,7 @@ use photolith::bench::rays::{self, RayKind};
 use photolith::bench::report::{self, ReferenceReport, Report, SceneReport};
 use photolith::bench::{self, BenchError, ConfigurationSummary, Machine, Origin, Reference, Vary};
 use photolith::image::metrics::flip;
-use photolith::render::Techniques;
+use photolith::render::TechniqueList;
 use photolith::scene::Scene;
 use photolith::{Context, RenderSettings, user_cache};
 
@@ -66,7 +66,7 @@ pub struct BenchArgs {
     max_depth: Option<u32>,
 
     #[arg(long, value_name = "LIST", allow_hyphen_values = true, help = explain_techniques())]
-    techniques: Option<Techniques>,
+    techniques: Option<TechniqueList>,
 
     #[arg(long, value_name = "KEY=VALUE,...", help = explain_vary())]
     vary: Vec<Vary>,
@@ -141,7 +141,7 @@ struct ReferenceOptions {
     #[arg(long, value_name = "RADIANCE", value_parser = positive, allow_negative_numbers = true)]
     reference_noise: Option<f64>,
 
-    /// Make the reference with the double-precision oracle on the CPU (slow: no tree)
+    /// Make the reference with the double-precision oracle on the CPU (slow: no BVH)
     #[arg(long, conflicts_with = "reference")]
     oracle: bool,
 

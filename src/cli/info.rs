@@ -35,11 +35,11 @@ pub struct InfoArgs {
 pub fn run(args: &InfoArgs) -> anyhow::Result<ExitCode> {
     let (scene, settings) = args.options.load(&args.scene)?;
     let prepared = Prepared::of(&scene, &settings)?;
-    let (features, tree) = (prepared.features(), prepared.tree());
+    let (features, bvh) = (prepared.features(), prepared.bvh());
     let text = if args.json {
-        format!("{}\n", as_json(&scene, &settings, features, tree))
+        format!("{}\n", as_json(&scene, &settings, features, bvh))
     } else {
-        as_text(&scene, &settings, features, tree)
+        as_text(&scene, &settings, features, bvh)
     };
     output::print(&text)?;
     Ok(ExitCode::from(exit::OK))
@@ -67,7 +67,7 @@ fn kind(surface: &Surface) -> &'static str {
     }
 }
 
-fn as_text(scene: &Scene, settings: &RenderSettings, features: &Features, tree: Option<&BvhStatistics>) -> String {
+fn as_text(scene: &Scene, settings: &RenderSettings, features: &Features, bvh: Option<&BvhStatistics>) -> String {
     let b = bounds(scene);
     let film = &scene.film;
     let mut out = String::new();
@@ -101,7 +101,7 @@ fn as_text(scene: &Scene, settings: &RenderSettings, features: &Features, tree: 
     for material in &scene.materials {
         let _ = writeln!(out, "  material   {}: {}", material.name, kind(&material.surface));
     }
-    if let Some(t) = tree {
+    if let Some(t) = bvh {
         let _ = writeln!(
             out,
             "  BVH        {}, {} of {}, depth {}, SAH cost {:.2}, {}, built in {:.3} s",
@@ -131,7 +131,7 @@ fn as_json(
     scene: &Scene,
     settings: &RenderSettings,
     features: &Features,
-    tree: Option<&BvhStatistics>,
+    bvh: Option<&BvhStatistics>,
 ) -> serde_json::Value {
     let b = bounds(scene);
     let explained: serde_json::Map<_, _> = explain(features)
@@ -156,7 +156,7 @@ fn as_json(
             .collect::<Vec<_>>(),
         "point_lights": scene.lights.len(),
         "bounds": [b.lo.to_array(), b.hi.to_array()],
-        "bvh": tree.map(|t| json!({
+        "bvh": bvh.map(|t| json!({
             "nodes": t.nodes, "leaves": t.leaves, "primitives": t.primitives, "depth": t.depth,
             "sah_cost": t.sah_cost, "bytes": t.bytes, "build_s": t.build_seconds,
         })),

@@ -50,7 +50,7 @@ enum Command {
     Render(render::RenderArgs),
     /// List the Vulkan devices, which one would be used, and what the others lack
     Devices(devices::DevicesArgs),
-    /// Describe a scene: counts, bounds, tree, and the features its pipeline is specialised for
+    /// Describe a scene: counts, bounds, BVH, and the features its pipeline is specialised for
     Info(info::InfoArgs),
     /// Compare an image with a reference: error metrics, bias, statistical test
     Compare(compare::CompareArgs),

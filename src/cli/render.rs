@@ -388,7 +388,7 @@ fn report(
         "stages_s": stages,
         "device": context.info().name,
         "driver": context.info().driver,
-        "bvh": renderer.tree().map(|t| json!({
+        "bvh": renderer.bvh().map(|t| json!({
             "nodes": t.nodes,
             "leaves": t.leaves,
             "primitives": t.primitives,

@@ -3,7 +3,7 @@
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, value_parser};
 use photolith::RenderSettings;
-use photolith::render::{Audience, Setting, Techniques, Values};
+use photolith::render::{Audience, Setting, TechniqueList, Values};
 
 use super::heading;
 
@@ -13,12 +13,12 @@ const TECHNIQUES: &str = "techniques";
 #[derive(Debug, Clone, Default)]
 pub struct SettingOptions {
     values: Vec<(&'static Setting, String)>,
-    techniques: Option<Techniques>,
+    techniques: Option<TechniqueList>,
 }
 
 impl SettingOptions {
     /// Of techniques alone.
-    pub fn of(techniques: Option<Techniques>) -> Self {
+    pub fn of(techniques: Option<TechniqueList>) -> Self {
         Self { values: Vec::new(), techniques }
     }
 
@@ -74,7 +74,7 @@ pub fn explain_techniques() -> String {
         "Which techniques make images less noisy: auto (each where it pays), none, all, or names with + or -, \
                     such as auto,-gradients or none,+reuse (docs/rendering.md):"
             .to_owned();
-    for (name, what) in Techniques::explain() {
+    for (name, what) in TechniqueList::explain() {
         help.push_str(&format!("\n- {name}: {}{}", what[..1].to_lowercase(), &what[1..]));
     }
     help
@@ -89,7 +89,7 @@ impl Args for SettingOptions {
             .long_help(explain_techniques() + "\n\n[default: auto]")
             .help_heading(heading::QUALITY)
             .allow_hyphen_values(true)
-            .value_parser(value_parser!(Techniques));
+            .value_parser(value_parser!(TechniqueList));
         command.arg(techniques).args(options().map(option))
     }
 
@@ -108,7 +108,7 @@ impl FromArgMatches for SettingOptions {
             value.map(|value| (setting, value))
         };
         let values = options().filter_map(value).collect();
-        Ok(Self { values, techniques: matches.get_one::<Techniques>(TECHNIQUES).cloned() })
+        Ok(Self { values, techniques: matches.get_one::<TechniqueList>(TECHNIQUES).cloned() })
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {

@@ -2,7 +2,8 @@
 
 use std::collections::HashSet;
 
-use rspirv::dr::load_words;
+use rspirv::dr::{Instruction, Operand, load_words};
+use rspirv::spirv::ExecutionModel;
 
 use crate::gpu::prune::{is_closed, is_well_formed};
 use crate::spirv::HEADER_WORDS;
@@ -11,7 +12,7 @@ use crate::spirv::HEADER_WORDS;
 const VERSIONS: std::ops::RangeInclusive<u32> = 0x0001_0000..=0x0001_0500;
 
 /// Checks that words are a module of SPIR-V whose instructions are known, complete, and refer to what is there. (Whether it keeps all
-/// rules is for validation layers to say.)
+/// rules is for validation layers to say.) One of its entry points is the compute shader `main`.
 ///
 /// # Errors
 /// What was found and what was expected.
@@ -30,8 +31,10 @@ pub fn check_spirv(words: &[u32]) -> Result<(), String> {
         return Err("the SPIR-V module is damaged, expected instructions that follow each other to its end".to_owned());
     }
     let module = load_words(words).map_err(|error| format!("the SPIR-V module is damaged: {error}"))?;
-    if module.entry_points.is_empty() || module.functions.is_empty() {
-        return Err("the SPIR-V module has no entry point or no function, expected a shader".to_owned());
+    let main = [Operand::ExecutionModel(ExecutionModel::GLCompute), Operand::LiteralString("main".to_owned())];
+    let is_main = |entry: &Instruction| main.iter().all(|operand| entry.operands.contains(operand));
+    if !module.entry_points.iter().any(is_main) || module.functions.is_empty() {
+        return Err("there is no compute shader main in the SPIR-V module".to_owned());
     }
     let mut defined = HashSet::new();
     for id in module.all_inst_iter().filter_map(|instruction| instruction.result_id) {
@@ -52,7 +55,7 @@ pub fn check_spirv(words: &[u32]) -> Result<(), String> {
 mod tests {
     use rspirv::binary::Assemble;
     use rspirv::dr::Builder;
-    use rspirv::spirv::{AddressingModel, Capability, ExecutionModel, FunctionControl, MemoryModel};
+    use rspirv::spirv::{AddressingModel, Capability, FunctionControl, MemoryModel};
 
     use super::*;
 

@@ -30,7 +30,7 @@ pub use crate::render::settings::feature::{Feature, FeatureFlags};
 pub use crate::render::settings::mutation::Mutation;
 pub use crate::render::settings::named::Choice;
 pub use crate::render::settings::table::{Audience, Setting, Values};
-pub use crate::render::settings::techniques::Techniques;
+pub use crate::render::settings::techniques::TechniqueList;
 pub use crate::render::settings::{
     Accel, Adaptive, Gradients, LightSamples, LightTracing, RenderSettings, Reuse, SampleMap, Sampler, Scheduler,
     TriangleTest,

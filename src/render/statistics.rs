@@ -35,7 +35,7 @@ pub struct AdaptiveStatistics {
 /// What a rendering did.
 #[derive(Debug, Clone, Default)]
 pub struct RenderStatistics {
-    /// Seconds that [`Renderer::new`](crate::render::Renderer::new) took until it could render: tree, uploads, compilation. With
+    /// Seconds that [`Renderer::new`](crate::render::Renderer::new) took until it could render: BVH, uploads, compilation. With
     /// [`Renderer::with`](crate::render::Renderer::with) those of [`Prepared::of`](crate::render::Prepared::of) are among them.
     pub setup_seconds: f64,
     /// The part of `setup_seconds` that went into making and warming up the pipeline: little if the context has had one of the kind
@@ -69,7 +69,7 @@ pub struct RenderStatistics {
     pub rays: u64,
     /// Shadow rays.
     pub shadow_rays: u64,
-    /// Steps through the tree (with [`RenderSettings::count_steps`](crate::render::RenderSettings::count_steps)).
+    /// Steps through the BVH (with [`RenderSettings::count_steps`](crate::render::RenderSettings::count_steps)).
     pub bvh_steps: u64,
     /// Samples that were NaN or infinite and count as black.
     pub bad_samples: u64,

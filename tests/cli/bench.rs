@@ -97,8 +97,8 @@ fn independent_numbers_converge_with_one_half_and_sobol_faster() {
 
     for c in [independent, sobol] {
         assert!(number(&c["setup_s"]) >= number(&c["compile_s"]));
-        // Spheres in constants: no tree.
-        assert!(c["steps_per_ray"].is_null() && c["tree_build_s"].is_null());
+        // Spheres in constants: no BVH.
+        assert!(c["steps_per_ray"].is_null() && c["bvh_build_s"].is_null());
         let rows = c["rows"].as_array().unwrap();
         assert_eq!(rows.len(), 7);
         for (i, row) in rows.iter().enumerate() {
@@ -196,7 +196,7 @@ fn two_halves_are_measured_beside_uniform() {
 }
 
 /// A tetrahedron over a floor of two triangles, which small meshes are turned into constants, and a bumpy sheet of
-/// 20,000, which is a tree: the rays that are written must meet what the f64 tests of all triangles find.
+/// 20,000, which is a BVH: the rays that are written must meet what the f64 tests of all triangles find.
 #[test]
 fn rays_are_those_of_the_scene_and_what_they_meet_is_right() {
     let folder = folder();

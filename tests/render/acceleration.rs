@@ -1,5 +1,5 @@
 //! The bounding volume hierarchy: copies, and the count of its steps. That it finds what testing every triangle finds, and that the two
-//! triangle tests agree, are cases of `check` (`tree/brute-force`, `determinism/no-tree`, `triangles/two-tests`).
+//! triangle tests agree, are cases of `check` (`bvh/brute-force`, `determinism/no-bvh`, `triangles/two-tests`).
 
 use std::ops::ControlFlow;
 

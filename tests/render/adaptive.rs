@@ -117,7 +117,7 @@ fn the_same_bits_in_every_way() {
             (Reuse::Off, noises[0], Scheduler::Queue, budgets[1]),
             (Reuse::Auto, noises[1], Scheduler::Queue, 2 * budgets[1]),
         ] {
-            // Without a tree only some drivers reuse paths, and would make gradients.
+            // Without a BVH only some drivers reuse paths, and would make gradients.
             let gradients = if name == "cat" { Gradients::Auto } else { Gradients::Off };
             let base = RenderSettings { light_tracing: light_paths, reuse, gradients, ..adaptive(&scene, noise) };
             let (expected, s) = run(&context, &scene, &base);

@@ -39,7 +39,7 @@ fn glass() {
 }
 
 #[test]
-fn paths_reused_without_a_tree() {
+fn paths_reused_without_a_bvh() {
     same_bits_in_every_way(Subject::GlassReused, "glass", Reuse::Always);
 }
 
@@ -398,7 +398,7 @@ fn the_cut_is_what_was_asked_for() {
         let base = RenderSettings {
             scheduler,
             samples_per_dispatch: Some(SAMPLES),
-            // With everything compiled in, the box is in a tree, and the queue has work.
+            // With everything compiled in, the box is in a BVH, and the queue has work.
             general: scheduler == Scheduler::Queue,
             // Pixels with more samples may need dispatches of their own too.
             sample_map: SampleMap::Off,

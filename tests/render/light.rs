@@ -1,11 +1,11 @@
-//! Light that must not be lost: emitters in the plane of what they are fixed to, weak lights beside strong ones that are out of sight,
-//! mirrors and glass with smooth normals, emitters that shine on both sides.
+//! Light that must not be lost: emitters in the plane of what they are fixed to, mirrors and glass with smooth normals, emitters that
+//! shine on both sides.
 
 use crate::harness::{context, render};
 use glam::DVec3;
 use photolith::oracle::{self, OracleSettings};
 use photolith::scene::{
-    Camera, Film as FilmShape, Integrator, Light, Material, Mesh, Normals, PixelFilter, Sphere, Surface, Transfer,
+    Camera, Film as FilmShape, Integrator, Material, Mesh, Normals, PixelFilter, Surface, Transfer,
 };
 use photolith::{Context, RenderSettings, Scene};
 
@@ -65,49 +65,26 @@ fn pixels(context: &Context, scene: &Scene) -> (Vec<f64>, f64) {
 }
 
 #[test]
-fn a_lamp_in_a_ceiling_loses_nothing() {
+fn an_emitter_in_a_ceiling_loses_nothing() {
     let context = context();
-    for (of_ceiling, of_lamp) in [(1, 1), (6, 8)] {
+    for (of_ceiling, of_emitter) in [(1, 1), (6, 8)] {
         let room = |position: DVec3, target: DVec3, fov: f64, side: u32, samples: u32| {
             let mut scene = empty(position, target, fov, side, samples);
             square(&mut scene, 0.0, 3.0, 1, Surface::diffuse([0.5; 3]));
             square(&mut scene, 2.0, 3.0, of_ceiling, Surface::diffuse([0.5; 3]));
-            square(&mut scene, 2.0, 2.0, of_lamp, Surface::emitter([1.0; 3]));
+            square(&mut scene, 2.0, 2.0, of_emitter, Surface::emitter([1.0; 3]));
             scene
         };
         // Lambert: of a square as seen from below its middle, F = 4/π·(a/√(1+a²))·atan(a/√(1+a²)), a = 1.
         let exact = 0.5 * 4.0 / std::f64::consts::PI * 0.5f64.sqrt() * 0.5f64.sqrt().atan();
         let (_, mean) = pixels(&context, &room(v(0.0, 0.3, 0.05), DVec3::ZERO, 0.2, 16, 256));
-        assert!((mean / exact - 1.0).abs() < 1e-3, "{of_ceiling}, {of_lamp}: {mean}, expected {exact}");
-        // Of a look at the middle of the lamp, nothing else is seen.
-        let (seen, _) = pixels(&context, &room(v(0.3, 0.7, 1.5), v(0.0, 2.0, 0.0), 20.0, 32, 16));
-        assert!(seen.iter().all(|&x| x == 1.0), "{of_ceiling}, {of_lamp}: {seen:?}");
-    }
-}
-
-#[test]
-fn a_strong_light_out_of_sight_hides_no_weak_one() {
-    let context = context();
-    let exact = 100.0 * 0.5 / (4.0 * std::f64::consts::PI.powi(2) * 16.0);
-    for power in [1e2, 1e6, 1e11, 1e22] {
-        let mut scene = empty(v(0.0, 0.0, 5.0), DVec3::ZERO, 1.0, 16, 64);
-        let material = material(&mut scene, Surface::diffuse([0.5; 3]));
-        scene.spheres.push(Sphere { center: DVec3::ZERO, radius: 1.0, material, inward: false });
-        scene.lights.push(Light::Point { position: v(0.0, 0.0, 5.0), power: [100.0; 3] });
-        scene.lights.push(Light::Point { position: v(0.0, 0.0, -5.0), power: [power; 3] });
-        let (pixels, mean) = pixels(&context, &scene);
-        let squares: f64 = pixels.iter().map(|x| (x - exact).powi(2)).sum();
-        let deviation = (squares / pixels.len() as f64).sqrt();
-        assert!(
-            (mean / exact - 1.0).abs() < 0.01 && deviation < 0.05 * exact,
-            "{power}: {mean} ± {deviation}, expected {exact}"
-        );
+        assert!((mean / exact - 1.0).abs() < 1e-3, "{of_ceiling}, {of_emitter}: {mean}, expected {exact}");
     }
 }
 
 /// A tetrahedron around the origin, with normals as if it were a sphere.
-fn tetrahedron(surface: Surface, samples: u32) -> Scene {
-    let mut scene = empty(v(0.5, 0.25, 4.0), DVec3::ZERO, 40.0, 16, samples);
+fn tetrahedron(surface: Surface) -> Scene {
+    let mut scene = empty(v(0.5, 0.25, 4.0), DVec3::ZERO, 40.0, 16, 1);
     scene.background = [1.0; 3];
     scene.integrator.max_depth = 256;
     let material = material(&mut scene, surface);
@@ -124,15 +101,13 @@ fn tetrahedron(surface: Surface, samples: u32) -> Scene {
     scene
 }
 
+/// (By the renderer: `energy/low-poly` of `check`.)
 #[test]
-fn smooth_normals_take_nothing_from_a_mirror_or_glass() {
-    let context = context();
+fn smooth_normals_take_nothing_from_a_mirror_or_glass_in_the_oracle() {
     for surface in [Surface::mirror([1.0; 3]), Surface::dielectric(1.5)] {
-        let scene = tetrahedron(surface, 64);
+        let scene = tetrahedron(surface);
         // Some light stays within glass for longer than paths do.
         let allowed = if surface == Surface::mirror([1.0; 3]) { 1e-6 } else { 1e-3 };
-        let (_, mean) = pixels(&context, &scene);
-        assert!((mean - 1.0).abs() < allowed, "{surface:?}: {mean}");
         let (of_oracle, _) = oracle::render(&scene, &OracleSettings { samples: 8, seed: 1 }).global_mean();
         assert!((of_oracle[1] - 1.0).abs() < allowed, "{surface:?}: {of_oracle:?} by the oracle");
     }

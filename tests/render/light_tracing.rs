@@ -10,9 +10,9 @@ use crate::variants::{Subject, variants};
 
 const SAMPLES: u32 = 32;
 
-/// Light is traced from the emitter as well, which rays through the tree outlast a small budget in turn.
+/// Light is traced from the emitter as well, which rays through the BVH outlast a small budget in turn.
 #[test]
-fn beams_through_a_mesh() {
+fn light_paths_through_a_mesh() {
     let context = context();
     let scene = glass_cat((48, 40), SAMPLES);
     let base = RenderSettings::of(&scene);
@@ -46,7 +46,7 @@ fn many_bodies(size: (u32, u32), samples: u32) -> Scene {
 
 /// Light paths aim at each of many bodies: what the sum over these takes is counted where loops have a budget.
 #[test]
-fn beams_towards_many_bodies() {
+fn light_paths_towards_many_bodies() {
     let context = context();
     let scene = many_bodies((48, 40), SAMPLES);
     let base = RenderSettings::of(&scene);
@@ -66,7 +66,7 @@ fn beams_towards_many_bodies() {
 /// What a dispatch has noted is added up while the next one is traced: on CPUs there are five, on GPUs three larger ones, and those that
 /// ran out of their budget are traced once more.
 #[test]
-fn beams_of_several_dispatches() {
+fn light_paths_of_several_dispatches() {
     let context = context();
     let scene = many_bodies((320, 256), 16);
     let base = RenderSettings::of(&scene);

@@ -115,7 +115,7 @@ fn a_coarse_cat_agrees_with_the_oracle() {
     agrees(&context(), &scene, 32);
 }
 
-/// A closed emitter of triangles, once flat (held in constants) and once smooth (in the tree), an emitter that is a sphere,
+/// A closed emitter of triangles, once flat (held in constants) and once smooth (in the BVH), an emitter that is a sphere,
 /// and two points: one light is chosen at each hit, and each shadow ray must end before the emitter that it aims at.
 const EMITTERS: &str = r#"
     version = 1

@@ -47,7 +47,7 @@ fn choice(subject: usize, way: usize) -> [usize; CHOICES.len()] {
 }
 
 /// A loop budget in which a sample of the scene ends, but not all samples of a dispatch: every path of the spheres has
-/// 20 hits (two loops each in the general pipeline), and one of the cat takes some hundred steps through the tree. With
+/// 20 hits (two loops each in the general pipeline), and one of the cat takes some hundred steps through the BVH. With
 /// a queue, all paths of a workgroup share the budget, and in the general pipeline all rays go through it.
 pub fn small_budget(subject: Subject, scheduler: Scheduler) -> u32 {
     let queued = match scheduler {

@@ -25,7 +25,7 @@ bool any_constant_sphere_before_light(Ray ray, float distance) {
 }
 
 // The same for polygons; of a ray that is not `enabled`, what is quickly known. For all lanes to call: it counts for the subgroup.
-bool any_constant_facet(Ray ray, float distance, bool enabled) {
+bool any_constant_polygon(Ray ray, float distance, bool enabled) {
     return POLYGON_COUNT > 0u && any_polygon(ray.origin, ray.direction, distance, ray.self_id, enabled);
 }
 

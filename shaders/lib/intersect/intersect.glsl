@@ -16,16 +16,16 @@
 void load_intersection() {
     load_spheres();
     load_polygons();
-    load_tree_boxes();
+    load_root_boxes();
 }
 
 // The hit of the surface with such a handle at distance t; a miss if that is −1.
 Hit hit_of(int self_id, float t) {
     Hit hit = Hit(t, self_id, 0, vec2(0.0), self_id);
-    bool in_tree = HAS_BVH && self_id >= BVH_ID;
-    if (HAS_BVH && (CONSTANTS == 0u || in_tree)) {
-        int primitive = bvh_primitive(in_tree ? self_id : BVH_ID);
-        hit.primitive = in_tree ? primitive : -1;
+    bool in_bvh = HAS_BVH && self_id >= BVH_ID;
+    if (HAS_BVH && (CONSTANTS == 0u || in_bvh)) {
+        int primitive = bvh_primitive(in_bvh ? self_id : BVH_ID);
+        hit.primitive = in_bvh ? primitive : -1;
     }
     return hit;
 }

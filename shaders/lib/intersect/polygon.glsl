@@ -1,4 +1,4 @@
-// Flat polygons, written out: the triangles and convex quadrilaterals of small meshes. Traversing a tree over a few polygons costs
+// Flat polygons, written out: the triangles and convex quadrilaterals of small meshes. Traversing a BVH over a few polygons costs
 // more than testing them all, if all that depends on the polygon alone is folded: its directions are specialization constants
 // (many are 0). Where the polygon is, as seen from the camera, is fetched when a kernel begins: a camera may move without a
 // kernel being compiled anew.
@@ -223,8 +223,8 @@ void closest_polygon(vec3 o, vec3 d, int self_id, inout float t, inout int id) {
     id = nearest_id;
 }
 
-// Whether a polygon lies between o and the point at `distance`, those that bound the scene's convex hull left out; of a ray that is not `enabled`, what is quickly known. (Many of those run
-// along a polygon, and past its edges.)
+// Whether a polygon lies between o and the point at `distance`, those that bound the scene's convex hull left out; of a ray that is not
+// `enabled`, what is quickly known. (Many of those run along a polygon, and past its edges.)
 bool any_polygon(vec3 o, vec3 d, float distance, int self_id, bool enabled) {
     int first_id = int(SPHERE_COUNT);
     float reach = reach_from(o);

@@ -14,7 +14,7 @@
 //           a few roundings at the size of 2 r·|o|, hence ~|o|·2⁻²² in distance for a sphere of any radius; the
 //           textbook form loses ~r·2⁻²² (0.17 units at r = 1000).
 //   SMALL   Haines's r² − |f − b d|² (Ray Tracing Gems, ch. 7): stable while the sphere is not far away for its size.
-// Spheres in the tree, which may be small and far away, have neither: approach_exact.
+// Spheres in the BVH, which may be small and far away, have neither: approach_exact.
 
 #ifndef SPHERE_GLSL
 #define SPHERE_GLSL

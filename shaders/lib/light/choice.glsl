@@ -9,7 +9,7 @@
 // mixture: Hesterberg 1995). Weak lights are left to them (the cutoff heuristic: Veach 1997): kept beside a strong one such a light would
 // count for both. That bounds the noise, whatever the lights' powers are. Where these differ little the share is 0.
 //
-// light_texels: nodes of a texel, lights of four (light.glsl), and entries of a texel (src/render/light/table.rs, light_grid.rs).
+// light_texels: nodes of a texel, lights of four (light.glsl), and entries of a texel (src/render/light/table.rs, grid.rs).
 //   node   share of the first child, second child, strength (of the root's), light; or ~(end of what is below) if it
 //          is no leaf
 //   entry  threshold, alias, probability, light; or node if LIGHT_DEPTH > 0

@@ -70,14 +70,14 @@ pub(super) const CASES: &[Case] = &[
         measure: |lab| variants(lab, &room(), |_| (), &[|s| s.general = true]),
     },
     Case {
-        name: "determinism/no-tree",
-        what: "the tree, by both schedulers and with both triangle tests",
+        name: "determinism/no-bvh",
+        what: "the BVH, by both schedulers and with both triangle tests",
         oracle: "every triangle tested",
         quantity: "pixels whose bits differ",
         threshold: 0.0,
         full_only: false,
         measure: |lab| {
-            let tree: [Change; 2] = [
+            let bvh: [Change; 2] = [
                 |s| (s.accel, s.scheduler) = (Accel::Bvh, Scheduler::Inline),
                 |s| (s.accel, s.scheduler) = (Accel::Bvh, Scheduler::Queue),
             ];
@@ -86,7 +86,7 @@ pub(super) const CASES: &[Case] = &[
                 |s| (s.reuse, s.accel, s.triangle_test) = (Reuse::Off, Accel::None, TriangleTest::MollerTrumbore),
             ];
             let scene = divided_room();
-            let [watertight, other] = tests.map(|base| variants(lab, &scene, base, &tree));
+            let [watertight, other] = tests.map(|base| variants(lab, &scene, base, &bvh));
             Ok(Measured::new(watertight?.value + other?.value, "4 variants, 1024 pixels".to_owned()))
         },
     },

@@ -72,7 +72,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "emitters/flush",
-        what: "emitters in the plane of a ceiling, each of one face or of many, as polygons and in the tree, seen at all angles",
+        what: "emitters in the plane of a ceiling, each of one face or of many, as polygons and in the BVH, seen at all angles",
         oracle: "their radiance, wherever the emitter is",
         quantity: "rays that see another one",
         threshold: 0.0,
@@ -81,7 +81,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "emitters/limb",
-        what: "shadow rays to points at the limb of spheres (near, far, tiny, in the tree, from inside) and to grazed polygons and triangles",
+        what: "shadow rays to points at the limb of spheres (near, far, tiny, in the BVH, from inside) and to grazed polygons and triangles",
         oracle: "the emitter does not hide itself",
         quantity: "points that are hidden",
         threshold: 0.0,
@@ -345,7 +345,7 @@ fn emitters(copies: usize) -> Vec<(Scene, DVec3, f64)> {
     let low = (vec![v(-0.5, -0.99, 0.5), v(0.75, -0.95, 0.25), v(0.0, -0.98, -0.75)], vec![[0, 1, 2]]);
     let cuboid = crate::check::scenes::cuboid(v(-0.5, 0.0, -0.5), v(1.0, 0.75, 0.25));
     let ball = icosphere(v(0.25, 0.25, 0.5), 1.0, 2);
-    // The ball is so large a mesh that it is traced through the tree.
+    // The ball is so large a mesh that it is traced through the BVH.
     [square, ceiling, low, cuboid, ball]
         .into_iter()
         .map(|(positions, mut triangles)| {
@@ -378,7 +378,7 @@ fn polygons(lab: &Lab) -> Result<Measured, CheckError> {
 fn copies(lab: &Lab) -> Result<Measured, CheckError> {
     let mut deviations = Vec::new();
     for (i, (scene, point, exact)) in emitters(2).into_iter().enumerate() {
-        // Polygons, and a mesh in the tree.
+        // Polygons, and a mesh in the BVH.
         if i >= 3 {
             deviations.push(floor_deviation(lab, &scene, point, exact)?);
         }
@@ -394,7 +394,7 @@ fn copies(lab: &Lab) -> Result<Measured, CheckError> {
 fn flush(lab: &Lab) -> Result<Measured, CheckError> {
     let (mut wrong, mut rays) = (0, 0);
     let mut rng = Rng::new(64);
-    for (of_ceiling, of_lamp) in [(1, 1), (6, 8), (1, 8), (24, 1)] {
+    for (of_ceiling, of_emitter) in [(1, 1), (6, 8), (1, 8), (24, 1)] {
         for tilt in [0.0, 0.37] {
             let turned = |p: DVec3| {
                 v(p.x * f64::cos(tilt) - p.y * f64::sin(tilt), p.x * f64::sin(tilt) + p.y * f64::cos(tilt), p.z)
@@ -403,7 +403,7 @@ fn flush(lab: &Lab) -> Result<Measured, CheckError> {
             scene.integrator.max_depth = 1;
             scene.camera.position = turned(v(0.25, -1.5, 0.5));
             scene.camera.target = DVec3::ZERO;
-            for (half, n, surface) in [(3.0, of_ceiling, diffuse(0.5)), (2.0, of_lamp, emitter(4.75))] {
+            for (half, n, surface) in [(3.0, of_ceiling, diffuse(0.5)), (2.0, of_emitter, emitter(4.75))] {
                 let (positions, triangles) = grid(DVec3::ZERO, turned(v(half, 0.0, 0.0)), v(0.0, 0.0, half), n);
                 scene.mesh(&positions, &triangles, surface);
             }

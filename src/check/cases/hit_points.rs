@@ -14,7 +14,7 @@ use crate::scene::Scene;
 pub(super) const CASES: &[Case] = &[
     Case {
         name: "triangles/hit-points",
-        what: "rays at triangles of the tree near the camera, from 1 to 1e4 units away",
+        what: "rays at triangles of the BVH near the camera, from 1 to 1e4 units away",
         oracle: "f64 distance of the hit point from the triangle's plane",
         quantity: "worst distance over the bound that rays are offset by",
         threshold: 1.0,

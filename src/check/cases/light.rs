@@ -19,7 +19,7 @@ pub(super) const CASES: &[Case] = &[
         quantity: "worst relative error × the cosines of light and view",
         threshold: 1e-6,
         full_only: false,
-        measure: |lab| closed_form(lab, true),
+        measure: |lab| closed_form(lab, Met::Sphere),
     },
     Case {
         name: "light/closed-form-triangles",
@@ -28,7 +28,16 @@ pub(super) const CASES: &[Case] = &[
         quantity: "worst relative error × the cosines of light and view",
         threshold: 2e-6,
         full_only: false,
-        measure: |lab| closed_form(lab, false),
+        measure: |lab| closed_form(lab, Met::Plane { squares: 8 }),
+    },
+    Case {
+        name: "light/closed-form-polygons",
+        what: "the same of so few triangles that they are inline polygons, whose bound has a term more",
+        oracle: "Φρ cosθ/(4π²d²) in f64",
+        quantity: "worst relative error × the cosines of light and view",
+        threshold: 3e-6,
+        full_only: false,
+        measure: |lab| closed_form(lab, Met::Plane { squares: 4 }),
     },
     Case {
         name: "light/shadow-ends",
@@ -77,7 +86,17 @@ pub(super) const CASES: &[Case] = &[
     },
 ];
 
-fn closed_form(lab: &Lab, of_spheres: bool) -> Result<Measured, CheckError> {
+/// What the rays that count meet.
+#[derive(Clone, Copy, PartialEq)]
+enum Met {
+    Sphere,
+    /// Cut into so many squares along an edge.
+    Plane {
+        squares: u32,
+    },
+}
+
+fn closed_form(lab: &Lab, met: Met) -> Result<Measured, CheckError> {
     let mut rng = Rng::new(7);
     let mut scene = empty();
     let rho = 0.75;
@@ -85,8 +104,9 @@ fn closed_form(lab: &Lab, of_spheres: bool) -> Result<Measured, CheckError> {
     scene.sphere(center, 1.0, diffuse(rho));
     let (x, y) = (v(6.0, 1.0, 0.5), v(0.5, 5.0, -2.0));
     let plane = v(0.0, -1.0, -9.0);
-    // Too many triangles for inline polygons, and corners that single precision holds.
-    let (positions, triangles) = grid(plane, x, y, 8);
+    // 16 squares are inline polygons, 64 are too many for that; single precision holds the corners of either.
+    let squares = if let Met::Plane { squares } = met { squares } else { 8 };
+    let (positions, triangles) = grid(plane, x, y, squares);
     scene.mesh(&positions, &triangles, diffuse(rho));
     let (light, power) = (v(1.5, 2.0, -2.0), 80.0);
     scene.light(light, power);
@@ -109,7 +129,7 @@ fn closed_form(lab: &Lab, of_spheres: bool) -> Result<Measured, CheckError> {
         let d = DVec3::from(path.ray.direction.map(f64::from)).normalize();
         // The point by f64 from the direction alone.
         let sphere = matches!(probe.primitive(record.id), Some(crate::oracle::Primitive::Sphere(_)));
-        if sphere != of_spheres {
+        if sphere != (met == Met::Sphere) {
             continue;
         }
         let (position, normal) = if sphere {

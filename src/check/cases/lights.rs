@@ -503,7 +503,7 @@ fn zero_area(lab: &Lab) -> Result<Measured, CheckError> {
     with.mesh(&[at, at + v(0.5, 0.0, 0.0), at + v(1.0, 0.0, 0.0)], &[[0, 1, 2], [0, 0, 1], [1, 1, 1]], area_light);
     let (positions, triangles) = (vec![at; 300], (0..100).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect::<Vec<_>>());
     with.mesh(&positions, &triangles, area_light);
-    // The emitters put a tree into the scene, for which paths would be reused.
+    // The emitters put a BVH into the scene, for which paths would be reused.
     let plain = |scene: &Scene, mutation: Option<Mutation>| {
         let settings = RenderSettings { reuse: Reuse::Off, mutation, ..lab.settings(scene) };
         lab.render_with(scene, &settings)

@@ -1,5 +1,6 @@
 //! The cases, by topic. The numbers of their rows in the literature of renderer tests are not kept: names are.
 
+mod bvh;
 mod cameras;
 mod determinism;
 mod emitters;
@@ -17,7 +18,6 @@ mod scale;
 mod slivers;
 mod spawn;
 mod spheres;
-mod tree;
 mod triangles;
 
 use crate::check::Case;
@@ -31,7 +31,7 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
         slivers::CASES,
         hit_points::CASES,
         spawn::CASES,
-        tree::CASES,
+        bvh::CASES,
         glass::CASES,
         light::CASES,
         lights::CASES,

@@ -66,7 +66,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "oracle/reused-lanes",
-        what: "the same room without a tree: paths meet in the lanes of a subgroup",
+        what: "the same room without a BVH: paths meet in the lanes of a subgroup",
         oracle: "path tracer in f64",
         quantity: "the same",
         threshold: 1.0,
@@ -120,7 +120,7 @@ fn emitters_across() -> Scene {
     scene
 }
 
-/// A room whose light comes by way of glass and mirrors, with a tree.
+/// A room whose light comes by way of glass and mirrors, with a BVH.
 fn caustics() -> Scene {
     let mut scene = empty();
     scene.integrator.max_depth = 6;

@@ -19,7 +19,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "reuse/lanes",
-        what: "the same room without a tree: paths meet in the lanes of a subgroup",
+        what: "the same room without a BVH: paths meet in the lanes of a subgroup",
         oracle: "each path by itself",
         quantity: "the same",
         threshold: 4.0,
@@ -73,7 +73,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "gradients/lanes",
-        what: "the same room without a tree: paths meet in the lanes of a subgroup",
+        what: "the same room without a BVH: paths meet in the lanes of a subgroup",
         oracle: "the same without",
         quantity: "the same",
         threshold: 4.0,
@@ -118,12 +118,12 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "sample-map/records",
-        what: "the same by the records of the queue",
+        what: "the same with a body of smooth normals: by the records of the queue",
         oracle: "each path by itself, as many everywhere",
         quantity: "the same",
         threshold: 4.0,
         full_only: false,
-        measure: |lab| contrast(lab, emitters(), Meet::Records, [UNEVEN, ALONE]),
+        measure: |lab| contrast(lab, with_body(emitters(), Normals::Smooth), Meet::Records, [UNEVEN, ALONE]),
     },
     Case {
         name: "sample-map/two",

@@ -21,7 +21,7 @@ pub(super) const CASES: &[Case] = &[Case {
 fn slivers(lab: &Lab) -> Result<Measured, CheckError> {
     let mut rng = Rng::new(31);
     let (mut wrong, mut judged, mut hits) = (0usize, 0usize, 0usize);
-    // One alone is held in constants, many are in the tree.
+    // One alone is held in constants, many are in the BVH.
     for count in [1, 1, 100] {
         let (mut positions, mut triangles, mut frames) = (Vec::new(), Vec::new(), Vec::new());
         for i in 0..count as u32 {

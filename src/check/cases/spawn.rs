@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::check::cases::tree::soup;
+use crate::check::cases::bvh::soup;
 use crate::check::probe::{PathInput, RayInput};
 use crate::check::rng::Rng;
 use crate::check::scenes::{Build, diffuse, empty, grid, icosphere, v};
@@ -223,7 +223,7 @@ fn close_corner(lab: &Lab) -> Result<Measured, CheckError> {
     // The camera looks into the gap from its middle.
     scene.camera.target = DVec3::NEG_Z;
     for side in [-0.5, 0.5] {
-        // Enough triangles that they are traced through the tree.
+        // Enough triangles that they are traced through the BVH.
         let (positions, triangles) = grid(v(0.0, side * gap, 0.0), DVec3::X, DVec3::Z, 8);
         scene.mesh(&positions, &triangles, diffuse(0.9));
     }

@@ -40,17 +40,17 @@ pub(super) const CASES: &[Case] = &[
         measure: far_small,
     },
     Case {
-        name: "spheres/far-small-tree",
-        what: "spheres of radius 1 at distance 1e4, in the tree",
+        name: "spheres/far-small-bvh",
+        what: "spheres of radius 1 at distance 1e4, in the BVH",
         oracle: "f64 discriminant",
         quantity: "share of rays that are misclassified",
         threshold: 2e-6,
         full_only: false,
-        measure: far_small_tree,
+        measure: far_small_bvh,
     },
     Case {
         name: "spheres/self-hit",
-        what: "rays scattered by spheres in constants and in the tree, from outside",
+        what: "rays scattered by spheres in constants and in the BVH, from outside",
         oracle: "a sphere is convex",
         quantity: "rays that hit the sphere they leave",
         threshold: 0.0,
@@ -132,7 +132,7 @@ fn far_small(lab: &Lab) -> Result<Measured, CheckError> {
     misclassified(lab, &scene)
 }
 
-fn far_small_tree(lab: &Lab) -> Result<Measured, CheckError> {
+fn far_small_bvh(lab: &Lab) -> Result<Measured, CheckError> {
     let mut scene = empty();
     // The largest sixteen become constants.
     for i in 0..16 {

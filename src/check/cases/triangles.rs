@@ -9,7 +9,7 @@ use crate::check::{Case, CheckError, Lab, Measured};
 use crate::render::{RenderSettings, TriangleTest};
 use crate::scene::Scene;
 
-use crate::check::cases::tree::{differ, point_of, soup};
+use crate::check::cases::bvh::{differ, point_of, soup};
 
 pub(super) const CASES: &[Case] = &[
     Case {
@@ -63,7 +63,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "triangles/degenerate",
-        what: "closed meshes (in constants, and in the tree) among triangles without area in single precision",
+        what: "closed meshes (in constants, and in the BVH) among triangles without area in single precision",
         oracle: "the mesh alone",
         quantity: "rays that hit something else, or at another t beyond 1e-5",
         threshold: 0.0,
@@ -214,7 +214,7 @@ fn two_tests(lab: &Lab) -> Result<Measured, CheckError> {
 fn degenerate(lab: &Lab) -> Result<Measured, CheckError> {
     let mut rng = Rng::new(32);
     let (mut differ, mut traced) = (0, 0);
-    // A mesh that is held in constants and one in the tree.
+    // A mesh that is held in constants and one in the BVH.
     for (levels, flat) in [(0, 40), (2, 300)] {
         let (positions, triangles) = icosphere(v(0.0, 0.0, -3.0), 1.0, levels);
         let mut alone = empty();

@@ -58,7 +58,7 @@ pub(crate) struct Kernel {
     pub inputs: u32,
     /// Loop iterations of an invocation (0: no bound); see [`COUNTED`].
     pub loop_budget: u32,
-    /// Steps through the tree are counted.
+    /// Steps through the BVH are counted.
     pub counts_steps: bool,
 }
 

@@ -46,7 +46,7 @@ pub(crate) struct HitRecord {
     pub t: f32,
     /// Number of the primitive, or −1.
     pub id: i32,
-    /// Steps through the tree.
+    /// Steps through the BVH.
     pub steps: u32,
     /// Handle by which rays that leave the surface name it.
     pub self_id: i32,
@@ -170,9 +170,9 @@ impl<I: NoUninit, O: AnyBitPattern> RayProbe<I, O> {
         self.space.scene_point(DVec3::from(p.map(f64::from)))
     }
 
-    /// Deepest leaf of the tree; 0 without a tree.
-    pub fn tree_depth(&self) -> u32 {
-        self.tables.tree.map_or(0, |t| t.depth)
+    /// Deepest leaf of the BVH; 0 without a BVH.
+    pub fn bvh_depth(&self) -> u32 {
+        self.tables.bvh.map_or(0, |t| t.depth)
     }
 
     /// The oracle's name for the surface that a ray leaves, as for [`Self::primitive`].

@@ -37,11 +37,11 @@ pub(crate) struct Traced {
     pub id: i32,
     /// 1 if the driver or its loop budget ended the traversal early, [`CUT_UP`] if no ray of the workgroup was traced.
     pub truncated: u32,
-    /// Steps through the tree, where they are counted.
+    /// Steps through the BVH, where they are counted.
     pub steps: u32,
 }
 
-/// The tree of a scene, ready to be asked.
+/// The BVH of a scene, ready to be asked.
 pub(crate) struct Traversal {
     probe: Probe<RayInput, Traced>,
     count: usize,

@@ -86,6 +86,23 @@ impl Engine {
         Ok(())
     }
 
+    /// The slots of the whole film, and of what neighbours have in common if there is any.
+    pub fn save(&mut self, gradients: bool) -> Result<(Vec<FilmSlot>, Vec<GradientSlot>), RenderError> {
+        let (whole, mut film, mut common) = (self.whole_film(), Vec::new(), Vec::new());
+        self.read_slots(&whole, |_, slots| film.extend_from_slice(slots))?;
+        if gradients {
+            self.read_gradients(&whole, |_, slots| common.extend_from_slice(slots))?;
+        }
+        Ok((film, common))
+    }
+
+    /// Fills the whole film with what has been [saved](Self::save).
+    pub fn load(&mut self, film: &[FilmSlot], gradients: &[GradientSlot]) -> Result<(), RenderError> {
+        let whole = self.whole_film();
+        self.fill_film(&whole, |slot| film[slot as usize])?;
+        if gradients.is_empty() { Ok(()) } else { self.fill_gradients(&whole, |slot| gradients[slot as usize]) }
+    }
+
     /// Reads the whole film.
     pub fn read_film(&mut self) -> Result<Film, RenderError> {
         let [width, height] = self.size();

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use crate::render::kernel::layout::queue;
 
 /// Columns and rows of the blocks of pixels into which an image is cut, see shaders/lib/pixel_order.glsl.
-const BLOCK: [u32; 2] = [32, 64];
+pub(crate) const BLOCK: [u32; 2] = [32, 64];
 /// Columns and rows of a tile.
 pub(crate) const SIDE: u32 = 8;
 /// Columns and rows of a group of pixels.

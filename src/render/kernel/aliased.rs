@@ -8,7 +8,7 @@
 use crate::spirv::{HEADER_WORDS, instructions};
 
 /// The bindings of buffers that shaders see by more than one variable (shaders/lib/layout.glsl), by their names in
-/// src/render/layout.rs, which the build script cannot see.
+/// src/render/kernel/layout.rs, which the build script cannot see.
 pub const ALIASED: [(&str, u32); 6] =
     [("FILM", 4), ("FILM_ROWS", 12), ("PATHS", 6), ("PATH_TEXELS", 8), ("GRADIENTS", 9), ("GRADIENT_ROWS", 13)];
 

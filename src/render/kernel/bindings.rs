@@ -11,7 +11,7 @@ use crate::render::kernel::upload::upload;
 use crate::render::scene::tables::Tables;
 
 const COMMON: [(u32, BindingKind); 9] = [
-    (binding::TREE, BindingKind::Texels),
+    (binding::BVH, BindingKind::Texels),
     (binding::GEOMETRY, BindingKind::Texels),
     (binding::SOBOL, BindingKind::Texels),
     (binding::LIGHTS, BindingKind::Texels),
@@ -43,7 +43,7 @@ impl TableBuffers {
     ) -> Result<Self, RenderError> {
         let values = tables.values();
         let sources: [(u32, &str, &[u8], Usage); 6] = [
-            (binding::TREE, "tree", bytemuck::cast_slice(&tables.packed.texels), Usage::Texel),
+            (binding::BVH, "BVH", bytemuck::cast_slice(&tables.packed.texels), Usage::Texel),
             (binding::GEOMETRY, "geometry", bytemuck::cast_slice(&tables.geometry.texels), Usage::Texel),
             (binding::SOBOL, "sobol", bytemuck::cast_slice(sobol), Usage::Texel),
             (binding::LIGHTS, "lights", bytemuck::cast_slice(&tables.lights.texels), Usage::Texel),

@@ -25,7 +25,7 @@ pub(crate) struct DriverTraits {
     pub loop_budget: u32,
     /// Invocations of a workgroup.
     pub workgroup_size: u32,
-    /// Paths that need the tree wait for each other ([`Scheduler::Queue`](crate::render::Scheduler::Queue)): pays where a
+    /// Paths that need the BVH wait for each other ([`Scheduler::Queue`](crate::render::Scheduler::Queue)): pays where a
     /// subgroup is a SIMD register of a CPU, whose idle lanes cost as much as busy ones.
     pub queue: bool,
     /// Where paths may serve several pixels, if that pays ([`Reuse`](crate::render::Reuse)).

@@ -62,8 +62,8 @@ impl Features {
             |feature: Feature| (settings.general && !feature.is_of_models()) || settings.unneeded == Some(feature);
         let mut flags = FeatureFlags::new(&needs, is_forced);
         // A BVH that nothing needs is one of triangles.
-        flags.bvh_triangles |= settings.unneeded == Some(Feature::Tree);
-        flags.tree |= flags.bvh_triangles || flags.bvh_spheres;
+        flags.bvh_triangles |= settings.unneeded == Some(Feature::Bvh);
+        flags.bvh |= flags.bvh_triangles || flags.bvh_spheres;
         Self {
             gaussian: scene.film.filter == PixelFilter::Gaussian,
             sampler: settings.sampler,
@@ -94,7 +94,7 @@ impl Features {
     /// Whether most noise may be that of light which comes from emitters by way of glass and mirrors, which reuse of paths does
     /// not lower.
     pub fn has_caustics(&self) -> bool {
-        self.tree && self.emitter && (self.dielectric || self.mirror)
+        self.bvh && self.emitter && (self.dielectric || self.mirror)
     }
 
     /// Whether light may be traced from emitters: to what the camera sees of diffuse surfaces, by way of glass and mirrors. Smooth

@@ -6,7 +6,7 @@ use bytemuck::{Pod, Zeroable};
 /// How many there is room for.
 pub(crate) mod constant {
     /// Boxes around children of the BVH's root.
-    pub const MAX_TREE_BOXES: usize = crate::accel::WIDTH;
+    pub const MAX_ROOT_BOXES: usize = crate::accel::WIDTH;
     /// Spheres that there are constants for.
     pub const MAX_CONSTANT_SPHERES: usize = 16;
     /// Polygons that there are constants for.
@@ -21,7 +21,7 @@ pub(crate) const POLYGON_CONSTANTS: u32 = 256;
 
 /// Binding numbers.
 pub(crate) mod binding {
-    pub const TREE: u32 = 0;
+    pub const BVH: u32 = 0;
     pub const GEOMETRY: u32 = 1;
     pub const SOBOL: u32 = 2;
     pub const LIGHTS: u32 = 3;
@@ -70,7 +70,7 @@ pub(crate) struct SceneValues {
     /// Centre, radius; power; unused.
     pub spheres: [[[f32; 4]; 2]; constant::MAX_CONSTANT_SPHERES],
     /// Of each child of the BVH's root: lowest and highest corner.
-    pub root_boxes: [[[f32; 4]; 2]; constant::MAX_TREE_BOXES],
+    pub root_boxes: [[[f32; 4]; 2]; constant::MAX_ROOT_BOXES],
     /// Of the edges, and of the plane, what depends on where a polygon is.
     pub polygons: [[[f32; 4]; 2]; constant::MAX_POLYGONS],
     pub point_position: [f32; 4],
@@ -184,7 +184,7 @@ pub(crate) struct FilmSlot {
     /// How far the first two samples are apart in the light that does not come by what groups share.
     pub pilot: f32,
     pub residue: [f32; 3],
-    /// The pixel's multipliers (src/render/sample_map.rs).
+    /// The pixel's multipliers (src/render/sampling/sample_map.rs).
     pub multipliers: u32,
 }
 

@@ -18,18 +18,18 @@ use std::path::{Path, PathBuf};
 use crate::files::read_regular;
 use crate::gpu::{GpuError, check_spirv};
 use crate::hash::Fnv;
-use crate::spirv::{instructions, opcode, words_of};
+use crate::spirv::words_of;
 
 use crate::render::error::RenderError;
 use crate::render::kernel::aliased::declare_aliased;
 use crate::render::settings::RenderSettings;
 
-/// How rays that need the tree are scheduled, once that is decided.
+/// How rays that need the BVH are scheduled, once that is decided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Schedule {
     /// A lane traverses the BVH where a ray arises.
     Inline,
-    /// Lanes whose rays are done go on while others traversal.
+    /// Lanes whose rays are done go on while others traverse the BVH.
     Interleaved,
     /// Rays wait, and a subgroup traverses the BVH with many.
     Queue,
@@ -44,10 +44,10 @@ pub(crate) struct Kernel {
 /// Traces rays where they arise (shaders/path_trace.comp).
 const PATH_TRACE: Kernel =
     Kernel { name: "path_trace", spirv: include_bytes!(concat!(env!("OUT_DIR"), "/path_trace.spv")) };
-/// Shades and traversals in turns (shaders/path_interleaved.comp).
+/// Lanes shade while others traverse the BVH (shaders/path_interleaved.comp).
 const PATH_INTERLEAVED: Kernel =
     Kernel { name: "path_interleaved", spirv: include_bytes!(concat!(env!("OUT_DIR"), "/path_interleaved.spv")) };
-/// Lets rays wait for the tree (shaders/path_queue.comp).
+/// Lets rays wait for the BVH (shaders/path_queue.comp).
 const PATH_QUEUE: Kernel =
     Kernel { name: "path_queue", spirv: include_bytes!(concat!(env!("OUT_DIR"), "/path_queue.spv")) };
 
@@ -109,7 +109,7 @@ pub(crate) fn spirv(kernel: &Kernel, settings: &RenderSettings) -> Result<Cow<'s
         return Err(fail(&format!("not a SPIR-V module: {} bytes, expected words of four", bytes.len())));
     }
     let words = words_of(&bytes);
-    check_module(&words).map_err(|problem| fail(&problem))?;
+    check_spirv(&words).map_err(|problem| fail(&problem))?;
     Ok(Cow::Owned(declare_aliased(&words).into_iter().flat_map(u32::to_le_bytes).collect()))
 }
 
@@ -124,21 +124,6 @@ pub(crate) fn not_made(kernel: &Kernel, settings: &RenderSettings, error: GpuErr
     }
 }
 
-/// Checks what a driver would only crash at: that a module is whole, and has a compute shader `main`.
-fn check_module(words: &[u32]) -> Result<(), String> {
-    check_spirv(words)?;
-    // Opcodes and models are those of the SPIR-V specification 1.6, section 3.
-    const ENTRY_POINT: u32 = 15;
-    const GL_COMPUTE: u32 = 5;
-    const MAIN: u32 = u32::from_le_bytes(*b"main");
-    let is_entry = |i: &[u32]| opcode(i) == ENTRY_POINT && matches!(*i, [_, GL_COMPUTE, _, MAIN, 0, ..]);
-    if instructions(words).any(is_entry) {
-        Ok(())
-    } else {
-        Err("there is no compute shader main in the SPIR-V module".to_owned())
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -147,15 +132,15 @@ mod tests {
     fn damaged_modules_and_other_shaders_are_refused() {
         for kernel in [PATH_TRACE, PATH_INTERLEAVED, PATH_QUEUE, LIGHT_TRACE, TRAVERSE] {
             let words = words_of(kernel.spirv);
-            assert_eq!(check_module(&words), Ok(()), "{}", kernel.name);
+            assert_eq!(check_spirv(&words), Ok(()), "{}", kernel.name);
             for cut in [1, 2, 3, 1000] {
-                assert!(check_module(&words[..words.len() - cut]).unwrap_err().contains("damaged"), "{cut} words less");
+                assert!(check_spirv(&words[..words.len() - cut]).unwrap_err().contains("damaged"), "{cut} words less");
             }
             let mut graphics = words.clone();
             let model = graphics.windows(4).position(|w| w[0] & 0xffff == 15 && w[1] == 5).unwrap();
             graphics[model + 1] = 4;
-            assert!(check_module(&graphics).unwrap_err().contains("no compute shader"));
+            assert!(check_spirv(&graphics).unwrap_err().contains("no compute shader"));
         }
-        assert!(check_module(&[0; 5]).is_err());
+        assert!(check_spirv(&[0; 5]).is_err());
     }
 }

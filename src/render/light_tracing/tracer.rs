@@ -21,7 +21,7 @@ use crate::render::light_tracing::splats::{SplatRecords, Splats};
 use crate::render::plan::launch::Launch;
 use crate::render::plan::prepared::Prepared;
 use crate::render::scene::tables::Tables;
-use crate::render::settings::{LightTracing, RenderSettings, Reuse};
+use crate::render::settings::RenderSettings;
 use crate::render::space::view::View;
 
 /// Light paths for each sample of the image. Squared error × time with half as many is 1.04 to 1.2 times as large, with twice as many
@@ -44,10 +44,8 @@ const BINDINGS: [(u32, BindingKind); 1] = [(binding::LIGHT_PATHS, BindingKind::S
 
 /// The number of targets that light paths have, which paths are to know of: 0 for no light paths. It depends on nothing that is compiled
 /// without being needed, so that the image does not.
-pub(crate) fn caster_count(needed: &Features, tables: &Tables, settings: &RenderSettings) -> u32 {
-    // Light that pixels share would have to be shared with light paths for each of them apart.
-    let wanted = settings.light_tracing == LightTracing::Auto && settings.reuse != Reuse::Always;
-    if wanted && needed.may_trace_light() { tables.light_paths.targets } else { 0 }
+pub(crate) fn caster_count(needed: &Features, tables: &Tables) -> u32 {
+    if needed.may_trace_light() { tables.light_paths.targets } else { 0 }
 }
 
 /// What density light paths have where paths have 1 (`light_path_scale` of the shaders).

@@ -77,7 +77,7 @@ impl Launch {
         let job = Job {
             features,
             traits: &traits,
-            sah_cost: tables.tree.as_ref().map(|tree| tree.sah_cost),
+            sah_cost: tables.bvh.as_ref().map(|bvh| bvh.sah_cost),
             seen: View::of(scene, RenderSpace::of(scene).length(1.0)).part_of(tables.root_boxes()),
             seen_from_outside: tables.seen_from_outside,
             samples: f64::from(scene.film.width) * f64::from(scene.film.height) * f64::from(settings.samples),
@@ -95,7 +95,7 @@ impl Launch {
         let size = [scene.film.width, scene.film.height];
         let slots = slot_count(size[0], size[1]);
         let bounds = split::Bounds {
-            uneven: needed.tree && !needed.dielectric,
+            uneven: needed.bvh && !needed.dielectric,
             invocations: most_invocations / subgroup,
             recorded: device.info.max_texel_elements.min(device.info.max_storage_range / 16),
         };

@@ -15,7 +15,7 @@ use crate::render::scene::tables::Tables;
 use crate::render::settings::RenderSettings;
 use crate::render::space::RenderSpace;
 
-/// A scene with its tree and its tables, for a renderer ([`Renderer::with`](crate::render::Renderer::with)). No device has a part in it, so
+/// A scene with its BVH and its tables, for a renderer ([`Renderer::with`](crate::render::Renderer::with)). No device has a part in it, so
 /// that this can be made while one is opened.
 pub struct Prepared<'a> {
     pub(crate) scene: &'a Scene,
@@ -29,7 +29,7 @@ pub struct Prepared<'a> {
 }
 
 impl<'a> Prepared<'a> {
-    /// Builds the tree and fills the tables. The scene must be [valid](Scene::validate), as those are that have been loaded: of others
+    /// Builds the BVH and fills the tables. The scene must be [valid](Scene::validate), as those are that have been loaded: of others
     /// there is no image, or a panic.
     ///
     /// # Errors
@@ -52,9 +52,9 @@ impl<'a> Prepared<'a> {
         &self.features
     }
 
-    /// Figures of the tree, if there is one.
-    pub fn tree(&self) -> Option<&BvhStatistics> {
-        self.tables.tree.as_ref()
+    /// Figures of the BVH, if there is one.
+    pub fn bvh(&self) -> Option<&BvhStatistics> {
+        self.tables.bvh.as_ref()
     }
 }
 

@@ -6,14 +6,14 @@ use crate::render::kernel::driver_traits::DriverTraits;
 use crate::render::kernel::features::Features;
 use crate::render::settings::Scheduler;
 
-/// Expected records that a ray reads in the tree (its SAH cost) from which on it pays to let rays wait for each other.
+/// Expected records that a ray reads in the BVH (its SAH cost) from which on it pays to let rays wait for each other.
 const LONG_TRAVERSAL: f64 = 8.0;
-/// The same if the tree is seen in so much of the picture.
+/// The same if the BVH is seen in so much of the picture.
 const LONG_TRAVERSAL_IN_SIGHT: f64 = 4.0;
 /// So much of the picture.
 const IN_SIGHT: f64 = 0.1;
-/// Where the lanes of a group exchange their paths, which without waiting are in registers already, most rays must come near the tree:
-/// from so many records on that a ray reads, whether it meets the tree or not.
+/// Where the lanes of a group exchange their paths, which without waiting are in registers already, most rays must come near the BVH:
+/// from so many records on that a ray reads, whether it meets the BVH or not.
 const LONG_TRAVERSAL_OF_GROUPS: f64 = 3.0;
 /// As many times the records of rays from the camera do others read.
 const OF_CAMERA_RAYS: f64 = 2.0;
@@ -25,11 +25,11 @@ const WORTH_OF_FIRST_START: f64 = 1.5e7;
 pub(crate) struct Job<'a> {
     pub features: &'a Features,
     pub traits: &'a DriverTraits,
-    /// The tree's SAH cost; none without a tree.
+    /// The BVH's SAH cost; none without a BVH.
     pub sah_cost: Option<f64>,
-    /// The part of the picture that shows boxes around the tree.
+    /// The part of the picture that shows boxes around the BVH.
     pub seen: f64,
-    /// All that does not emit is in the tree, and the camera and the lights are outside of it.
+    /// All that does not emit is in the BVH, and the camera and the lights are outside of it.
     pub seen_from_outside: bool,
     /// Of all pixels together.
     pub samples: f64,
@@ -44,15 +44,15 @@ impl Job<'_> {
         // registers instead of 92, and takes 1.1 to 2.4 times as long; with one point .70 (a bunny in a room) to .81 (a dragon of
         // glass) (H100, 1024×1024).
         let one_light = self.features.lights <= 1 && !self.features.emitter;
-        let interleaving_pays = self.features.tree && one_light;
+        let interleaving_pays = self.features.bvh && one_light;
         let choice = match scheduler {
             _ if self.features.brute_force => Schedule::Inline,
             Scheduler::Auto if self.traits.queue && self.waiting_pays() => Schedule::Queue,
             Scheduler::Auto if self.traits.threads && interleaving_pays => Schedule::Interleaved,
             Scheduler::Auto | Scheduler::Inline => Schedule::Inline,
-            Scheduler::Interleaved if self.features.tree => Schedule::Interleaved,
+            Scheduler::Interleaved if self.features.bvh => Schedule::Interleaved,
             Scheduler::Interleaved => Schedule::Inline,
-            Scheduler::Queue if self.features.tree || self.reuse => Schedule::Queue,
+            Scheduler::Queue if self.features.bvh || self.reuse => Schedule::Queue,
             Scheduler::Queue => Schedule::Inline,
         };
         if choice == Schedule::Interleaved && self.reuse { Schedule::Inline } else { choice }
@@ -115,7 +115,7 @@ mod tests {
         chosen_for_walks_of(20.0, 1.0, scene, traits, reuse, scheduler)
     }
 
-    /// Of so many records, in a tree that so much of the picture shows.
+    /// Of so many records, in a BVH that so much of the picture shows.
     fn chosen_for_walks_of(
         records: f64,
         seen: f64,
@@ -125,7 +125,7 @@ mod tests {
         scheduler: Scheduler,
     ) -> Schedule {
         let features = features_of(scene);
-        let sah_cost = features.tree.then_some(records);
+        let sah_cost = features.bvh.then_some(records);
         let seen_from_outside = false;
         let samples = 1e9;
         let job = Job { features: &features, traits, sah_cost, seen, seen_from_outside, samples, reuse };
@@ -158,7 +158,7 @@ mod tests {
         // Without sharing paths.
         assert_eq!([3.0, 5.0].map(|records| waits(records, 1.0, false)), [false, true]);
         assert_eq!([7.0, 9.0].map(|records| waits(records, 0.05, false)), [false, true]);
-        // All of the picture shows the tree.
+        // All of the picture shows the BVH.
         assert_eq!([1.0, 16.0].map(|records| waits(records, 1.0, true)), [false, true]);
     }
 

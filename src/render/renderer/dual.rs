@@ -182,11 +182,12 @@ impl Renderer {
         control: &mut RenderControl<'_>,
     ) -> Result<Film, RenderError> {
         self.hold_half(halves, i)?;
-        let samples = self.engine.read_film()?.counts().iter().map(|&n| u64::from(n)).sum();
+        let film = self.engine.read_film()?;
+        let samples = film.counts().iter().map(|&n| u64::from(n)).sum();
         if samples > 0 {
             self.trace_last_light(samples, control)?;
         }
-        self.develop()
+        self.develop_film(film)
     }
 
     /// Makes the renderer hold one of them.
@@ -200,12 +201,7 @@ impl Renderer {
         match halves.both[i].parked.take() {
             Some(Parked { film, gradients, splats }) => {
                 self.splats = splats;
-                let whole = self.engine.whole_film();
-                self.engine.fill_film(&whole, |slot| film[slot as usize])?;
-                if !gradients.is_empty() {
-                    self.engine.fill_gradients(&whole, |slot| gradients[slot as usize])?;
-                }
-                Ok(())
+                self.engine.load(&film, &gradients)
             }
             None => empty_film(&mut self.engine, &self.decisions.sample_map),
         }
@@ -213,11 +209,7 @@ impl Renderer {
 
     /// What the renderer holds. No light of light paths is left.
     fn park(&mut self) -> Result<Parked, RenderError> {
-        let (whole, mut film, mut gradients) = (self.engine.whole_film(), Vec::new(), Vec::new());
-        self.engine.read_slots(&whole, |_, slots| film.extend_from_slice(slots))?;
-        if self.decisions.gradients.is_some() {
-            self.engine.read_gradients(&whole, |_, slots| gradients.extend_from_slice(slots))?;
-        }
+        let (film, gradients) = self.engine.save(self.decisions.gradients.is_some())?;
         let none = self.no_splats();
         Ok(Parked { film, gradients, splats: replace(&mut self.splats, none) })
     }

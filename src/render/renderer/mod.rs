@@ -21,7 +21,7 @@ use crate::render::engine::pass::Pass;
 use crate::render::error::RenderError;
 use crate::render::film::Film;
 use crate::render::film::checkpoint::Checkpoint;
-use crate::render::film::tiling::slot_count;
+use crate::render::film::tiling::{BLOCK, SIDE, slot_count};
 use crate::render::gradient::develop::{GradientPlan, GradientSums};
 use crate::render::gradient::phases::Phases;
 use crate::render::gradient::surfaces::find_first_hits;
@@ -51,7 +51,7 @@ use crate::render::statistics::{Progress, RenderStatistics};
 pub struct Renderer {
     settings: RenderSettings,
     features: Features,
-    tree: Option<BvhStatistics>,
+    bvh: Option<BvhStatistics>,
     hidden_lights: usize,
     techniques: Techniques,
     /// What the last rendering decided.
@@ -76,7 +76,7 @@ struct Position {
 }
 
 impl Renderer {
-    /// Prepares everything: builds the tree, uploads tables, specialises and compiles the shaders.
+    /// Prepares everything: builds the BVH, uploads tables, specialises and compiles the shaders.
     ///
     /// # Errors
     /// The scene is not [valid](Scene::validate); the settings make no sense; the device's limits or memory are exceeded; a Vulkan
@@ -125,7 +125,7 @@ impl Renderer {
             settings: settings.clone(),
             hidden_lights: prepared.tables.hidden_lights(),
             features: prepared.features,
-            tree: prepared.tables.tree,
+            bvh: prepared.tables.bvh,
             techniques,
             decisions: Decisions::default(),
             position: Position::default(),
@@ -145,9 +145,9 @@ impl Renderer {
         &self.settings
     }
 
-    /// Figures of the tree, if there is one.
-    pub fn tree(&self) -> Option<&BvhStatistics> {
-        self.tree.as_ref()
+    /// Figures of the BVH, if there is one.
+    pub fn bvh(&self) -> Option<&BvhStatistics> {
+        self.bvh.as_ref()
     }
 
     /// Point lights that were left out because no path can see them.
@@ -214,7 +214,6 @@ impl Renderer {
         self.position = Position { seconds: checkpoint.map_or(0.0, Checkpoint::seconds), ..Position::default() };
         self.splats = self.no_splats();
         self.engine.push.modes = 0;
-        self.engine.clear_film()?;
         self.decisions = self.decide()?;
         self.engine.push.modes = self.decisions.modes();
         self.engine.statistics.multiplied_pixels = self.decisions.sample_map.multiplied_pixels();
@@ -232,8 +231,8 @@ impl Renderer {
         Ok(film)
     }
 
-    /// Before a rendering, the film being empty: whether paths are reused, whether the image is made from gradients, and how many samples
-    /// each pixel gets. It depends on no random number of the image.
+    /// Before a rendering: whether paths are reused, whether the image is made from gradients, and how many samples
+    /// each pixel gets. It depends on no random number of the image. The film is left to the caller.
     fn decide(&mut self) -> Result<Decisions, RenderError> {
         let Self { settings, techniques, engine, .. } = self;
         let samples = settings.samples;
@@ -284,7 +283,7 @@ impl Renderer {
         decisions.reuse_gain = reuse.gain();
         // To a noise, pixels get different numbers of samples only where the image is made from gradients.
         if settings.adaptive.is_none() || decisions.gradients.is_some() {
-            let grid = if decisions.reuse { grid } else { Grid { band_rows: 64, ..grid } };
+            let grid = if decisions.reuse { grid } else { Grid { band_rows: BLOCK[1], ..grid } };
             decisions.sample_map = take(&mut decisions.sample_map).with_at_least(&wanted, decisions.reuse, grid);
         }
         Ok(decisions)
@@ -389,6 +388,11 @@ impl Renderer {
     /// The image of what is on the device, and of the light paths.
     fn develop(&mut self) -> Result<Film, RenderError> {
         let film = self.engine.read_film()?;
+        self.develop_film(film)
+    }
+
+    /// The same of a film that has been read.
+    fn develop_film(&mut self, film: Film) -> Result<Film, RenderError> {
         let gradients = match &self.decisions.gradients {
             Some(plan) => {
                 let mut sums = GradientSums::new(self.engine.size());
@@ -424,13 +428,13 @@ fn check_size(prepared: &Prepared<'_>) -> Result<(), RenderError> {
     let most = u64::from(u32::MAX) / 2;
     if slot_count(width, height) > most {
         return Err(RenderError::Settings(format!(
-            "an image of {width}×{height} pixels is too large: there may be {most} pixels in all, counted in whole tiles of 8×8"
+            "an image of {width}×{height} pixels is too large: there may be {most} pixels in all, counted in whole tiles of {SIDE}×{SIDE}"
         )));
     }
     if tables.bvh_records() > MAX_RECORDS {
         let (records, triangles) = (tables.bvh_records(), scene.triangle_count());
         return Err(RenderError::Settings(format!(
-            "a tree of {records} records for {triangles} triangles is too large: there may be {MAX_RECORDS}"
+            "a BVH of {records} records for {triangles} triangles is too large: there may be {MAX_RECORDS}"
         )));
     }
     Ok(())

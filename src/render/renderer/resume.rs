@@ -29,12 +29,7 @@ pub(super) fn checkpoint(
     position: Position,
     render_seconds: f64,
 ) -> Result<Checkpoint, RenderError> {
-    let spans = engine.whole_film();
-    let (mut film, mut gradients) = (Vec::new(), Vec::new());
-    engine.read_slots(&spans, |_, slots| film.extend_from_slice(slots))?;
-    if decisions.gradients.is_some() {
-        engine.read_gradients(&spans, |_, slots| gradients.extend_from_slice(slots))?;
-    }
+    let (film, gradients) = engine.save(decisions.gradients.is_some())?;
     let Splats { light_paths, sums } = splats.clone();
     let done = u64::from(position.phase_begin);
     let figures = Figures::new(&engine.statistics, stages(engine));
@@ -126,10 +121,7 @@ impl Renderer {
         let begun = done.map(|done| (done, self.decisions.samples_of_image(done, self.engine.pixel_count())));
         let begun = begun.filter(|(_, samples)| *samples <= figures.samples);
         let (done, samples) = begun.ok_or_else(|| other("it has other numbers of samples"))?;
-        self.engine.fill_film(&spans, |slot| film[slot as usize])?;
-        if recorded > 0 {
-            self.engine.fill_gradients(&spans, |slot| gradients[slot as usize])?;
-        }
+        self.engine.load(film, gradients)?;
         let stages = stages(&self.engine);
         figures.restore(&mut self.engine.statistics, stages);
         if !light_paths.is_empty() {

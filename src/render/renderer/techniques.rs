@@ -37,7 +37,7 @@ impl Techniques {
     /// image does not.
     pub fn new(prepared: &Prepared<'_>, traits: &DriverTraits) -> (Self, KernelOptions) {
         let Prepared { scene, settings, features, needed, tables, .. } = prepared;
-        let casters = tracer::caster_count(needed, tables, settings);
+        let casters = tracer::caster_count(needed, tables);
         let reuse = policy::may_reuse(scene, needed, settings, traits) && casters == 0;
         let glass = looks_for_glass(needed, casters);
         let sample_map = wants_sample_map(settings) && (reuse || glass || !tables.emitter_bounds.is_empty());

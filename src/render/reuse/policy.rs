@@ -37,11 +37,11 @@ impl ReusePolicy {
 /// Whether paths may serve several pixels, in a scene that needs these features, on such a device. It depends on neither
 /// scheduler nor on what else is compiled, so that the image does not.
 ///
-/// With a tree and emitters together with glass or mirrors it hardly pays: the noise of caustics is left, and a pilot pass that is lost
-/// makes the rest slower (by 1.3). (Where light paths take most of that noise paths cannot be shared, see `light paths::targets`.) Brute force is
+/// With a BVH and emitters together with glass or mirrors it hardly pays: the noise of caustics is left, and a pilot pass that is lost
+/// makes the rest slower (by 1.3). (Where light paths take most of that noise paths cannot be shared.) Brute force is
 /// for comparison, not for speed.
 ///
-/// On GPUs the host's part of it takes time: for each pixel what 100 to 600 samples take without a tree, and 30 to 100 with one.
+/// On GPUs the host's part of it takes time: for each pixel what 100 to 600 samples take without a BVH, and 30 to 100 with one.
 /// Threads that choose among lights and traverse a BVH hold too much: with emitters a sample takes 7 to 20 times the time (H100). Where glass
 /// fills the picture it takes 4 times the time, for less than half of the variance at best.
 pub(crate) fn may_reuse(scene: &Scene, needed: &Features, settings: &RenderSettings, traits: &DriverTraits) -> bool {
@@ -51,12 +51,13 @@ pub(crate) fn may_reuse(scene: &Scene, needed: &Features, settings: &RenderSetti
         && match (settings.reuse, traits.reuse) {
             (Reuse::Off, _) | (Reuse::Auto, Sharers::None) => false,
             (Reuse::Always, _) => true,
-            (Reuse::Auto, Sharers::Lanes) => !(needed.tree && needed.has_caustics()),
+            (Reuse::Auto, Sharers::Lanes) => !(needed.bvh && needed.has_caustics()),
             // Who waits for a time or a noise gets samples at once.
             (Reuse::Auto, Sharers::Threads) => {
                 settings.samples >= fewest_samples(needed, settings.reuse, traits)
-                    && (settings.adaptive.is_none() && settings.time_limit.is_none())
-                    && !(needed.tree && (needed.emitter || (needed.dielectric && glass_fills_view(scene))))
+                    && settings.adaptive.is_none()
+                    && settings.time_limit.is_none()
+                    && !(needed.bvh && (needed.emitter || (needed.dielectric && glass_fills_view(scene))))
             }
         }
 }
@@ -64,22 +65,22 @@ pub(crate) fn may_reuse(scene: &Scene, needed: &Features, settings: &RenderSetti
 /// Samples per pixel that a rendering has at least for it to be tried.
 fn fewest_samples(needed: &Features, reuse: Reuse, traits: &DriverTraits) -> u32 {
     match (reuse, traits.reuse) {
-        (Reuse::Auto, Sharers::Threads) if needed.tree => 64,
+        (Reuse::Auto, Sharers::Threads) if needed.bvh => 64,
         (Reuse::Auto, Sharers::Threads) => 512,
         _ => 0,
     }
 }
 
-/// By how much variance must fall in the pilot pass for reuse to pay. With a tree a sample takes 1.4 to 2.3 times the time
+/// By how much variance must fall in the pilot pass for reuse to pay. With a BVH a sample takes 1.4 to 2.3 times the time
 /// (measured on lavapipe, scenes with meshes of 35 thousand to a million triangles); the least of these, since the noise that
-/// reuse does not lower, of edges and of emitters, falls faster with further samples. Without a tree it takes 1.9 to 2.1 times the
+/// reuse does not lower, of edges and of emitters, falls faster with further samples. Without a BVH it takes 1.9 to 2.1 times the
 /// time, but the kernel that could reuse paths and does not takes 1.2 times that of one that could not.
 ///
 /// On GPUs a sample takes 2.4 to 4 times the time; a room of balls, one of glass, gains 3, one of diffuse balls and a mirror 4.1 to 8.
 fn worth(needed: &Features, traits: &DriverTraits) -> f64 {
     match traits.reuse {
         Sharers::Threads => 4.0,
-        _ if needed.tree => 1.4,
+        _ if needed.bvh => 1.4,
         _ => 1.8,
     }
 }

@@ -98,8 +98,8 @@ pub(crate) struct EdgeSearch<'a> {
     pub own_seed: bool,
 }
 
-/// The least multiplier of each pixel, row by row, for what it sees; `None` if that was not looked for. Takes an empty film, and leaves
-/// it with samples if it was.
+/// The least multiplier of each pixel, row by row, for what it sees; `None` if that was not looked for. The film is left
+/// to the caller.
 ///
 /// # Errors
 /// The device fails.
@@ -128,6 +128,7 @@ fn multipliers_of_seen(
 ) -> Result<Vec<Multiplier>, RenderError> {
     let [width, height] = engine.size();
     let spans = engine.spans_of(tiles.iter().copied());
+    engine.clear_film()?;
     engine.with_push(|push| push.modes |= mode::EMITTERS, |engine| engine.take_samples(&spans, FIRST_SAMPLES))?;
     // Of both only what is written takes memory.
     let pixels = width as usize * height as usize;
@@ -255,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn edges_of_bright_lamps_get_more_samples() {
+    fn edges_of_bright_emitters_get_more_samples() {
         let of = [0.0, 2.8, 2.9, 9.0, 1e9, f64::NAN, f64::INFINITY].map(|contrast| multiplier_at_edge(contrast).of(1));
         assert_eq!(of, [1, 1, 2, 4, 32, 1, 32]);
     }

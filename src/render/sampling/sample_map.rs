@@ -3,7 +3,7 @@
 use bytemuck::zeroed_vec;
 use rayon::prelude::*;
 
-use crate::render::film::tiling::{GROUP, tile_of_pixel, tiles_of_pixels};
+use crate::render::film::tiling::{BLOCK, GROUP, tile_of_pixel, tiles_of_pixels};
 use crate::render::kernel::layout::multiplier;
 use crate::render::sampling::multiplier::Multiplier;
 
@@ -20,9 +20,9 @@ pub(crate) struct Grid {
 impl Grid {
     /// Where a pixel would be if groups as they are, and if shifted ones, began in the upper left corner.
     fn places(&self, [x, y]: [u32; 2]) -> [[u32; 2]; 2] {
-        let columns = self.width.next_multiple_of(32);
+        let columns = self.width.next_multiple_of(BLOCK[0]);
         let band_top = y / self.band_rows * self.band_rows;
-        let rows = self.band_rows.min(self.height.next_multiple_of(64) - band_top);
+        let rows = self.band_rows.min(self.height.next_multiple_of(BLOCK[1]) - band_top);
         // Before the first ones of a row, or of a band's rows, come the last ones.
         let column = x.checked_sub(2).unwrap_or(x + columns - 2);
         let row = (y - band_top).checked_sub(1).unwrap_or(rows - 1);
@@ -36,9 +36,9 @@ impl Grid {
 
     /// The greatest multiplier in the groups of each pixel.
     fn greatest_of_groups(&self, of_pixels: &[Multiplier]) -> Vec<[Multiplier; 2]> {
-        let columns = self.width.next_multiple_of(32) / GROUP[0];
+        let columns = self.width.next_multiple_of(BLOCK[0]) / GROUP[0];
         let group = |[x, y]: [u32; 2]| (y / GROUP[1] * columns + x / GROUP[0]) as usize;
-        let groups = columns as usize * (self.height.next_multiple_of(64) / GROUP[1]) as usize;
+        let groups = columns as usize * (self.height.next_multiple_of(BLOCK[1]) / GROUP[1]) as usize;
         let mut greatest = [vec![Multiplier::ONE; groups], vec![Multiplier::ONE; groups]];
         let at = |pixel: usize| [pixel as u32 % self.width, pixel as u32 / self.width];
         for (pixel, &multiplier) in of_pixels.iter().enumerate().filter(|(_, m)| **m > Multiplier::ONE) {

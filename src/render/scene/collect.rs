@@ -1,4 +1,4 @@
-//! What of a scene becomes constants, and what goes into the tree, with the lights among both: in the order of the shaders' tables.
+//! What of a scene becomes constants, and what goes into the BVH, with the lights among both: in the order of the shaders' tables.
 
 use std::collections::BTreeMap;
 
@@ -39,7 +39,7 @@ pub(crate) enum Origin {
 
 /// A scene in parts.
 pub(crate) struct SceneGeometry {
-    /// Constant spheres, polygons, and then the primitives of the tree, in the order of their numbers.
+    /// Constant spheres, polygons, and then the primitives of the BVH, in the order of their numbers.
     pub geometry: Geometry,
     pub lights: LightList,
     /// The first of the lights.
@@ -56,7 +56,7 @@ pub(crate) struct SceneGeometry {
     lifts: Lifts,
     /// Whether the triangles of each mesh are polygons.
     are_polygons: Vec<bool>,
-    /// Shapes of the tree, each once.
+    /// Shapes of the BVH, each once.
     pub primitives: Vec<Primitive>,
     /// Where these come from.
     pub origins: Vec<Origin>,
@@ -99,7 +99,7 @@ impl SceneGeometry {
         self.constant_spheres.len() + self.polygons.len()
     }
 
-    /// Whether spheres are left for the tree.
+    /// Whether spheres are left for the BVH.
     pub fn has_bvh_spheres(&self) -> bool {
         !self.other_spheres.is_empty()
     }
@@ -139,7 +139,7 @@ impl SceneGeometry {
     }
 
     /// All else: spheres, then triangles.
-    pub fn add_what_is_in_the_tree(&mut self, scene: &Scene, space: &RenderSpace) {
+    pub fn add_what_is_in_the_bvh(&mut self, scene: &Scene, space: &RenderSpace) {
         let most = scene.triangle_count() + self.other_spheres.len();
         self.primitives.reserve(most);
         self.geometry.reserve(most);

@@ -1,4 +1,4 @@
-//! Emitters in the plane of what they are fixed to: a lamp flush with a ceiling.
+//! Emitters in the plane of what they are fixed to: an emitter flush with a ceiling.
 //!
 //! Shadow rays end before an emitter, so that nothing in its plane hides it from them; other rays meet whichever of the two surfaces
 //! rounding puts first. Such emitters are moved off the plane, to the front, by more than rounding amounts to. Then all rays agree.
@@ -164,13 +164,13 @@ mod tests {
     use super::*;
     use crate::check::scenes::{Build, diffuse, emitter, empty, grid, v};
 
-    /// A ceiling of n×n squares and a lamp of m×m in its middle, `hung` below it.
+    /// A ceiling of n×n squares and an emitter of m×m in its middle, `hung` below it.
     fn lifted(n: u32, m: u32, half: f64, hung: f64) -> (usize, f64) {
         let mut scene = empty();
-        let (ceiling, lamp) = (v(0.0, 2.0, -3.0), v(0.0, 2.0 - hung, -3.0));
+        let (ceiling, light) = (v(0.0, 2.0, -3.0), v(0.0, 2.0 - hung, -3.0));
         let (positions, triangles) = grid(ceiling, v(3.0, 0.0, 0.0), v(0.0, 0.0, 3.0), n);
         scene.mesh(&positions, &triangles, diffuse(0.5));
-        let (positions, triangles) = grid(lamp, v(half, 0.0, 0.0), v(0.0, 0.0, half), m);
+        let (positions, triangles) = grid(light, v(half, 0.0, 0.0), v(0.0, 0.0, half), m);
         scene.mesh(&positions, &triangles, emitter(1.0));
         let lifts = Lifts::of(&scene, &RenderSpace::of(&scene));
         assert_eq!(lifts.of_mesh(0).count(), 0);

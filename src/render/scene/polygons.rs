@@ -57,12 +57,15 @@ impl InlinePolygon {
 /// Bit i: polygon i may lie between two points that paths can reach. A polygon with all of the scene on one side of its
 /// plane cannot: it bounds the convex hull.
 pub(crate) fn occluders(polygons: &[InlinePolygon], scene: &Scene, space: &RenderSpace) -> u32 {
-    let mut points = vec![DVec3::ZERO];
-    points.extend(scene.meshes.iter().flat_map(|m| m.positions.iter().map(|&p| space.point(p))));
+    if polygons.is_empty() {
+        return 0;
+    }
     // Rays to a light from afar leave the hull.
     if scene.lights.iter().any(|light| light.position().is_none()) || scene.environment.is_some() {
         return u32::MAX;
     }
+    let mut points = vec![DVec3::ZERO];
+    points.extend(scene.meshes.iter().flat_map(|m| m.positions.iter().map(|&p| space.point(p))));
     points.extend(scene.lights.iter().filter_map(|light| Some(space.point(light.position()?))));
     let balls: Vec<_> = scene.spheres.iter().map(|s| (space.point(s.center), space.length(s.radius))).collect();
     let bounds_hull = |f: &InlinePolygon| {
@@ -80,7 +83,7 @@ pub(crate) fn occluders(polygons: &[InlinePolygon], scene: &Scene, space: &Rende
 
 /// The polygons of the meshes that become constants, and for each mesh whether it did.
 ///
-/// The smallest meshes come first, as long as all polygons fit. Interpolated normals need vertices, hence the tree; and
+/// The smallest meshes come first, as long as all polygons fit. Interpolated normals need vertices, hence the BVH; and
 /// a caller who asks for Möller–Trumbore is to get it. Of the polygons that do, emitters come first: of surfaces that lie on each other
 /// rays meet the first one, and a copy of an emitter is to be seen.
 pub(crate) fn select(

@@ -44,7 +44,7 @@ pub(crate) struct ConstantSphere {
     pub material: u32,
 }
 
-/// Indices of the spheres that become constants (the largest), in scene order, and of those that go into the tree:
+/// Indices of the spheres that become constants (the largest), in scene order, and of those that go into the BVH:
 /// those for which there is no room, and those far away for their size, which need more precision. Of exact copies only one is
 /// there, or glass would be entered twice.
 pub(crate) fn partition(scene: &Scene, space: &RenderSpace) -> (Vec<usize>, Vec<usize>) {
@@ -61,21 +61,17 @@ pub(crate) fn partition(scene: &Scene, space: &RenderSpace) -> (Vec<usize>, Vec<
 /// Indices of the spheres without copies, in scene order: of each place and radius the first emitter, or else the first.
 fn one_of_each(scene: &Scene) -> Vec<usize> {
     let shape = |s: &Sphere| [s.center.x, s.center.y, s.center.z, s.radius].map(|x| (x + 0.0).to_bits());
-    let is_area_light = |i: usize| is_area_light(&scene.spheres[i], scene);
+    let emits = |i: usize| scene.surface(scene.spheres[i].material).emits();
     let mut kept: HashMap<[u64; 4], usize> = HashMap::with_capacity(scene.spheres.len());
     for (i, sphere) in scene.spheres.iter().enumerate() {
         let one = kept.entry(shape(sphere)).or_insert(i);
-        if is_area_light(i) && !is_area_light(*one) {
+        if emits(i) && !emits(*one) {
             *one = i;
         }
     }
     let mut kept: Vec<usize> = kept.into_values().collect();
     kept.sort_unstable();
     kept
-}
-
-fn is_area_light(sphere: &Sphere, scene: &Scene) -> bool {
-    scene.surface(sphere.material).emitted().is_some()
 }
 
 /// Chooses side and form of the sphere with this index in the scene.

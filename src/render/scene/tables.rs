@@ -1,4 +1,4 @@
-//! The scene as the shaders' tables: materials, spheres, lights, the packed tree, and the constants that go with them.
+//! The scene as the shaders' tables: materials, spheres, lights, the packed BVH, and the constants that go with them.
 
 use std::time::Instant;
 
@@ -26,11 +26,11 @@ use crate::render::scene::polygons::InlinePolygon;
 use crate::render::scene::spheres::ConstantSphere;
 use crate::render::scene::textures::TextureTable;
 use crate::render::settings::mutation::Mutation;
-use crate::render::settings::{LightSamples, LightTracing, RenderSettings, SampleMap};
+use crate::render::settings::{LightSamples, LightTracing, RenderSettings, Reuse, SampleMap};
 use crate::render::space::RenderSpace;
 use crate::render::space::view::{Rectangle, View};
 
-/// Handles by which rays name the surface that they leave (`self_id`) are from here on slots of the tree, of which a record has two
+/// Handles by which rays name the surface that they leave (`self_id`) are from here on slots of the BVH, of which a record has two
 /// (shaders/lib/intersect/bvh/traversal.glsl); below they are the numbers of constant spheres and polygons.
 pub(crate) const BVH_ID: usize = 0x0100_0000;
 /// Samples of lights at a first diffuse hit: shaders/lib/path.glsl spreads up to four over an emitter.
@@ -44,7 +44,7 @@ pub(crate) struct Tables {
     /// Where in these the environment is, and how much of light sampling goes to it.
     environment: EnvironmentValues,
     pub lights: LightTable,
-    /// Follows the lights' texels.
+    /// Follows the lights' texels; empty where no light paths are wanted.
     pub light_paths: CasterTable,
     /// Texels of lights before it.
     pub splat_texels: u32,
@@ -61,18 +61,18 @@ pub(crate) struct Tables {
     /// The only light, if that is a point.
     pub single_point: Option<Light>,
     pub packed: Packed,
-    pub tree: Option<BvhStatistics>,
+    pub bvh: Option<BvhStatistics>,
     /// Where the BVH's primitives come from.
     origins: Vec<Origin>,
     /// Scene indices of the constant spheres.
     constant_origins: Vec<usize>,
-    /// Whether all that does not emit is in the tree, and the camera and the lights are outside of the box around that.
+    /// Whether all that does not emit is in the BVH, and the camera and the lights are outside of the box around that.
     pub seen_from_outside: bool,
     pub constant_spheres: Vec<ConstantSphere>,
     pub polygons: Vec<InlinePolygon>,
     /// Bit n: polygon n may lie between two points of the scene. The others bound its convex hull.
     pub polygon_occluders: u32,
-    /// Whether spheres and triangles are left for the tree.
+    /// Whether spheres and triangles are left for the BVH.
     pub bvh_spheres: bool,
     pub bvh_triangles: bool,
     hidden_lights: usize,
@@ -84,12 +84,12 @@ impl Tables {
         let mut textures = TextureTable::of(scene);
         let mut geometry = SceneGeometry::constants(scene, space, settings, &textures);
         let start = Instant::now();
-        geometry.add_what_is_in_the_tree(scene, space);
+        geometry.add_what_is_in_the_bvh(scene, space);
         let primitives = &geometry.primitives;
         let leaves = accel::leaves(primitives);
         let tree = build_tree(primitives, &leaves, settings);
         let first_primitive = geometry.constants_count() as u32;
-        // Without one, a tree is compiled in only by the general pipeline.
+        // Without one, a BVH is compiled in only by the general pipeline.
         let packed =
             tree.as_ref().map_or_else(Packed::nothing, |tree| accel::pack(tree, &leaves, primitives, first_primitive));
         let build_seconds = start.elapsed().as_secs_f64();
@@ -101,17 +101,19 @@ impl Tables {
         let environment = EnvironmentValues::add(scene, &lights, &mut textures.texels);
         let mut light_table = LightTable::of(&lights, |light| solid_angle::looks_large(light, scene, space));
         light_table.kinds |= two_sided << kind::TWO_SIDED;
-        let light_paths = match settings.light_tracing {
-            LightTracing::Off => CasterTable::default(),
-            LightTracing::Auto => CasterTable::of(scene, space, &lights[points..]),
+        // Light that pixels share would have to be shared with light paths for each of them apart.
+        let light_paths = if settings.light_tracing == LightTracing::Auto && settings.reuse != Reuse::Always {
+            CasterTable::of(scene, space, &lights[points..])
+        } else {
+            CasterTable::default()
         };
         let splat_texels = light_table.texels.len() as u32;
         light_table.texels.extend(&light_paths.texels);
         let view = View::of(scene, space.length(1.0));
         let emits = |&sphere: &usize| scene.surface(scene.spheres[sphere].material).emits();
-        let in_tree =
+        let in_bvh =
             geometry.polygons.iter().all(|polygon| polygon.emits) && geometry.constant_origins.iter().all(emits);
-        let seen_from_outside = in_tree && are_seen_from_outside(&packed.root_boxes, &lights);
+        let seen_from_outside = in_bvh && are_seen_from_outside(&packed.root_boxes, &lights);
         Self {
             geometry: geometry.geometry.into_texels(),
             textures: textures.texels,
@@ -130,7 +132,7 @@ impl Tables {
             lens: scene.camera.lens.map(|lens| [lens.radius, lens.focus].map(|length| space.length(length))),
             background: scene.background,
             seen_from_outside,
-            tree: tree.map(|_| BvhStatistics { build_seconds, ..packed.statistics }),
+            bvh: tree.map(|_| BvhStatistics { build_seconds, ..packed.statistics }),
             packed,
             origins: geometry.origins,
             constant_origins: geometry.constant_origins,
@@ -148,19 +150,19 @@ impl Tables {
         self.hidden_lights
     }
 
-    /// Boxes around all that is in the tree; none without one.
+    /// Boxes around all that is in the BVH; none without one.
     pub fn root_boxes(&self) -> &[Aabb] {
         &self.packed.root_boxes
     }
 
-    /// Records of the packed tree.
+    /// Records of the packed BVH.
     pub fn bvh_records(&self) -> usize {
         self.packed.records
     }
 
     /// Groups of children that a traversal may have to keep: one for each level but the last, from which it goes nowhere.
     pub fn stack_levels(&self) -> u32 {
-        self.tree.as_ref().map_or(1, |t| t.depth.saturating_sub(1).max(1))
+        self.bvh.as_ref().map_or(1, |t| t.depth.saturating_sub(1).max(1))
     }
 
     /// Where a primitive comes from; `None` for polygons, which may join triangles.
@@ -168,7 +170,7 @@ impl Tables {
         let primitive = usize::try_from(primitive).ok()?;
         match primitive.checked_sub(self.constant_spheres.len() + self.polygons.len()) {
             None => self.constant_origins.get(primitive).map(|&i| Origin::Sphere(i)),
-            Some(of_tree) => self.origins.get(of_tree).copied(),
+            Some(of_bvh) => self.origins.get(of_bvh).copied(),
         }
     }
 
@@ -317,7 +319,7 @@ mod tests {
         let mut lit_from_within = terrain.clone();
         lit_from_within.lights.push(scene::Light::Point { position, power: [1.0; 3] });
         assert!(!from_outside(&lit_from_within));
-        // What is in no tree is not seen to be outside.
+        // What is in no BVH is not seen to be outside.
         assert!(!from_outside(&divided_room()));
     }
 }

@@ -130,7 +130,7 @@ features! {
     background Background, "background", 11 HAS_BACKGROUND: |n| n.scene.background != [0.0; 3] || n.scene.environment.is_some();
         "background.radiance is not black"; "background.radiance is black";
     /// A BVH: triangles, or spheres beyond the constants.
-    tree Tree, "bvh", 12 HAS_BVH: |n| n.bvh.triangles || n.bvh.spheres;
+    bvh Bvh, "bvh", 12 HAS_BVH: |n| n.bvh.triangles || n.bvh.spheres;
         "triangles or many spheres"; "all triangles and spheres are constants";
     /// Spheres held in the BVH, because constants are full.
     bvh_spheres BvhSpheres, "bvh-spheres", 13 BVH_SPHERES: |n| n.bvh.spheres;

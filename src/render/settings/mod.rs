@@ -47,11 +47,11 @@ pub enum Accel {
     None,
 }
 
-/// How rays that need the tree are scheduled. All give the same bits.
+/// How rays that need the BVH are scheduled. All give the same bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Scheduler {
-    /// On CPU drivers [`Scheduler::Queue`] for scenes with a tree, unless it is small or there are few samples to take, for
-    /// which the larger kernel does not pay; on GPUs [`Scheduler::Interleaved`] for scenes with a tree and no light but a point, unless
+    /// On CPU drivers [`Scheduler::Queue`] for scenes with a BVH, unless it is small or there are few samples to take, for
+    /// which the larger kernel does not pay; on GPUs [`Scheduler::Interleaved`] for scenes with a BVH and no light but a point, unless
     /// paths are reused; else [`Scheduler::Inline`]. Where paths are reused and groups of eight do not fit into a subgroup, always
     /// the first.
     #[default]
@@ -60,7 +60,7 @@ pub enum Scheduler {
     Inline,
     /// Lanes whose rays are done shade what they have met while others traverse the BVH. Not where paths are reused.
     Interleaved,
-    /// Paths whose rays need the tree wait in a ray pool of their lane, which goes on with others; all lanes of a subgroup
+    /// Paths whose rays need the BVH wait in a ray pool of their lane, which goes on with others; all lanes of a subgroup
     /// then traverse together.
     Queue,
 }
@@ -215,7 +215,7 @@ pub struct RenderSettings {
     /// Bytes of the buffers through which the film passes between host and device; `None`: 16 MiB, and no such buffers where the
     /// host sees the film. Changes no bit of the image.
     pub passage: Option<u32>,
-    /// Count steps through the tree as well; a little slower.
+    /// Count steps through the BVH as well; a little slower.
     pub count_steps: bool,
     /// A folder with `path_trace.spv`, `path_interleaved.spv`, `path_queue.spv`, `light_trace.spv` or `traverse.spv`, one of them at least, to
     /// use instead of the built-in shaders: edit a shader, run `glslc` on it, and render again without building the program.

@@ -26,7 +26,7 @@ pub enum Mutation {
     TextbookSphere = 10,
     /// The film is a plain sum in single precision.
     PlainSum = 11,
-    /// Rays that are not finite enter the tree.
+    /// Rays that are not finite enter the BVH.
     UnguardedRays = 12,
     /// NaN and infinite samples are added to the film.
     NonFiniteSamples = 13,
@@ -40,7 +40,7 @@ pub enum Mutation {
     BuiltInLog = 17,
     /// Fresnel's equations in plain single precision, without their limits.
     PlainFresnel = 18,
-    /// Hit points on triangles of the tree as o + t·d instead of from barycentrics.
+    /// Hit points on triangles of the BVH as o + t·d instead of from barycentrics.
     HitAlongRay = 19,
     /// Hit points on polygons not brought back onto the plane.
     NoProjection = 20,
@@ -154,7 +154,7 @@ impl Mutation {
             Self::NoBoxMargin => "boxes not widened by errors relative to the origin of the ray",
             Self::TextbookSphere => "textbook quadratic for spheres",
             Self::PlainSum => "film summed in plain single precision",
-            Self::UnguardedRays => "rays that are not finite enter the tree",
+            Self::UnguardedRays => "rays that are not finite enter the BVH",
             Self::NonFiniteSamples => "NaN and infinite samples added to the film",
             Self::ThinBoxes => "boxes not widened by errors relative to their own place",
             Self::TwoFloatSum => "film summed in two floats instead of three",

@@ -11,7 +11,7 @@ use crate::render::settings::named::Choice;
 pub enum Audience {
     /// People who render: an option.
     Everyone,
-    /// The same, as a name in [`Techniques`](crate::render::Techniques): its value where the technique is asked for, and where it is
+    /// The same, as a name in [`TechniqueList`](crate::render::TechniqueList): its value where the technique is asked for, and where it is
     /// switched off.
     Technique {
         /// With `+`.

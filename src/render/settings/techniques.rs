@@ -3,11 +3,11 @@
 use std::str::FromStr;
 
 use crate::render::settings::table::{Audience, Setting};
-use crate::render::settings::{LightTracing, RenderSettings, Reuse};
+use crate::render::settings::{RenderSettings, Reuse};
 
 /// A list of techniques: `auto` (the default), `none` or `all`, and names with `+` or `-`. Later items replace earlier ones.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Techniques(Vec<(&'static Setting, &'static str)>);
+pub struct TechniqueList(Vec<(&'static Setting, &'static str)>);
 
 /// The settings that are techniques, each with its values where it is asked for and where it is switched off.
 fn all() -> impl Iterator<Item = (&'static Setting, &'static str, &'static str)> {
@@ -17,7 +17,7 @@ fn all() -> impl Iterator<Item = (&'static Setting, &'static str, &'static str)>
     })
 }
 
-impl Techniques {
+impl TechniqueList {
     /// Each technique's name, and what it does.
     pub fn explain() -> impl Iterator<Item = (&'static str, &'static str)> {
         all().map(|(setting, ..)| (setting.name, setting.what))
@@ -38,7 +38,7 @@ impl Techniques {
     }
 }
 
-impl FromStr for Techniques {
+impl FromStr for TechniqueList {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -86,10 +86,7 @@ fn check(settings: &RenderSettings, asked_for: &[&str]) -> Result<(), String> {
     if let (Some(name), Reuse::Off) = (needs_reuse, settings.reuse) {
         return Err(format!("'+{name}' needs reuse, which is off: expected +reuse too"));
     }
-    if asked_for.contains(&"light-tracing")
-        && settings.light_tracing != LightTracing::Off
-        && settings.reuse == Reuse::Always
-    {
+    if asked_for.contains(&"light-tracing") && settings.reuse == Reuse::Always {
         return Err("light-tracing and reuse exclude each other, expected one of them".to_owned());
     }
     Ok(())
@@ -98,11 +95,11 @@ fn check(settings: &RenderSettings, asked_for: &[&str]) -> Result<(), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::settings::{Gradients, LightSamples, SampleMap};
+    use crate::render::settings::{Gradients, LightSamples, LightTracing, SampleMap};
 
     fn settings(text: &str) -> RenderSettings {
         let mut settings = RenderSettings::default();
-        text.parse::<Techniques>().unwrap().apply(&mut settings);
+        text.parse::<TechniqueList>().unwrap().apply(&mut settings);
         settings
     }
 
@@ -138,7 +135,7 @@ mod tests {
             ("-reuse,+light-samples", "'+light-samples' needs reuse"),
             ("+reuse,+light-tracing", "exclude each other"),
         ] {
-            let error = text.parse::<Techniques>().unwrap_err();
+            let error = text.parse::<TechniqueList>().unwrap_err();
             assert!(error.contains(said), "{text}: {error}");
         }
     }

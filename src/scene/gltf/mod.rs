@@ -86,7 +86,7 @@ pub(in crate::scene) fn load(
     let emits = meshes.iter().any(|mesh| {
         mesh.triangle_materials.iter().any(|&m| {
             let material = &materials[m as usize];
-            // Textures of emission are decoration more often than lamps.
+            // Textures of emission are decoration more often than sources of light.
             material.surface.emits() && !material.unlit && !material.textures.contains_key(&TextureSlot::Emission)
         })
     });

@@ -1,7 +1,7 @@
 //! Wavefront OBJ and MTL.
 //!
 //! Files are read as exporters write them: what is not used cannot refuse a file. OBJ is read by as many threads as pay: meshes of
-//! millions of triangles take longer to read than to build a tree over.
+//! millions of triangles take longer to read than to build a BVH over.
 //!
 //! Source: Wavefront, *Advanced Visualizer Manual*, appendix B1 (Object Files) and the MTL format of 1995.
 

@@ -127,7 +127,8 @@ impl MtlMaterial {
 
     /// What the material becomes. `warn` is told of everything that is lost or replaced.
     ///
-    /// The rules are, in this order: `Ke` above 0 is an emitter; what [reflects](Self::reflecting) is a mirror, glass, or diffuse.
+    /// It emits `Ke`, and [reflects](Self::reflecting) as a mirror, glass, or diffusely; an emitter that would be diffuse, with `Kd` 0 or
+    /// missing, reflects nothing.
     pub fn surface(&self, mut warn: impl FnMut(&str)) -> Surface {
         self.problems.iter().for_each(|problem| warn(problem));
         for (keyword, name) in &self.textures {
@@ -168,7 +169,7 @@ impl MtlMaterial {
             warn("a mirror (illum 3, 5 or 8) without Ks: the surface is diffuse");
         }
         let is_transparent = self.is_transparent(&mut warn);
-        let refracts = matches!(self.model, Some(4 | 6 | 7 | 9));
+        let refracts = self.refracts();
         let ior = self.ior.filter(|ior| IOR_RANGE.contains(ior));
         let is_glass = match ior {
             Some(1.0) => false,
@@ -223,9 +224,14 @@ impl MtlMaterial {
         self.textures.iter().any(|(of, _)| of.trim_matches('"').eq_ignore_ascii_case(keyword))
     }
 
+    /// Whether `illum` says that light goes through.
+    fn refracts(&self) -> bool {
+        matches!(self.model, Some(4 | 6 | 7 | 9))
+    }
+
     /// Whether `d`, `Tr` or `Tf` says so.
     fn is_transparent(&self, mut warn: impl FnMut(&str)) -> bool {
-        let refracts = matches!(self.model, Some(4 | 6 | 7 | 9));
+        let refracts = self.refracts();
         let mut within = |keyword: &str, value: Option<f64>| {
             value.filter(|value| {
                 let is_within = (0.0..=1.0).contains(value);

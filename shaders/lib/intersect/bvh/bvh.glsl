@@ -12,7 +12,7 @@
 uint traversal_steps = 0u;
 uint occlusion_steps = 0u;
 
-// Traversals the tree to the end, or as far as the budget goes; then `loops` has reached LOOP_BUDGET.
+// Traverses the BVH to the end, or as far as the budget goes; then `loops` has reached LOOP_BUDGET.
 Traversal traverse(Ray ray, float t_max, uint entry, bool any_hit, uint loops, out uint steps) {
     BvhRay r = bvh_ray(ray.origin, ray.direction, any_hit);
     Traversal traversal = traversal_begin(r, t_max, entry);
@@ -32,7 +32,7 @@ void count_loops(uint steps, inout uint loops) {
     if (LOOP_BUDGET > 0u) loops += subgroupMax(steps) + 1u;
 }
 
-// Nearest surface of the tree before t, if there is one.
+// Nearest surface of the BVH before t, if there is one.
 void closest_in_bvh(Ray ray, inout float t, inout int self_id, inout uint loops) {
     uint steps = 0u;
     uint entry = root_hit_mask(ray.origin, ray.direction, t);
@@ -44,15 +44,15 @@ void closest_in_bvh(Ray ray, inout float t, inout int self_id, inout uint loops)
     count_loops(steps, loops);
 }
 
-// Where a ray that a constant sphere hides or not enters the tree (root_hit_mask); if it does not, `occluded` is known.
+// Where a ray that a constant sphere hides or not enters the BVH (root_hit_mask); if it does not, `occluded` is known.
 uint root_mask_unless_occluded(Ray ray, float distance, bool enabled, inout bool occluded) {
     // In all lanes: it counts for the subgroup.
-    bool behind_polygon = any_constant_facet(ray, distance, enabled);
+    bool behind_polygon = any_constant_polygon(ray, distance, enabled);
     occluded = occluded || behind_polygon;
     return HAS_BVH && !occluded ? root_hit_mask(ray.origin, ray.direction, distance) : 0u;
 }
 
-// Where a ray to a light enters the tree; if it does not, `occluded` is known.
+// Where a ray to a light enters the BVH; if it does not, `occluded` is known.
 uint shadow_root_mask(Ray ray, float distance, bool enabled, out bool occluded) {
     occluded = any_constant_sphere_before_light(ray, distance);
     return root_mask_unless_occluded(ray, distance, enabled, occluded);
@@ -64,7 +64,7 @@ uint segment_root_mask(Ray ray, float distance, bool enabled, out bool occluded)
     return root_mask_unless_occluded(ray, distance, enabled, occluded);
 }
 
-// Whether the point at `distance` is hidden: what is known, or, if the ray enters the tree, what that says. For all lanes to
+// Whether the point at `distance` is hidden: what is known, or, if the ray enters the BVH, what that says. For all lanes to
 // call, since what the slowest traverses counts for the subgroup.
 bool occluded_in_scene(Ray ray, float distance, uint entry, bool known, inout uint loops) {
     bool occluded = known;

@@ -1,4 +1,4 @@
-// A record of the tree: an inner node with the boxes of up to four children, which take a byte a plane (Ylitie, Karras
+// A record of the BVH: an inner node with the boxes of up to four children, which take a byte a plane (Ylitie, Karras
 // and Laine, HPG 2017), or what a leaf holds: a sphere, a triangle, or two with a common edge. src/accel/record.rs packs them.
 //
 //   inner node   origin | first child, above all coordinates,  lo | exponents,  hi | children and their order

@@ -1,6 +1,6 @@
-// The stack of a traversal: groups (node.glsl), at most one for each level of the tree.
+// The stack of a traversal: groups (node.glsl), at most one for each level of the BVH.
 //
-// In a tree of few levels it is a shift register. A CPU driver stores into an array lane by lane, each behind a branch;
+// In a BVH of few levels it is a shift register. A CPU driver stores into an array lane by lane, each behind a branch;
 // to move a dozen registers by one costs less. Where lanes are threads it is an array.
 
 #ifndef STACK_GLSL
@@ -10,7 +10,7 @@
 
 const int SHORT_LEVELS = 16;
 const bool SHORT_STACK = !THREADS && STACK_LEVELS <= uint(SHORT_LEVELS);
-const int MOST_LEVELS = 64;         // two more than any tree has (accel::MAX_DEPTH)
+const int MOST_LEVELS = 64;         // two more than any BVH has (accel::MAX_DEPTH)
 
 struct Stack {
     uint levels[SHORT_LEVELS + 1];  // the top first, and groups without members below the bottom; or, in deep_stack,

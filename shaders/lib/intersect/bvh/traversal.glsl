@@ -22,7 +22,7 @@ int bvh_primitive(int self_id) {
 }
 
 // Whether the ray passes anywhere near a triangle: near a sphere around it. Edge functions of a triangle 1e-6 times the size of its
-// distance may be nothing but rounding errors: of 1e9 such tests, some report a hit where the ray passes at a distance. In a tree
+// distance may be nothing but rounding errors: of 1e9 such tests, some report a hit where the ray passes at a distance. In a BVH
 // the boxes forbid that; this shares nothing with them.
 bool passes_near(BvhRay r, vec3 v0, vec3 v1, vec3 v2) {
     v0 -= r.origin;
@@ -90,7 +90,7 @@ struct Traversal {
 
 // The children of the root with which a ray's traversal begins, a bit for each; 0 if there is nothing to traverse.
 uint root_hit_mask(vec3 o, vec3 d, float t_max) {
-    // A ray that is not finite might traverse the whole tree.
+    // A ray that is not finite might traverse the whole BVH.
     if (MUTATION != MUTATE_GUARD && !is_finite(dot(o, o) + dot(d, d))) return 0u;
     return BRUTE_FORCE && ROOT_BOX_COUNT > 0u ? 1u : boxes_hit(o, d, t_max);
 }
@@ -172,7 +172,7 @@ void traversal_step_alone(inout Traversal w, BvhRay r, int self_id, bool any_hit
 //
 // A CPU that executes the lanes together has little to do while it waits for a record. So where a traversal goes on if the ray meets
 // no child is found beside the boxes, and boxes do not wait for the primitives that other lanes test. The next record does not wait for
-// these either, so that a traversal that is over goes on through the tree, to no effect; and it is found before the stack is written, which
+// these either, so that a traversal that is over goes on through the BVH, to no effect; and it is found before the stack is written, which
 // takes about as long. (Were it under a condition, every level of the stack would be blended once more. One whose stack is an array
 // stays where it is, and so within the array.)
 void traversal_step(inout Traversal w, BvhRay r, int self_id, bool any_hit, bool unordered) {

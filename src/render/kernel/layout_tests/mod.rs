@@ -66,7 +66,7 @@ fn specialization_constants() {
 #[test]
 fn bindings() {
     let all = [
-        (binding::TREE, "bvh_texels", false),
+        (binding::BVH, "bvh_texels", false),
         (binding::GEOMETRY, "geometry_texels", false),
         (binding::SOBOL, "sobol_texels", false),
         (binding::LIGHTS, "light_texels", false),

@@ -12,7 +12,7 @@ use crate::scene::Scene;
 
 pub(super) const CASES: &[Case] = &[
     Case {
-        name: "tree/brute-force",
+        name: "bvh/brute-force",
         what: "rays at vertices, edges, inner points of triangles and spheres, of a mesh, and of specks near and far",
         oracle: "every primitive tested on the device",
         quantity: "rays whose t or primitive differs",
@@ -21,7 +21,7 @@ pub(super) const CASES: &[Case] = &[
         measure: brute_force,
     },
     Case {
-        name: "tree/axis-aligned",
+        name: "bvh/axis-aligned",
         what: "axis-aligned rays with components +0 and −0 on the faces of boxes, and 1 or 2 ulp beside them",
         oracle: "every primitive tested on the device",
         quantity: "rays whose t or primitive differs",
@@ -30,7 +30,7 @@ pub(super) const CASES: &[Case] = &[
         measure: axis_aligned,
     },
     Case {
-        name: "tree/shuffled",
+        name: "bvh/shuffled",
         what: "a soup of triangles in another order",
         oracle: "the same triangles in order",
         quantity: "rays whose t differs",
@@ -39,8 +39,8 @@ pub(super) const CASES: &[Case] = &[
         measure: shuffled,
     },
     Case {
-        name: "tree/worst-depth",
-        what: "triangles whose sizes and distances halve, so that the best tree is a list",
+        name: "bvh/worst-depth",
+        what: "triangles whose sizes and distances halve, so that the best bvh is a list",
         oracle: "every primitive tested; the stack's bound of 62",
         quantity: "rays that differ (infinite: too deep)",
         threshold: 0.0,
@@ -48,7 +48,7 @@ pub(super) const CASES: &[Case] = &[
         measure: worst_depth,
     },
     Case {
-        name: "tree/identical",
+        name: "bvh/identical",
         what: "image of 1e5 (full: 1e6) identical triangles",
         oracle: "the image of one of them",
         quantity: "pixels that differ",
@@ -57,7 +57,7 @@ pub(super) const CASES: &[Case] = &[
         measure: identical,
     },
     Case {
-        name: "tree/large",
+        name: "bvh/large",
         what: "a sphere of 1e7 triangles",
         oracle: "closed: every ray hits; or an error that names the limit",
         quantity: "rays that leak",
@@ -66,7 +66,7 @@ pub(super) const CASES: &[Case] = &[
         measure: large,
     },
     Case {
-        name: "tree/non-finite-rays",
+        name: "bvh/non-finite-rays",
         what: "rays with NaN, infinite or zero direction, or NaN origin",
         oracle: "a miss",
         quantity: "rays that hit",
@@ -75,7 +75,7 @@ pub(super) const CASES: &[Case] = &[
         measure: |lab| non_finite_rays(lab).map(|(hits, _, detail)| Measured::new(hits, detail)),
     },
     Case {
-        name: "tree/non-finite-steps",
+        name: "bvh/non-finite-steps",
         what: "the same rays",
         oracle: "steps of ordinary rays",
         quantity: "steps over those of ordinary rays",
@@ -132,10 +132,10 @@ pub(super) fn differ(a: &HitRecord, b: &HitRecord) -> bool {
 }
 
 fn compare(lab: &Lab, scene: &Scene, rays: &dyn Fn(f64) -> Vec<RayInput>) -> Result<(usize, usize), CheckError> {
-    let mut tree = lab.closest(scene)?;
+    let mut bvh = lab.closest(scene)?;
     let mut brute = lab.closest_with(scene, &with_brute_force(lab, scene))?;
-    let rays = rays(tree.scale());
-    let wrong = tree.run(&rays)?.iter().zip(&brute.run(&rays)?).filter(|(a, b)| differ(a, b)).count();
+    let rays = rays(bvh.scale());
+    let wrong = bvh.run(&rays)?.iter().zip(&brute.run(&rays)?).filter(|(a, b)| differ(a, b)).count();
     Ok((wrong, rays.len()))
 }
 
@@ -249,7 +249,7 @@ fn worst_depth(lab: &Lab) -> Result<Measured, CheckError> {
         triangles.push([3 * i, 3 * i + 1, 3 * i + 2]);
     }
     scene.mesh(&positions, &triangles, diffuse(0.5));
-    let depth = lab.closest(&scene)?.tree_depth();
+    let depth = lab.closest(&scene)?.bvh_depth();
     if depth > crate::accel::MAX_DEPTH {
         return Ok(Measured::new(f64::INFINITY, format!("depth {depth}")));
     }
@@ -269,7 +269,7 @@ fn identical(lab: &Lab) -> Result<Measured, CheckError> {
         scene.size(8, 1);
         scene
     };
-    // Few watertight triangles would be held in constants instead of the tree.
+    // Few watertight triangles would be held in constants instead of the BVH.
     let render = |n: usize| {
         let scene = scene(n);
         lab.render_with(&scene, &RenderSettings { triangle_test: TriangleTest::MollerTrumbore, ..lab.settings(&scene) })
