@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::io::{self, Write as _};
+use std::mem::replace;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -22,24 +23,63 @@ const BYTES_BESIDE_PIXELS: u64 = 1 << 24;
 pub struct Keeper {
     path: PathBuf,
     every: Duration,
-    /// All that the image depends on.
+    /// Whether the file stays when the image is complete.
+    stays: bool,
+    /// All that its samples depend on.
     what: String,
     /// What was in the file.
     from: Option<Checkpoint>,
 }
 
 impl Keeper {
-    /// Of a rendering of so many pixels that `what` describes, kept in a file `every` so often; goes on from the file if it is there.
+    /// Of a rendering of so many pixels, kept in a file `every` so often, which `stays` when the image is complete; goes on from the
+    /// file if it is there.
     ///
     /// # Errors
-    /// The file is no checkpoint, or one of another rendering: it stays as it is.
-    pub fn open(path: &Path, every: Duration, what: &Metadata, pixels: u64) -> Result<Self> {
-        let what: String = what.iter().map(|(key, value)| format!("{key}: {}\n", value.replace('\n', " "))).collect();
+    /// The file is no checkpoint.
+    pub fn open(path: &Path, every: Duration, stays: bool, pixels: u64) -> Result<Self> {
         // What is removed at the end is the file, and not a link to it.
         let path = target(path).with_context(|| format!("{}", path.display()))?;
-        let unreadable = || format!("{} cannot be read", path.display());
-        let from = if path.try_exists().with_context(unreadable)? { Some(read(&path, &what, pixels)?) } else { None };
-        Ok(Self { path, every, what, from })
+        let name = path.display().to_string();
+        let unreadable = || format!("{name} cannot be read");
+        let mut keeper = Self { path, every, stays, what: String::new(), from: None };
+        if keeper.path.try_exists().with_context(unreadable)? {
+            let most = BYTES_BESIDE_PIXELS + pixels.saturating_mul(BYTES_OF_PIXEL);
+            let bytes = read_small(&keeper.path, most).with_context(unreadable)?;
+            let (what, checkpoint) = Checkpoint::read(&bytes).with_context(|| name.clone())?;
+            (keeper.what, keeper.from) = (what, Some(checkpoint));
+        }
+        Ok(keeper)
+    }
+
+    /// The samples per pixel that the file's rendering was begun with.
+    pub fn begun_with(&self) -> Option<u32> {
+        self.from.as_ref().map(Checkpoint::begun_with)
+    }
+
+    /// Sets what describes the rendering.
+    ///
+    /// # Errors
+    /// The file is of another rendering: it stays as it is.
+    pub fn describe(&mut self, what: &Metadata) -> Result<()> {
+        let what = what.iter().map(|(key, value)| format!("{key}: {}\n", value.replace('\n', " "))).collect();
+        let of_file = replace(&mut self.what, what);
+        if self.from.is_none() {
+            return Ok(());
+        }
+        let (mut found, mut expected) = (of_file.lines(), self.what.lines());
+        loop {
+            match (found.next(), expected.next()) {
+                (None, None) => return Ok(()),
+                (found, expected) if found == expected => {}
+                (found, expected) => bail!(
+                    "{}: the checkpoint is of another rendering: found \"{}\", expected \"{}\"",
+                    self.path.display(),
+                    found.unwrap_or("nothing"),
+                    expected.unwrap_or("nothing")
+                ),
+            }
+        }
     }
 
     /// Renders, and meanwhile keeps what is done: a file that cannot be written is told of, and is left as it was.
@@ -68,7 +108,8 @@ impl Keeper {
     /// # Errors
     /// The file cannot be written or removed; the renderer cannot tell what is done.
     pub fn finish(&self, renderer: &mut Renderer, image_is_written: bool) -> Result<()> {
-        if image_is_written && !renderer.statistics().stopped {
+        let is_complete = image_is_written && !renderer.statistics().stopped;
+        if is_complete && !self.stays {
             return match fs::remove_file(&self.path) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => {
                     Err(error).with_context(|| format!("{} is left over", self.path.display()))
@@ -77,7 +118,12 @@ impl Keeper {
             };
         }
         self.write(&renderer.checkpoint()?)?;
-        output::tell(&format!("what is done is kept in {}: the same command goes on from there", self.path.display()));
+        let how = if is_complete {
+            "with more samples it is gone on from there"
+        } else {
+            "the same command goes on from there"
+        };
+        output::tell(&format!("what is done is kept in {}: {how}", self.path.display()));
         Ok(())
     }
 
@@ -88,25 +134,5 @@ impl Keeper {
             // It replaces one that is whole, even if the power fails now.
             out.get_ref().sync_all()
         })
-    }
-}
-
-/// The checkpoint in a file, if it is of the rendering that `what` describes.
-fn read(path: &Path, what: &str, pixels: u64) -> Result<Checkpoint> {
-    let bytes = read_small(path, BYTES_BESIDE_PIXELS + pixels.saturating_mul(BYTES_OF_PIXEL))
-        .with_context(|| format!("{} cannot be read", path.display()))?;
-    let (of, checkpoint) = Checkpoint::read(&bytes).with_context(|| format!("{}", path.display()))?;
-    let (mut found, mut expected) = (of.lines(), what.lines());
-    loop {
-        match (found.next(), expected.next()) {
-            (None, None) => return Ok(checkpoint),
-            (found, expected) if found == expected => {}
-            (found, expected) => bail!(
-                "{}: the checkpoint is of another rendering: found \"{}\", expected \"{}\"",
-                path.display(),
-                found.unwrap_or("nothing"),
-                expected.unwrap_or("nothing")
-            ),
-        }
     }
 }

@@ -52,9 +52,13 @@ pub struct RenderArgs {
     /// Save what is done in this file, and go on from it if it is there
     ///
     /// It is written from time to time and when the rendering is stopped, and removed when the image is complete. The image has the
-    /// same bits as if it had been rendered at once.
+    /// same bits as if it had been rendered at once. With more --samples than it was begun with, it is gone on with to these.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["noise", "spirv"], help_heading = heading::QUALITY)]
     checkpoint: Option<PathBuf>,
+
+    /// Keep the checkpoint of a complete image, to go on from it to more samples later
+    #[arg(long, requires = "checkpoint", help_heading = heading::QUALITY)]
+    keep_checkpoint: bool,
 
     /// How often the checkpoint is written
     #[arg(
@@ -132,6 +136,11 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
 
     check_memory(&scene)?;
     let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
+    let mut keeper = match &args.checkpoint {
+        Some(path) => Some(Keeper::open(path, args.checkpoint_every, args.keep_checkpoint, pixels)?),
+        None => None,
+    };
+    settings.begun_with = keeper.as_ref().and_then(Keeper::begun_with);
     let interrupt = Interrupt::install()?;
     let started = std::time::Instant::now();
     let (prepared, context) = std::thread::scope(|scope| {
@@ -147,10 +156,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         log::warn!("{} light(s) left out: an opaque sphere keeps them from all that is seen", renderer.hidden_lights());
         args.scene_options.check_warnings(1)?;
     }
-    let mut keeper = match &args.checkpoint {
-        Some(path) => Some(Keeper::open(path, args.checkpoint_every, &identity(&scene, &settings, &context), pixels)?),
-        None => None,
-    };
+    if let Some(keeper) = &mut keeper {
+        keeper.describe(&identity(&scene, &settings, &context))?;
+    }
     let setup = started.elapsed().as_secs_f64();
     let bar = Bar::new();
     let on_progress = |progress: &Progress| {
@@ -297,14 +305,12 @@ fn metadata(scene: &Scene, settings: &RenderSettings, context: &Context, rendere
     m
 }
 
-/// All that the bits of an image depend on.
+/// All that a sample depends on.
 fn identity(scene: &Scene, settings: &RenderSettings, context: &Context) -> Metadata {
     let mut m = Metadata::new();
     m.push("Program", format!("photolith {}, shaders {:016x}", env!("CARGO_PKG_VERSION"), shaders_hash()));
     m.push("Size", format!("{}x{}", scene.film.width, scene.film.height));
-    m.push("Samples", settings.samples);
     push_settings(&mut m, scene, settings, context);
-    m.push("TimeLimit", if settings.time_limit.is_some() { "some" } else { "none" });
     m.push("Scene", format!("{:016x}", fingerprint(scene)));
     m
 }

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::time::Duration;
 
-use photolith::render::{Adaptive, Checkpoint, Progress, RenderStatistics, Reuse};
+use photolith::render::{Adaptive, Checkpoint, Progress, RenderStatistics, Reuse, SampleMap};
 use photolith::{Film, RenderError, RenderSettings, Renderer, Scene};
 
 use crate::harness::{assert_same_bits, context, render, render_counted, shipped};
@@ -155,4 +155,43 @@ fn checkpoints_of_other_renderings_are_refused() {
     let adaptive = RenderSettings { adaptive: Some(Adaptive { noise: 0.5 }), ..settings };
     refused(&scene, &adaptive);
     assert!(Renderer::new(&context, &scene, &adaptive).unwrap().checkpoint().is_err());
+}
+
+#[test]
+fn a_rendering_is_gone_on_with_to_more_samples() {
+    let context = context();
+    let go_on = |_: &Progress| ControlFlow::Continue(());
+    let rms = |a: &Film, b: &Film| {
+        let squares =
+            a.mean().into_iter().zip(b.mean()).flat_map(|(a, b)| [0, 1, 2].map(|c| f64::from(a[c] - b[c]).powi(2)));
+        (squares.sum::<f64>() / (3.0 * a.counts().len() as f64)).sqrt()
+    };
+    for name in ["spheres", "cornell", "cat"] {
+        let scene = |samples| shipped(name, (40, 24), samples);
+        let all = RenderSettings::of(&scene(16));
+        let plain = RenderSettings { reuse: Reuse::Off, sample_map: SampleMap::Off, ..all.clone() };
+        let reference = render(&context, &scene(4096), &RenderSettings { samples: 4096, seed: 9, ..all.clone() });
+        for (settings, same_bits) in [(plain, true), (all, false)] {
+            let more = RenderSettings { samples: 256, begun_with: Some(16), ..settings.clone() };
+            let mut renderer = Renderer::new(&context, &scene(16), &settings).unwrap();
+            let begun = renderer.render(go_on).unwrap();
+            let checkpoint = renderer.checkpoint().unwrap();
+            let mut renderer = Renderer::new(&context, &scene(256), &more).unwrap();
+            let film = renderer.go_on(&checkpoint, go_on).unwrap();
+            let (before, after) = (rms(&begun, &reference), rms(&film, &reference));
+            assert!(after < 0.5 * before, "{name}: {before} {after}");
+            assert!(renderer.statistics().mean_samples_per_pixel >= 256.0, "{name}");
+            if same_bits {
+                let at_once = RenderSettings { begun_with: None, ..more.clone() };
+                assert_same_bits(&render(&context, &scene(256), &at_once), &film, name);
+            }
+            // Once again, and to as many as it has.
+            let checkpoint = renderer.checkpoint().unwrap();
+            assert_same_bits(&film, &renderer.go_on(&checkpoint, go_on).unwrap(), name);
+            let mut fewer =
+                Renderer::new(&context, &scene(8), &RenderSettings { samples: 8, begun_with: Some(16), ..settings })
+                    .unwrap();
+            assert!(matches!(fewer.go_on(&checkpoint, go_on), Err(RenderError::Settings(_))));
+        }
+    }
 }

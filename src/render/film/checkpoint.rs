@@ -12,7 +12,7 @@ use crate::render::kernel::layout::{Counters, FilmSlot, GradientSlot};
 use crate::render::statistics::RenderStatistics;
 
 /// The beginning of a file; the number is that of the format.
-const MAGIC: &[u8; 24] = b"photolith checkpoint 1\n\n";
+const MAGIC: &[u8; 24] = b"photolith checkpoint 2\n\n";
 
 /// The film, exactly as it is on the device, and what was counted: [`Renderer::checkpoint`](crate::render::Renderer::checkpoint).
 #[derive(Debug, Clone, PartialEq)]
@@ -29,6 +29,10 @@ pub struct Checkpoint {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 pub(crate) struct Figures {
+    /// Samples per pixel that were asked for when the rendering began: what was decided about it is decided by them.
+    pub begun_with: u32,
+    /// Whether its time was limited then.
+    pub limited: u32,
     /// Samples per pixel before the part of the rendering, with groups of pixels in one place, that was stopped.
     pub done: u64,
     pub samples: u64,
@@ -92,6 +96,11 @@ impl Checkpoint {
     /// Samples so far, over all pixels.
     pub fn samples(&self) -> u64 {
         self.figures.samples
+    }
+
+    /// Samples per pixel that were asked for when it was begun: for [`RenderSettings`](crate::RenderSettings::begun_with).
+    pub fn begun_with(&self) -> u32 {
+        self.figures.begun_with
     }
 
     /// Seconds that it has taken.
@@ -159,7 +168,7 @@ mod tests {
 
     #[test]
     fn what_is_read_is_what_was_written() {
-        let figures = Figures { done: 3, samples: 1 << 40, render_seconds: 0.5, ..Figures::default() };
+        let figures = Figures { begun_with: 64, done: 3, samples: 1 << 40, render_seconds: 0.5, ..Figures::default() };
         let slot = |n: u8| FilmSlot { count: u32::from(n), sum: [f32::from(n); 3], ..FilmSlot::default() };
         let gradients = vec![GradientSlot { pilot_down: 2.0, ..GradientSlot::default() }];
         for (gradients, light_paths) in [(Vec::new(), vec![[0.25, -1.0, 3.0]]), (gradients, Vec::new())] {

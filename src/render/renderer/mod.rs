@@ -36,6 +36,7 @@ use crate::render::light_tracing::tracer::LightTracer;
 use crate::render::plan::launch::Launch;
 use crate::render::plan::prepared::Prepared;
 use crate::render::renderer::develop::develop;
+use crate::render::renderer::resume::Plan;
 use crate::render::renderer::techniques::{Decisions, Techniques};
 use crate::render::reuse::decision::ReuseDecision;
 use crate::render::reuse::pilot::{PilotOptions, run_pilot};
@@ -67,6 +68,8 @@ pub struct Renderer {
 /// Where a rendering is, and what of it was done when it was stopped.
 #[derive(Debug, Clone, Copy, Default)]
 struct Position {
+    /// What it is decided by.
+    plan: Plan,
     /// Samples per pixel before the part of the rendering that is being done, with groups of pixels in one place.
     phase_begin: u32,
     /// Samples, over all pixels, that had been done of that part when the rendering was stopped.
@@ -211,10 +214,11 @@ impl Renderer {
             |limit: Duration| if self.light_tracer.is_some() { limit - limit / 10 } else { limit };
         let limit = self.settings.time_limit.map(before_light_tracing);
         let mut control = RenderControl::new(limit, checkpointer, on_progress);
-        self.position = Position { seconds: checkpoint.map_or(0.0, Checkpoint::seconds), ..Position::default() };
+        let plan = Plan::of(&self.settings, checkpoint)?;
+        self.position = Position { plan, seconds: checkpoint.map_or(0.0, Checkpoint::seconds), ..Position::default() };
         self.splats = self.no_splats();
         self.engine.push.modes = 0;
-        self.decisions = self.decide()?;
+        self.decisions = self.decide(plan)?;
         self.engine.push.modes = self.decisions.modes();
         self.engine.statistics.multiplied_pixels = self.decisions.sample_map.multiplied_pixels();
         empty_film(&mut self.engine, &self.decisions.sample_map)?;
@@ -233,9 +237,8 @@ impl Renderer {
 
     /// Before a rendering: whether paths are reused, whether the image is made from gradients, and how many samples
     /// each pixel gets. It depends on no random number of the image. The film is left to the caller.
-    fn decide(&mut self) -> Result<Decisions, RenderError> {
+    fn decide(&mut self, Plan { samples, limited }: Plan) -> Result<Decisions, RenderError> {
         let Self { settings, techniques, engine, .. } = self;
-        let samples = settings.samples;
         let may_map = techniques.sample_map
             && fits_sample_map(settings, engine.launch.kernel.sobol_levels)
             && (!engine.launch.kernel.reuse || engine.has_whole_rows());
@@ -253,22 +256,22 @@ impl Renderer {
 
         let mut reuse = techniques.reuse.before(samples);
         let mut decisions = Decisions::default();
-        let gradients = techniques.makes_gradients(reuse, settings);
+        let gradients = techniques.makes_gradients(reuse, samples, settings);
         let due = reuse == ReuseDecision::Pending || (reuse == ReuseDecision::Always && gradients);
         if due && samples >= queue::PILOT_SAMPLES {
-            let tells_tiles = may_allocate && settings.time_limit.is_none();
+            let tells_tiles = may_allocate && !limited;
             let pilot = run_pilot(engine, PilotOptions::new(samples, tells_tiles, gradients), &wanted)?;
             if reuse == ReuseDecision::Pending {
                 reuse = pilot.reuse;
             }
             let reuses = reuse.pays(techniques.reuse.worth);
             log::debug!("reuse of paths: {reuse:?}, {reuses}");
-            if techniques.makes_gradients(reuse, settings) {
+            if techniques.makes_gradients(reuse, samples, settings) {
                 let first_hits = find_first_hits(engine)?;
                 let weights = class_weights(&pilot.pairs, &first_hits);
                 log::debug!("weights of differences: {weights:?}");
                 let phases = match settings.adaptive {
-                    None => Phases::new(samples, settings.time_limit.is_some()),
+                    None => Phases::new(samples, limited),
                     Some(_) => Phases::OfDoublings,
                 };
                 let band_rows = grid.band_rows as usize;

@@ -16,6 +16,7 @@ use crate::render::kernel::layout::FilmSlot;
 use crate::render::light_tracing::splats::Splats;
 use crate::render::renderer::techniques::Decisions;
 use crate::render::renderer::{Position, Renderer};
+use crate::render::settings::RenderSettings;
 use crate::render::statistics::Progress;
 
 /// What has been done of a rendering, in which splats are what light paths have lit.
@@ -33,13 +34,42 @@ pub(super) fn checkpoint(
     let Splats { light_paths, sums } = splats.clone();
     let done = u64::from(position.phase_begin);
     let figures = Figures::new(&engine.statistics, stages(engine));
-    let figures = Figures { done, light_paths, render_seconds, ..figures };
+    let Plan { samples, limited } = position.plan;
+    let figures =
+        Figures { begun_with: samples, limited: limited.into(), done, light_paths, render_seconds, ..figures };
     Ok(Checkpoint { figures, film, gradients, light_paths: sums })
 }
 
 /// The names of its stages, and of light tracing.
 fn stages(engine: &Engine) -> [&'static str; 2] {
     [engine.stage(), LIGHT_TRACE.name]
+}
+
+/// What a rendering is decided by, which stays when it is gone on with to more samples.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Plan {
+    /// Samples per pixel that its settings asked for when it was begun.
+    pub samples: u32,
+    /// Whether they limited its time.
+    pub limited: bool,
+}
+
+impl Plan {
+    /// That of a checkpoint, or of a rendering that begins.
+    ///
+    /// # Errors
+    /// The checkpoint was begun with other samples than the settings say, or with more than they ask for.
+    pub fn of(settings: &RenderSettings, checkpoint: Option<&Checkpoint>) -> Result<Self, RenderError> {
+        let (samples, asked) = (settings.planned_samples(), settings.samples);
+        let begun_with = checkpoint.map_or(samples, Checkpoint::begun_with);
+        if begun_with != samples || begun_with > asked {
+            return Err(RenderError::Settings(format!(
+                "{asked} samples per pixel are asked for, but the checkpoint was begun with {begun_with}"
+            )));
+        }
+        let limited = checkpoint.map_or(settings.time_limit.is_some(), |checkpoint| checkpoint.figures.limited != 0);
+        Ok(Self { samples, limited })
+    }
 }
 
 impl Renderer {
@@ -58,7 +88,8 @@ impl Renderer {
     }
 
     /// Renders as [`Self::render`] does, but goes on from where another rendering of the same scene with the same settings on the
-    /// same device was stopped. The film has the same bits as if it had not been. A time limit is one of this call, which does not end
+    /// same device was stopped, or is complete. The settings may ask for more samples than it was [begun with](RenderSettings::begun_with). If they ask
+    /// for as many, the film has the same bits as if it had not been stopped. A time limit is one of this call, which does not end
     /// before there is a further sample.
     ///
     /// # Errors

@@ -61,10 +61,10 @@ impl Techniques {
         (techniques, options)
     }
 
-    /// Whether the image is made from gradients, that being decided about reuse.
-    pub fn makes_gradients(&self, reuse: ReuseDecision, settings: &RenderSettings) -> bool {
+    /// Whether the image of so many samples is made from gradients, that being decided about reuse.
+    pub fn makes_gradients(&self, reuse: ReuseDecision, samples: u32, settings: &RenderSettings) -> bool {
         let samples = match &settings.adaptive {
-            None => settings.samples,
+            None => samples,
             Some(adaptive) => Stopping::of_half(adaptive, settings.samples).most(),
         };
         self.gradients

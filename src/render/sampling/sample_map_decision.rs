@@ -24,25 +24,25 @@ pub(crate) fn greatest_multiplier(samples: u32) -> Multiplier {
 }
 
 /// Samples that any pixel gets at most.
-fn most_of_pixel(samples: u32) -> u32 {
-    greatest_multiplier(samples).of(samples)
+fn most_of_pixel(settings: &RenderSettings) -> u32 {
+    greatest_multiplier(settings.planned_samples()).of(settings.samples)
 }
 
 /// Whether pixels are to get different numbers of samples, where that pays.
 pub(crate) fn wants_sample_map(settings: &RenderSettings) -> bool {
-    settings.sample_map == settings::SampleMap::Auto && most_of_pixel(settings.samples) <= MAX_SAMPLES
+    settings.sample_map == settings::SampleMap::Auto && most_of_pixel(settings) <= MAX_SAMPLES
 }
 
 /// Levels that the sampler's table has for a rendering, with a sample map or without.
 pub(crate) fn levels_of_table(features: &Features, settings: &RenderSettings, sample_map: bool) -> u32 {
-    let needed = if sample_map { levels(most_of_pixel(settings.samples)) } else { 0 };
+    let needed = if sample_map { levels(most_of_pixel(settings)) } else { 0 };
     features.sobol_levels.max(needed)
 }
 
 /// Whether pixels may get different numbers of samples with a kernel that is made for that, whose sampler's table has so many levels.
 pub(crate) fn fits_sample_map(settings: &RenderSettings, table_levels: u32) -> bool {
     // Of more samples than the renderer was made for, some pixels might need a larger table.
-    wants_sample_map(settings) && levels(most_of_pixel(settings.samples)) <= table_levels
+    wants_sample_map(settings) && levels(most_of_pixel(settings)) <= table_levels
 }
 
 /// No samples in the film, whose pixels are to have as many as the map says.

@@ -172,6 +172,8 @@ pub struct RenderSettings {
     /// Samples per pixel, in noisy parts more and elsewhere fewer (see [`SampleMap`]); with [`Adaptive`], the most that a pixel
     /// gets in both halves.
     pub samples: u32,
+    /// The samples per pixel that a checkpoint was begun with, if it is to be gone on with to more of them.
+    pub begun_with: Option<u32>,
     /// Sample to a noise.
     pub adaptive: Option<Adaptive>,
     /// Selects the random numbers; images of different seeds are independent.
@@ -229,5 +231,10 @@ impl RenderSettings {
     /// The scene's number of samples, seed 0, and defaults.
     pub fn of(scene: &Scene) -> Self {
         Self { samples: scene.integrator.samples, ..Self::default() }
+    }
+
+    /// The samples per pixel by which it is decided what a rendering is made with.
+    pub(crate) fn planned_samples(&self) -> u32 {
+        self.begun_with.unwrap_or(self.samples)
     }
 }
