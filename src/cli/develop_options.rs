@@ -63,8 +63,14 @@ impl DevelopOptions {
         scene.film.exposure = self.exposure.unwrap_or(scene.film.exposure);
         scene.film.tone = self.tone.unwrap_or(scene.film.tone);
         scene.film.transparent |= self.transparent;
-        if scene.film.transparent && !matches!(format, Format::Png | Format::Exr) {
-            anyhow::bail!("a transparent background: {format} has no alpha, expected .png or .exr");
+        if scene.film.transparent {
+            anyhow::ensure!(
+                matches!(format, Format::Png | Format::Exr),
+                "a transparent background: {format} has no alpha, expected .png or .exr"
+            );
+            if let Some(map) = &mut scene.environment {
+                map.visible = false;
+            }
         }
         Ok(())
     }
@@ -97,7 +103,9 @@ pub fn develop(
     if auto {
         output::tell(&format!("exposure: {exposure:+.2} stops (auto)"));
     }
-    let image = if film.transparent { image.without_background(covered, scene.background)? } else { image };
+    // A map was not shown; a constant background is known.
+    let background = if scene.environment.is_some() { [0.0; 3] } else { scene.background };
+    let image = if film.transparent { image.without_background(covered, background)? } else { image };
     Ok((image, Development { exposure, auto, tone: film.tone, transparent: film.transparent }))
 }
 

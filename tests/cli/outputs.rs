@@ -265,3 +265,19 @@ fn views_and_pictures_are_chosen_and_told() {
         assert!(!output.status.success() && text(&output.stderr).contains(said), "{options}: {}", text(&output.stderr));
     }
 }
+
+/// A black ball leaves nothing of an environment that the camera does not see, at its edge neither.
+#[test]
+fn transparent_images_are_without_the_environment() {
+    let directory = directory();
+    let d = directory.path();
+    put(d, "black.toml", &format!("version = 1\n{CAMERA}{}", BALL.replace("0.8", "0.0")));
+    let options = "--environment studio --size 24x24 --samples 16";
+    assert_eq!(run(d, &format!("render black.toml {options} --transparent -o black.exr")).status.code(), Some(0));
+    let (image, _) = read(&d.join("black.exr")).unwrap();
+    assert!(image.pixels().iter().all(|pixel| *pixel == [0.0; 3]));
+    assert_eq!(run(d, &format!("render black.toml {options} -o seen.exr")).status.code(), Some(0));
+    let (seen, _) = read(&d.join("seen.exr")).unwrap();
+    let [black, all] = [seen.pixels().iter().filter(|p| p[0] == 0.0).count(), 24 * 24];
+    assert!(black > 20 && black < all / 2, "{black}");
+}
