@@ -44,7 +44,7 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::SwappedBitangent => &["materials/textures"],
         Mutation::ThresholdAlpha => &["materials/coverage"],
         Mutation::LinearSpot | Mutation::NoRange => &["materials/spots"],
-        Mutation::TurnedEnvironment | Mutation::FlatEnvironment => &["environment/oracle"],
+        Mutation::TurnedEnvironment | Mutation::FlatEnvironment => &["environment/oracle", "environment/hot-texel"],
         Mutation::OwnSampleMap => &["emitters/edges-of-glass"],
     }
 }

@@ -5,6 +5,7 @@ mod cameras;
 mod determinism;
 mod emitters;
 mod energy;
+mod environment;
 mod film;
 mod glass;
 mod hit_points;
@@ -38,6 +39,7 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
         emitters::CASES,
         energy::CASES,
         materials::CASES,
+        environment::CASES,
         scale::CASES,
         cameras::CASES,
         film::CASES,
