@@ -243,7 +243,7 @@ bool path_arrive(Path path, Hit hit, uint key, uint light_samples, inout vec3 ra
     v.last = v.hits == MAX_DEPTH || (!INDIRECT && !is_delta(v.bsdf));
     shadow = shadow_none(vec3(0.0), -1);
     if (HAS_DENSITIES) {
-        shadow = direct_light(v, -path.direction, path.index, key, v.first ? light_samples : 1u);
+        shadow = direct_light(v, -path.direction, path.index, key, v.first && reconnectable ? light_samples : 1u);
         shadow.enabled = shadow.enabled && alive;
     }
     alive = alive && (LIGHT_AFTER_LAST_HIT || !v.last);

@@ -7,7 +7,7 @@ use crate::check::{Case, CheckError, Lab, Measured};
 use crate::oracle;
 use crate::oracle::OracleSettings;
 use crate::render::{RenderSettings, Reuse, Scheduler};
-use crate::scene::{Normals, PixelFilter, Scene};
+use crate::scene::{Bsdf, MetallicRoughness, Normals, PixelFilter, Scene, Surface};
 
 pub(super) const CASES: &[Case] = &[
     Case {
@@ -83,6 +83,15 @@ pub(super) const CASES: &[Case] = &[
         measure: |lab| against_oracle_with(lab, &emitters(), Reuse::Always, Scheduler::Auto),
     },
     Case {
+        name: "oracle/reused-rough",
+        what: "the same with metals and varnish in place of mirror and glass, and on the floor: what cannot be shared is seen first",
+        oracle: "path tracer in f64",
+        quantity: "the same",
+        threshold: 1.0,
+        full_only: false,
+        measure: |lab| against_oracle_with(lab, &rough_emitters(), Reuse::Always, Scheduler::Auto),
+    },
+    Case {
         name: "oracle/caustics",
         what: "emitters before, beside and within glass and mirrors of spheres and meshes: paths and light paths share their light",
         oracle: "path tracer in f64",
@@ -117,6 +126,25 @@ fn emitters_across() -> Scene {
     scene.sphere(v(2.0, -0.75, -6.0), 0.375, emitter(100.0));
     scene.sphere(v(-1.0, 1.0, -7.0), 1.0, mirror(0.875));
     scene.quad([v(-1.75, 1.0, -8.0), v(-0.25, 1.0, -8.0), v(-0.25, 1.0, -5.25), v(-1.75, 1.0, -5.25)], emitter(2.0));
+    scene
+}
+
+/// The room of emitters with rough surfaces.
+fn rough_emitters() -> Scene {
+    let mut scene = emitters();
+    let rough = |metallic: f64, roughness: f64| {
+        let base_color = [0.9, 0.7, 0.5];
+        Bsdf::MetallicRoughness(MetallicRoughness { base_color, metallic, roughness, ..MetallicRoughness::default() })
+    };
+    for material in &mut scene.materials {
+        match &mut material.surface.bsdf {
+            bsdf @ Bsdf::Dielectric { .. } => *bsdf = rough(1.0, 0.3),
+            bsdf @ Bsdf::Mirror { .. } => *bsdf = rough(0.0, 0.4),
+            _ => {}
+        }
+    }
+    let floor = [v(-2.5, -1.9, -7.5), v(-2.5, -1.9, -3.0), v(2.5, -1.9, -3.0), v(2.5, -1.9, -7.5)];
+    scene.quad(floor, Surface { bsdf: rough(0.0, 0.5), ..diffuse(0.0) });
     scene
 }
 
