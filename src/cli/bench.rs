@@ -17,7 +17,7 @@ use photolith::bench::rays::{self, RayKind};
 use photolith::bench::report::{self, ReferenceReport, Report, SceneReport};
 use photolith::bench::{self, BenchError, ConfigurationSummary, Machine, Origin, Reference, Vary};
 use photolith::image::metrics::flip;
-use photolith::render::TechniqueList;
+use photolith::render::{Accel, TechniqueList};
 use photolith::scene::Scene;
 use photolith::{Context, RenderSettings, user_cache};
 
@@ -178,7 +178,9 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
     outputs::check(args)?;
     let interrupt = Interrupt::install()?;
     let loaded = args.scenes.iter().map(|path| load(args, path)).collect::<Result<Vec<_>, _>>()?;
-    let context = Context::new(&args.device.context_options())?;
+    let varied = bench::combine(&RenderSettings::default(), &args.vary);
+    let ray_query = varied.iter().any(|c| c.settings.accel == Accel::RayQuery);
+    let context = Context::new(&args.device.context_options(ray_query))?;
     let mut report = Report {
         schema: report::SCHEMA,
         machine: Machine::of(&context),
