@@ -119,6 +119,9 @@ const uint MUTATE_TURN = 42u;
 const uint MUTATE_SINE = 43u;
 const uint MUTATE_LENS = 38u;
 const uint MUTATE_VIEW = 39u;
+const uint MUTATE_QUERY_DISTANCE = 47u;
+const uint MUTATE_QUERY_TIES = 48u;
+const uint MUTATE_QUERY_MASK = 49u;
 
 // ---- bindings
 // All texels are bits, of numbers too: lavapipe compiles five functions for each format that it meets, and small integers

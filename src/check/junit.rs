@@ -12,7 +12,8 @@ pub fn junit(report: &Report) -> String {
     let host = host_name().unwrap_or_else(|| "localhost".to_owned());
     for (id, device) in report.devices.iter().enumerate() {
         let failures = device.count(Verdict::Fail) + device.count(Verdict::UnexpectedPass);
-        let skipped = [Verdict::NotRun, Verdict::ExpectedFail, Verdict::NotSupported].map(|verdict| device.count(verdict));
+        let skipped =
+            [Verdict::NotRun, Verdict::ExpectedFail, Verdict::NotSupported].map(|verdict| device.count(verdict));
         let skipped: usize = skipped.into_iter().sum();
         let errors = device.cases.len() - failures - skipped - device.count(Verdict::Pass);
         let suite = escape(&format!("{} [{}]", device.device, device.driver));

@@ -14,8 +14,8 @@ use crate::gpu::submit::{Access, Timeline};
 type BoxCorners = [[f32; 3]; 2];
 const _: () = assert!(size_of::<BoxCorners>() == size_of::<vk::AabbPositionsKHR>());
 
-/// Rays meet all instances.
-const ALL: u8 = 0xff;
+/// Of the instance (shaders/lib/intersect/query.glsl).
+const MASK: u8 = 1;
 
 /// Boxes for ray queries, which name them by their numbers.
 pub(crate) struct AccelerationStructure {
@@ -45,7 +45,7 @@ impl AccelerationStructure {
 
         let instance = vk::AccelerationStructureInstanceKHR {
             transform: vk::TransformMatrixKHR { matrix: [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0] },
-            instance_custom_index_and_mask: vk::Packed24_8::new(0, ALL),
+            instance_custom_index_and_mask: vk::Packed24_8::new(0, MASK),
             instance_shader_binding_table_record_offset_and_flags: vk::Packed24_8::new(0, 0),
             acceleration_structure_reference: vk::AccelerationStructureReferenceKHR {
                 device_handle: bottom.level.address(),
@@ -53,10 +53,7 @@ impl AccelerationStructure {
         };
         // SAFETY: plain numbers without gaps, by their definition in the specification.
         let bytes = unsafe {
-            slice::from_raw_parts(
-                (&raw const instance).cast::<u8>(),
-                size_of::<vk::AccelerationStructureInstanceKHR>(),
-            )
+            slice::from_raw_parts((&raw const instance).cast::<u8>(), size_of::<vk::AccelerationStructureInstanceKHR>())
         };
         let instances_input = self::input(device, "instances", bytes)?;
         let instances = vk::AccelerationStructureGeometryInstancesDataKHR::default()

@@ -26,8 +26,7 @@ pub(crate) enum BindingKind {
 }
 
 impl BindingKind {
-    const ALL: [Self; 5] =
-        [Self::Array, Self::Values, Self::Texels, Self::StorageTexels, Self::AccelerationStructure];
+    const ALL: [Self; 5] = [Self::Array, Self::Values, Self::Texels, Self::StorageTexels, Self::AccelerationStructure];
 
     fn raw(self) -> vk::DescriptorType {
         match self {

@@ -116,8 +116,7 @@ impl Buffer {
                 MemoryLocation::CpuToGpu,
             ),
             Usage::AccelerationStructure => (
-                vk::BufferUsageFlags::ACCELERATION_STRUCTURE_STORAGE_KHR
-                    | vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS,
+                vk::BufferUsageFlags::ACCELERATION_STRUCTURE_STORAGE_KHR | vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS,
                 MemoryLocation::GpuOnly,
             ),
             Usage::Scratch => (

@@ -13,6 +13,9 @@
 const float ABOVE = 1.0 + 1.0 / 1048576.0;
 const float LEAST_ABOVE = 1e-30;
 
+// The only instance has this mask (src/gpu/acceleration_structure.rs).
+const uint MASK = MUTATION == MUTATE_QUERY_MASK ? 2u : 1u;
+
 // The record of a leaf. Leaves are numbered depth first, which suits builders that divide them in this order.
 int record_of_leaf(int leaf) {
     int first = 3 * int(record_count) + int((record_count + 1u) >> 1);
@@ -34,13 +37,14 @@ void query_leaves(Ray ray, float t_max, bool any_hit, uint loops, out float near
     steps = 0u;
     float committed = t_max;
     rayQueryEXT query;
-    rayQueryInitializeEXT(query, leaf_boxes, gl_RayFlagsNoneEXT, 0xffu, ray.origin, 0.0, without_zeros(ray.direction), t_max);
+    rayQueryInitializeEXT(query, leaf_boxes, gl_RayFlagsNoneEXT, MASK, ray.origin, 0.0, without_zeros(ray.direction), t_max);
     while ((LOOP_BUDGET == 0u || loops + steps < LOOP_BUDGET) && rayQueryProceedEXT(query)) {
         steps += 1u;
         int record = record_of_leaf(rayQueryGetIntersectionPrimitiveIndexEXT(query, false));
         float t;
         int id;
-        if (!leaf_test(r, record, bvh_record(record), ray.self_id, t, id) || !is_nearer(t, id, nearest, nearest_id)) continue;
+        bool hit = leaf_test(r, record, bvh_record(record), ray.self_id, t, id);
+        if (!hit || !(MUTATION == MUTATE_QUERY_TIES ? t < nearest : is_nearer(t, id, nearest, nearest_id))) continue;
         nearest = t;
         nearest_id = id;
         if (any_hit) break;
@@ -50,6 +54,7 @@ void query_leaves(Ray ray, float t_max, bool any_hit, uint loops, out float near
             rayQueryGenerateIntersectionEXT(query, above);
         }
     }
+    if (MUTATION == MUTATE_QUERY_DISTANCE && !any_hit && nearest_id >= 0) nearest = committed;
 }
 
 #endif

@@ -12,6 +12,7 @@ mod light;
 mod lights;
 mod materials;
 mod oracle;
+mod query;
 mod reuse;
 mod sampling;
 mod scale;
@@ -32,6 +33,7 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
         hit_points::CASES,
         spawn::CASES,
         bvh::CASES,
+        query::CASES,
         glass::CASES,
         light::CASES,
         lights::CASES,

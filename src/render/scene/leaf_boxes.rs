@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use crate::accel::{Aabb, Packed, Primitive, Texel};
 use crate::scene::Scene;
 
+use crate::render::settings::mutation::Mutation;
 use crate::render::space::RenderSpace;
 
 /// Boxes, and the records that they are around: of each leaf, depth first.
@@ -17,10 +18,27 @@ pub(crate) struct LeafBoxes {
 impl LeafBoxes {
     /// Of a BVH over some primitives, which are numbered from `first_primitive` on, for rays that start no farther from the origin than
     /// `reach`.
-    pub fn of(packed: &Packed, primitives: &[Primitive], first_primitive: u32, reach: f32) -> Self {
-        let records = packed.leaf_records();
+    pub fn of(
+        packed: &Packed,
+        primitives: &[Primitive],
+        first_primitive: u32,
+        reach: f32,
+        mutation: Option<Mutation>,
+    ) -> Self {
+        let mut records = packed.leaf_records();
+        if mutation == Some(Mutation::QueriedLostLeaf) {
+            records.pop();
+        }
         let members = |record: u32| [0, 1].into_iter().filter_map(move |i| packed.primitive(2 * record as usize + i));
-        let bounds = |primitive: u32| primitives[(primitive - first_primitive) as usize].bounds(reach);
+        let bounds = |primitive: u32| {
+            let primitive = &primitives[(primitive - first_primitive) as usize];
+            let thin = primitive.extent();
+            match mutation {
+                Some(Mutation::QueriedThinBoxes) => thin,
+                Some(Mutation::QueriedEpsilonBoxes) => Aabb { lo: thin.lo - 1e-7, hi: thin.hi + 1e-7 },
+                _ => primitive.bounds(reach),
+            }
+        };
         let boxes = records.par_iter().map(|&record| {
             let Aabb { lo, hi } = members(record).map(bounds).fold(Aabb::EMPTY, Aabb::union);
             [lo, hi].map(|corner| corner.to_array())

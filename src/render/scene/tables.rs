@@ -96,7 +96,8 @@ impl Tables {
         let mut packed =
             tree.as_ref().map_or_else(Packed::nothing, |tree| accel::pack(tree, &leaves, primitives, first_primitive));
         let leaf_boxes = (settings.accel == Accel::RayQuery && tree.is_some()).then(|| {
-            let boxes = LeafBoxes::of(&packed, primitives, first_primitive, farthest_start(scene, space));
+            let boxes =
+                LeafBoxes::of(&packed, primitives, first_primitive, farthest_start(scene, space), settings.mutation);
             packed.texels.extend(boxes.record_texels());
             boxes
         });
