@@ -63,6 +63,8 @@ fn options() -> Result<CompileOptions<'static>, Box<dyn Error>> {
     options.set_target_spirv(SpirvVersion::V1_5);
     options.set_optimization_level(OptimizationLevel::Zero);
     options.set_warnings_as_errors();
+    // What a device without ray queries gets of it, see src/gpu/prune.rs, has none.
+    options.add_macro_definition("RAY_QUERY", None);
     options.set_include_callback(|requested, kind, from, _depth| {
         let base = match kind {
             IncludeType::Relative => Path::new(from).parent().unwrap_or(Path::new("")),

@@ -1,5 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#ifdef RAY_QUERY
+#extension GL_EXT_ray_query : require
+#endif
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_maximal_reconvergence : require
 #extension GL_KHR_shader_subgroup_basic : require

@@ -27,6 +27,9 @@ layout(constant_id = 14) const bool BVH_TRIANGLES = true;   // the BVH has trian
 layout(constant_id = 15) const bool SMOOTH_NORMALS = false;
 layout(constant_id = 16) const bool BRUTE_FORCE = false;    // test every leaf record instead of traversing the BVH
 layout(constant_id = 17) const bool MOLLER_TRUMBORE = false;
+#ifdef RAY_QUERY
+layout(constant_id = 60) const bool USES_RAY_QUERY = false; // the device finds the BVH's leaves, see intersect/query.glsl
+#endif
 layout(constant_id = 18) const uint SPHERE_COUNT = 0u;      // constant spheres, see intersect/sphere.glsl
 layout(constant_id = 19) const uint POINT_INSIDE = 0u;      // bit n: the only light, a point, is inside of sphere n
 layout(constant_id = 20) const uint POLYGON_COUNT = 0u;     // constant flat polygons, see intersect/polygon.glsl
@@ -116,15 +119,21 @@ const uint MUTATE_TURN = 42u;
 const uint MUTATE_SINE = 43u;
 const uint MUTATE_LENS = 38u;
 const uint MUTATE_VIEW = 39u;
+const uint MUTATE_QUERY_DISTANCE = 47u;
+const uint MUTATE_QUERY_TIES = 48u;
+const uint MUTATE_QUERY_MASK = 49u;
 
 // ---- bindings
 // All texels are bits, of numbers too: lavapipe compiles five functions for each format that it meets, and small integers
 // among numbers cannot be taken for denormal ones.
-layout(binding = 0) uniform usamplerBuffer bvh_texels;    // 3 texels a record, then 2 numbers a record, see intersect/bvh/
+layout(binding = 0) uniform usamplerBuffer bvh_texels;    // 3 texels a record, then 2 numbers a record, see intersect/bvh/; a number a leaf
 layout(binding = 1) uniform usamplerBuffer geometry_texels;    // primitives, materials and vertices, see geometry.glsl
 layout(binding = 2) uniform usamplerBuffer sobol_texels;   // see sampler.glsl
 layout(binding = 3) uniform usamplerBuffer light_texels;   // see light/
 layout(binding = 14) uniform usamplerBuffer texture_texels;    // see texture.glsl
+#ifdef RAY_QUERY
+layout(binding = 15) uniform accelerationStructureEXT leaf_boxes;   // a box for each leaf of the BVH, see intersect/query.glsl
+#endif
 vec4 light_texel(int row) { return uintBitsToFloat(texelFetch(light_texels, row)); }
 // What kernels both read and write is texels to read and an array to write. On lavapipe a vec4 of an array is 4 scalar accesses for
 // each lane, all of them unrolled: much to compile, so that such a write should be in one place. A texel is one call, which

@@ -1,5 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#ifdef RAY_QUERY
+#extension GL_EXT_ray_query : require
+#endif
 #extension GL_EXT_control_flow_attributes : require
 // Adds synthetic samples to the film, as many as one likes: sample k of slot s is unit_float(hash(k + 2654435761·s)).
 // PROBE 1: after a first sample that is so bright that the others are below the last bit of the sum.

@@ -1,5 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#ifdef RAY_QUERY
+#extension GL_EXT_ray_query : require
+#endif
 // What a driver's arithmetic does where Vulkan leaves it free. Four words out for (x, y, z) in.
 
 #include "io.glsl"

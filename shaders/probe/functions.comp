@@ -1,5 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#ifdef RAY_QUERY
+#extension GL_EXT_ray_query : require
+#endif
 // The functions that sample and weigh, one at a time over arrays of arguments. Two words in, two words out;
 // check/probe/functions.rs names them.
 

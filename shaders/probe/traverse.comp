@@ -1,5 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#ifdef RAY_QUERY
+#extension GL_EXT_ray_query : require
+#endif
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_vote : require
@@ -8,7 +11,7 @@
 // Rays and nothing else, to measure how many a second can be traced: the traversal of the path tracer. A workgroup is one
 // subgroup, which owns a run of rays; when enough lanes are done they fetch the next ones. path_queue.comp does without
 // that counting: there each lane has rays of its own to go on with.
-// Records: check/probe/traversal.rs.
+// Records: check/probe/traversal.rs. A ray query has no steps to deal out: there each lane has rays of its own.
 
 #include "io.glsl"
 #include "../lib/path.glsl"
@@ -21,6 +24,33 @@ layout(constant_id = 241) const uint RUN = 512u;    // rays of a workgroup
 // Not a constant: the path tracer's loop has rays of both kinds.
 bool any_hit = max_new_samples != 0u;
 
+Ray ray_of_input(uint i, out float t) {
+    vec4 o = input_floats(2u * i);
+    vec4 d = input_floats(2u * i + 1u);
+    t = o.w;
+    return Ray(o.xyz, d.xyz, floatBitsToInt(d.w));
+}
+
+#ifdef RAY_QUERY
+void trace_by_queries(uint first, uint total) {
+    uint loops = 0u;
+    for (uint i = first + gl_LocalInvocationIndex; i < first + total; i += gl_WorkGroupSize.x) {
+        float t;
+        Ray ray = ray_of_input(i, t);
+        int id = -1;
+        closest_constant(ray, t, id);
+        Nearest nearest = Nearest(t, -1);
+        uint steps = 0u;
+        uint entry = any_hit && id >= 0 ? 0u : root_hit_mask(ray.origin, ray.direction, t);
+        if (entry != 0u) query_leaves(ray, t, any_hit, loops, nearest.t, nearest.id, steps);
+        loops += steps + 1u;
+        bool within = LOOP_BUDGET == 0u || loops < LOOP_BUDGET;
+        int found = nearest.id >= 0 ? bvh_primitive(nearest.id) : id;
+        probe_out[i] = uvec4(floatBitsToUint(nearest.t), uint(found), within ? 0u : 1u, steps);
+    }
+}
+#endif
+
 void main() {
     load_scene();
     uint first = gl_WorkGroupID.x * RUN;
@@ -30,6 +60,12 @@ void main() {
         for (uint i = gl_LocalInvocationIndex; i < total; i += gl_WorkGroupSize.x) probe_out[first + i] = uvec4(0u, 0u, 2u, 0u);
         return;
     }
+#ifdef RAY_QUERY
+    if (USES_RAY_QUERY) {
+        trace_by_queries(first, total);
+        return;
+    }
+#endif
     uint next = gl_SubgroupSize;
     uint mine = gl_SubgroupInvocationID;
     uint loops = 0u;
@@ -42,14 +78,13 @@ void main() {
     Traversal traversal = traversal_idle();
     while (LOOP_BUDGET == 0u || loops + fallback_loops < LOOP_BUDGET) {
         if (fetch && mine < total) {
-            vec4 o = input_floats(2u * (first + mine));
-            vec4 d = input_floats(2u * (first + mine) + 1u);
-            self_id = floatBitsToInt(d.w);
-            float t = o.w;
+            float t;
+            Ray of_input = ray_of_input(first + mine, t);
+            self_id = of_input.self_id;
             id = -1;
-            closest_constant(Ray(o.xyz, d.xyz, self_id), t, id);
-            ray = bvh_ray(o.xyz, d.xyz, any_hit);
-            uint entry = any_hit && id >= 0 ? 0u : root_hit_mask(o.xyz, d.xyz, t);
+            closest_constant(of_input, t, id);
+            ray = bvh_ray(of_input.origin, of_input.direction, any_hit);
+            uint entry = any_hit && id >= 0 ? 0u : root_hit_mask(of_input.origin, of_input.direction, t);
             traversal = traversal_begin(ray, t, entry);
             busy = true;
         }

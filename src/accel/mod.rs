@@ -5,6 +5,7 @@ mod builder;
 mod collapse;
 mod copies;
 mod leaf;
+mod leaf_order;
 mod morton;
 mod primitive;
 mod quantised;

@@ -34,10 +34,10 @@ impl Primitive {
         }
     }
 
-    /// The box for rays, widened by what rounding may move the primitive or the ray.
-    pub fn bounds(&self) -> Aabb {
+    /// The box for rays that start no farther from the origin than `reach`, widened by what rounding may move the primitive or the ray.
+    pub fn bounds(&self, reach: f32) -> Aabb {
         let Aabb { lo, hi } = self.extent();
-        let margin = BOX_ERROR * lo.abs().max(hi.abs()).max_element();
+        let margin = BOX_ERROR * (lo.abs().max(hi.abs()).max_element() + reach);
         Aabb { lo: lo - margin, hi: hi + margin }
     }
 }
@@ -55,7 +55,7 @@ mod tests {
             let size = 10f32.powi(i % 9 - 6);
             let vertices = [(); 3].map(|()| size * (Vec3::new(random(), random(), random()) - 0.5));
             let p = Primitive::Triangle { vertices };
-            let (tight, wide) = (p.extent(), p.bounds());
+            let (tight, wide) = (p.extent(), p.bounds(0.0));
             let far = f64::from(tight.lo.abs().max(tight.hi.abs()).max_element());
             for axis in 0..3 {
                 // One rounding of the 40 may be lost.

@@ -47,7 +47,7 @@ const PARALLEL_ABOVE: usize = 4096;
 /// Bits of lower planes that are stored inverted.
 const LO_FLIP: u32 = 0x4040_4040;
 /// The index of an inner node's first child is beside this: as a float it is negative, and larger than any coordinate (2^125).
-const INNER: u32 = 0xfe00_0000;
+pub(super) const INNER: u32 = 0xfe00_0000;
 /// Bits of words of inner nodes that mean nothing there, so that none is a subnormal float.
 const NOT_SUBNORMAL: u32 = 0x3000_0000;
 /// Beside the radius of a sphere.
@@ -283,7 +283,7 @@ mod tests {
     /// Decodes the tree as the shader does, and finds every primitive once, within the boxes of all nodes above it.
     /// Returns the depth.
     fn check(primitives: &[Primitive]) -> u32 {
-        let bounds: Vec<_> = primitives.iter().map(Primitive::bounds).collect();
+        let bounds: Vec<_> = primitives.iter().map(|p| p.bounds(0.0)).collect();
         let leaves = leaves(primitives);
         let of_leaf = |leaf: &Leaf| leaf.members().fold(Aabb::EMPTY, |b, i| b.union(bounds[i as usize]));
         let packed = pack(&build(&leaves.iter().map(of_leaf).collect::<Vec<_>>()).unwrap(), &leaves, primitives, FIRST);
@@ -408,7 +408,7 @@ mod tests {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {
                 let leaves = leaves(&primitives);
-                let members = |leaf: &Leaf| leaf.members().map(|i| primitives[i as usize].bounds());
+                let members = |leaf: &Leaf| leaf.members().map(|i| primitives[i as usize].bounds(0.0));
                 let boxes: Vec<_> = leaves.iter().map(|leaf| members(leaf).fold(Aabb::EMPTY, Aabb::union)).collect();
                 pack(&build(&boxes).unwrap(), &leaves, &primitives, 0)
             })

@@ -14,7 +14,7 @@ use crate::Context;
 use crate::check::CheckError;
 use crate::check::probe::{BATCH, PathInput, Query, RayInput, RayProbe, Traced, Traversal};
 use crate::oracle::Pcg64;
-use crate::render::RenderSettings;
+use crate::render::{Choice as _, RenderSettings};
 use crate::render::space::RenderSpace;
 use crate::render::space::view::View;
 use crate::scene::Scene;
@@ -85,6 +85,8 @@ pub struct RayRate {
 pub struct RaysReport {
     /// Its file.
     pub scene: String,
+    /// How triangles are found: the setting's name.
+    pub accel: &'static str,
     /// Triangles.
     pub triangles: usize,
     /// Repetitions.
@@ -139,7 +141,13 @@ pub fn measure(
     if rates.is_empty() {
         return Err(BenchError::Interrupted);
     }
-    let report = RaysReport { scene: scene.source.clone(), triangles: scene.triangle_count(), repeats: REPEATS, rates };
+    let report = RaysReport {
+        scene: scene.source.clone(),
+        accel: settings.accel.name(),
+        triangles: scene.triangle_count(),
+        repeats: REPEATS,
+        rates,
+    };
     Ok((report, traced))
 }
 

@@ -15,6 +15,9 @@ pub enum CheckError {
     /// The driver does not map memory that the host writes or reads.
     #[error("the driver does not map memory for uploads and read-backs")]
     Unmapped,
+    /// The device lacks what the case is about.
+    #[error("not supported: the device lacks {0}")]
+    NotSupported(&'static str),
     /// The case panicked.
     #[error("panicked: {0}")]
     Panic(String),

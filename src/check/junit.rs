@@ -12,7 +12,9 @@ pub fn junit(report: &Report) -> String {
     let host = host_name().unwrap_or_else(|| "localhost".to_owned());
     for (id, device) in report.devices.iter().enumerate() {
         let failures = device.count(Verdict::Fail) + device.count(Verdict::UnexpectedPass);
-        let skipped = device.count(Verdict::NotRun) + device.count(Verdict::ExpectedFail);
+        let skipped =
+            [Verdict::NotRun, Verdict::ExpectedFail, Verdict::NotSupported].map(|verdict| device.count(verdict));
+        let skipped: usize = skipped.into_iter().sum();
         let errors = device.cases.len() - failures - skipped - device.count(Verdict::Pass);
         let suite = escape(&format!("{} [{}]", device.device, device.driver));
         // Writing to a String cannot fail.
@@ -56,7 +58,7 @@ pub fn junit(report: &Report) -> String {
             let message = escape(&message);
             let _ = match case.verdict {
                 Verdict::Pass => writeln!(xml, "/>"),
-                Verdict::ExpectedFail | Verdict::NotRun => {
+                Verdict::ExpectedFail | Verdict::NotSupported | Verdict::NotRun => {
                     writeln!(xml, "><skipped message=\"{message}\"/></testcase>")
                 }
                 verdict => {
@@ -163,6 +165,7 @@ mod tests {
             case("a/fail", Verdict::Fail),
             case("b/error", Verdict::DeviceLost),
             case("b/known", Verdict::ExpectedFail),
+            case("b/lacking", Verdict::NotSupported),
             case("b/later", Verdict::NotRun),
         ];
         let device = DeviceReport {
@@ -188,11 +191,11 @@ mod tests {
         assert!(attributes(&xml, "testcase").iter().all(|names| *names == ["classname", "name", "time"]));
         assert_eq!(attributes(&xml, "failure"), [["type", "message"]; 2]);
         assert_eq!(attributes(&xml, "error"), [["type", "message"]; 2]);
-        assert_eq!(attributes(&xml, "skipped"), [["message"]; 4]);
+        assert_eq!(attributes(&xml, "skipped"), [["message"]; 6]);
         for words in [
             "id=\"1\"",
             "timestamp=\"2023-11-14T22:13:20\"",
-            "tests=\"5\" failures=\"1\" errors=\"1\" skipped=\"2\" time=\"0.000\"",
+            "tests=\"6\" failures=\"1\" errors=\"1\" skipped=\"3\" time=\"0.000\"",
             "classname=\"a\" name=\"pass\" time=\"0.250\"/>",
             "a/pass: 5 rays &amp; &lt;more&gt;",
         ] {

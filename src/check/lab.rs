@@ -6,7 +6,7 @@ use bytemuck::Pod;
 use glam::DVec3;
 
 use crate::gpu::Context;
-use crate::render::{Film, Mutation, Prepared, RenderSettings, RenderStatistics, Renderer};
+use crate::render::{Accel, Film, Mutation, Prepared, RenderSettings, RenderStatistics, Renderer};
 use crate::scene::Scene;
 
 use crate::check::probe::{
@@ -23,6 +23,8 @@ pub struct Lab {
     pub full: bool,
     /// Breaks one thing in the shaders of every case.
     pub mutation: Option<Mutation>,
+    /// How triangles are found, where a case does not decide that itself.
+    pub accel: Accel,
 }
 
 /// A film and what it took.
@@ -78,7 +80,7 @@ impl Rendered {
 impl Lab {
     /// A lab on a device, for the quick sizes and without a mutation.
     pub fn new(context: &Context) -> Self {
-        Self { context: context.clone(), full: false, mutation: None }
+        Self { context: context.clone(), full: false, mutation: None, accel: Accel::default() }
     }
 
     /// `quick`, or `full` where that is asked for.
@@ -86,9 +88,9 @@ impl Lab {
         if self.full { full } else { quick }
     }
 
-    /// The scene's settings, with the lab's mutation.
+    /// The scene's settings, with those of the lab.
     pub(crate) fn settings(&self, scene: &Scene) -> RenderSettings {
-        RenderSettings { mutation: self.mutation, ..RenderSettings::of(scene) }
+        RenderSettings { mutation: self.mutation, accel: self.accel, ..RenderSettings::of(scene) }
     }
 
     /// Renders with the scene's settings.

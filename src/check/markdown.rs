@@ -28,10 +28,12 @@ pub fn markdown(reports: &[Report]) -> String {
             if d.full { "full" } else { "quick" },
             d.count(Verdict::Pass),
             d.cases.len(),
-            match d.count(Verdict::NotRun) {
-                0 => String::new(),
-                not_run => format!(", {not_run} not run"),
-            },
+            [Verdict::NotSupported, Verdict::NotRun]
+                .map(|verdict| match d.count(verdict) {
+                    0 => String::new(),
+                    count => format!(", {count} {}", verdict.word()),
+                })
+                .concat(),
             d.seconds
         );
     }

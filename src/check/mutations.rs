@@ -45,6 +45,12 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::ThresholdAlpha => &["materials/coverage"],
         Mutation::LinearSpot | Mutation::NoRange => &["materials/spots"],
         Mutation::TurnedEnvironment | Mutation::FlatEnvironment => &["environment/oracle", "environment/hot-texel"],
+        Mutation::QueriedThinBoxes
+        | Mutation::QueriedEpsilonBoxes
+        | Mutation::QueriedLostLeaf
+        | Mutation::QueriedDistance
+        | Mutation::QueriedTies => &["query/closest"],
+        Mutation::QueriedMask => &["query/closest", "query/image"],
         Mutation::OwnSampleMap => &["emitters/edges-of-glass"],
     }
 }

@@ -27,6 +27,8 @@ pub enum Verdict {
     Timeout,
     /// The device was lost.
     DeviceLost,
+    /// The device lacks what the case is about: neither a pass nor a failure.
+    NotSupported,
     /// Not begun, because the device was lost or hangs, or the run was interrupted.
     NotRun,
 }
@@ -34,7 +36,7 @@ pub enum Verdict {
 impl Verdict {
     /// Whether the suite may pass with it.
     pub fn is_good(self) -> bool {
-        matches!(self, Self::Pass | Self::ExpectedFail)
+        matches!(self, Self::Pass | Self::ExpectedFail | Self::NotSupported)
     }
 
     /// One or two words.
@@ -48,6 +50,7 @@ impl Verdict {
             Self::Validation => "VALIDATION",
             Self::Timeout => "TIMEOUT",
             Self::DeviceLost => "DEVICE LOST",
+            Self::NotSupported => "unsupported",
             Self::NotRun => "not run",
         }
     }

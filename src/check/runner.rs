@@ -8,7 +8,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use crate::gpu::{Context, GpuError, Validation, Violation};
 use crate::host::cpu_model;
-use crate::render::Mutation;
+use crate::render::{Accel, Mutation};
 
 use crate::check::expectations::Expectations;
 use crate::check::report::{CaseReport, DeviceReport, Verdict};
@@ -25,6 +25,8 @@ pub struct RunOptions {
     pub timeout: Duration,
     /// Break one thing, to see which cases notice.
     pub mutation: Option<Mutation>,
+    /// How triangles are found, where a case does not decide that itself.
+    pub accel: Accel,
     /// Cases at a time, each on a device of its own: what a validation layer says is known to be said of one case.
     pub jobs: NonZeroUsize,
     /// Once this is set, from another thread, no further case begins.
@@ -38,6 +40,7 @@ impl Default for RunOptions {
             filter: Vec::new(),
             timeout: Duration::from_secs(120),
             mutation: None,
+            accel: Accel::default(),
             jobs: NonZeroUsize::MIN,
             interrupted: Arc::default(),
         }
@@ -68,7 +71,8 @@ pub fn run(
 ) -> Result<DeviceReport, CheckError> {
     let start = Instant::now();
     let started = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
-    let lab = |context: &Context| Lab { context: context.clone(), full: options.full, mutation: options.mutation };
+    let RunOptions { full, mutation, accel, .. } = *options;
+    let lab = |context: &Context| Lab { context: context.clone(), full, mutation, accel };
     let facts = facts(&lab(context))?;
     let cases = options.selected();
     let mut labs = vec![lab(context)];
@@ -173,6 +177,7 @@ fn run_case(case: &'static Case, lab: &Lab, options: &RunOptions, expectations: 
             report.verdict = match error.gpu() {
                 Some(GpuError::DeviceLost(_)) => Verdict::DeviceLost,
                 Some(GpuError::Timeout { .. }) => Verdict::Timeout,
+                _ if matches!(error, CheckError::NotSupported(_)) => Verdict::NotSupported,
                 _ => Verdict::Error,
             };
             report.message = Some(error.to_string());

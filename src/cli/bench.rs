@@ -17,7 +17,7 @@ use photolith::bench::rays::{self, RayKind};
 use photolith::bench::report::{self, ReferenceReport, Report, SceneReport};
 use photolith::bench::{self, BenchError, ConfigurationSummary, Machine, Origin, Reference, Vary};
 use photolith::image::metrics::flip;
-use photolith::render::TechniqueList;
+use photolith::render::{Accel, Choice as _, TechniqueList};
 use photolith::scene::Scene;
 use photolith::{Context, RenderSettings, user_cache};
 
@@ -94,6 +94,10 @@ pub struct BenchArgs {
     #[arg(long, conflicts_with_all = OF_ERRORS, conflicts_with_all = ["growth", "samples"])]
     rays: bool,
 
+    /// How --rays finds triangles, side by side
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', default_value = "bvh", value_parser = ["bvh", "ray-query"])]
+    accel: Vec<String>,
+
     /// Write the rays of --rays with what they met, and the triangles, for other programs to trace (one scene only; the format
     /// is described at photolith::bench::rays::dump)
     #[arg(long, value_name = "FILE")]
@@ -169,6 +173,9 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
     if args.max.is_some() && args.growth.is_none() {
         bail!("--max is a size of what grows: expected --growth");
     }
+    if args.accel != ["bvh"] && !args.rays {
+        bail!("--accel is of --rays: expected --rays, or --vary accel={}", args.accel.join(","));
+    }
     if args.dump_rays.is_some() && !args.rays {
         bail!("--dump-rays has no rays to write: expected --rays");
     }
@@ -178,7 +185,10 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
     outputs::check(args)?;
     let interrupt = Interrupt::install()?;
     let loaded = args.scenes.iter().map(|path| load(args, path)).collect::<Result<Vec<_>, _>>()?;
-    let context = Context::new(&args.device.context_options())?;
+    let varied = bench::combine(&RenderSettings::default(), &args.vary);
+    let accels: Vec<_> = args.accel.iter().filter_map(|name| Accel::named(name)).collect();
+    let ray_query = accels.iter().chain(varied.iter().map(|c| &c.settings.accel)).any(|a| *a == Accel::RayQuery);
+    let context = Context::new(&args.device.context_options(ray_query))?;
     let mut report = Report {
         schema: report::SCHEMA,
         machine: Machine::of(&context),
@@ -195,9 +205,12 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
         }
         None => loaded.iter().take_while(|_| !interrupt.requested()).try_for_each(|(scene, settings)| {
             if args.rays {
-                let (rates, sets) = rays::measure(&context, scene, settings, |_| interrupt.go_on())?;
-                report.rays.push(rates);
-                traced = Some((scene, sets)).filter(|(_, sets)| sets.len() == RayKind::ALL.len());
+                for &accel in &accels {
+                    let settings = &RenderSettings { accel, ..settings.clone() };
+                    let (rates, sets) = rays::measure(&context, scene, settings, |_| interrupt.go_on())?;
+                    report.rays.push(rates);
+                    traced = Some((scene, sets)).filter(|(_, sets)| sets.len() == RayKind::ALL.len());
+                }
             } else {
                 report.scenes.push(measure_scene(args, &samples, scene, settings, &context, &interrupt)?);
             }

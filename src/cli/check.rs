@@ -15,6 +15,7 @@ use photolith::check::{
 };
 use photolith::files;
 use photolith::gpu::DeviceKind;
+use photolith::render::{Accel, Choice as _};
 use photolith::{Context, ContextOptions, Validation};
 
 use super::interrupt::Interrupt;
@@ -71,6 +72,10 @@ pub struct CheckArgs {
     #[arg(long, value_name = "FILE")]
     expectations: Option<PathBuf>,
 
+    /// How triangles are found: ray-query runs the cases through the device's ray queries
+    #[arg(long, value_name = "NAME", default_value = "bvh", value_parser = ["bvh", "ray-query"])]
+    accel: String,
+
     /// How long a case may take; default 120, or 1800 with --full
     #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     timeout: Option<Duration>,
@@ -85,6 +90,7 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<ExitCode> {
     let options = RunOptions {
         full: args.full,
         filter: args.filter.clone(),
+        accel: Accel::named(&args.accel).unwrap_or_default(),
         timeout: args.timeout.unwrap_or(Duration::from_secs(if args.full { 1800 } else { 120 })),
         ..RunOptions::default()
     };
@@ -165,10 +171,13 @@ fn check_device(
     table: &mut table::Table,
 ) -> anyhow::Result<DeviceReport> {
     let validation = args.device.validation();
-    let context = Context::new(&ContextOptions { device, validation, ..ContextOptions::default() })?;
+    let context = Context::new(&ContextOptions { device, validation, ray_query: true, ..ContextOptions::default() })?;
     if validation != Validation::Off && provoke_validation(&context)?.is_empty() {
         // Silence would prove nothing.
         return Err(anyhow!("the validation layer did not report a deliberate violation")).context(exit::Deaf);
+    }
+    if options.accel == Accel::RayQuery {
+        context.check_ray_queries()?;
     }
     table.device(&context, options.selected().len());
     // A case uses one core for the most part: drivers compile and oracles compute on the thread that asks.

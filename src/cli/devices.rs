@@ -45,7 +45,8 @@ fn as_json(devices: &[DeviceInfo], choice: &Choice) -> serde_json::Value {
                 "index": d.index, "name": d.name, "driver": d.driver, "kind": d.kind.to_string(),
                 "api_version": d.api_version, "uuid": d.uuid, "subgroup_size": d.subgroup_size,
                 "max_storage_range": d.max_storage_range, "max_texel_elements": d.max_texel_elements,
-                "memory": d.memory, "missing": d.missing,
+                "max_query_boxes": d.ray_query.map(|limits| limits.max_boxes), "memory": d.memory,
+                "missing": d.missing,
             })
         })
         .collect();
@@ -67,7 +68,11 @@ fn as_text(devices: &[DeviceInfo], choice: &Choice) -> String {
             bytes(d.max_storage_range),
             d.max_texel_elements
         );
-        let _ = writeln!(out, "   UUID {}", d.uuid);
+        let queries = match d.ray_query {
+            Some(limits) => format!("ray queries in up to {} boxes", limits.max_boxes),
+            None => "no ray queries".to_owned(),
+        };
+        let _ = writeln!(out, "   {queries}; UUID {}", d.uuid);
         if !d.missing.is_empty() {
             let _ = writeln!(out, "   cannot be used: lacks {}", d.missing.join(", "));
         }

@@ -47,10 +47,10 @@ impl DeviceOptions {
         }
     }
 
-    /// How to open the device.
-    pub fn context_options(&self) -> ContextOptions {
+    /// How to open the device, for ray queries or not.
+    pub fn context_options(&self, ray_query: bool) -> ContextOptions {
         let shader_folder = user_cache().map(|cache| cache.join("shaders"));
-        ContextOptions { device: self.device.clone(), validation: self.validation(), shader_folder }
+        ContextOptions { device: self.device.clone(), validation: self.validation(), shader_folder, ray_query }
     }
 }
 

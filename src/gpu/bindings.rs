@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use crate::gpu::acceleration_structure::AccelerationStructure;
 use crate::gpu::buffer::Buffer;
 use crate::gpu::device::Device;
 use crate::gpu::error::{GpuError, check};
@@ -20,10 +21,12 @@ pub(crate) enum BindingKind {
     Texels,
     /// Texels to read and write.
     StorageTexels,
+    /// What ray queries look through.
+    AccelerationStructure,
 }
 
 impl BindingKind {
-    const ALL: [Self; 4] = [Self::Array, Self::Values, Self::Texels, Self::StorageTexels];
+    const ALL: [Self; 5] = [Self::Array, Self::Values, Self::Texels, Self::StorageTexels, Self::AccelerationStructure];
 
     fn raw(self) -> vk::DescriptorType {
         match self {
@@ -31,12 +34,35 @@ impl BindingKind {
             Self::Values => vk::DescriptorType::UNIFORM_BUFFER,
             Self::Texels => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
             Self::StorageTexels => vk::DescriptorType::STORAGE_TEXEL_BUFFER,
+            Self::AccelerationStructure => vk::DescriptorType::ACCELERATION_STRUCTURE_KHR,
         }
     }
 }
 
-/// The bindings of a set, a buffer each, and the size of the push constants: all that a pipeline has to know of the
-/// buffers that it will work on.
+/// What is bound.
+#[derive(Clone, Copy)]
+pub(crate) enum Resource<'a> {
+    Buffer(&'a Buffer),
+    AccelerationStructure(&'a AccelerationStructure),
+}
+
+impl Resource<'_> {
+    fn range(self) -> vk::DescriptorBufferInfo {
+        let raw = if let Self::Buffer(buffer) = self { buffer.raw } else { vk::Buffer::null() };
+        vk::DescriptorBufferInfo::default().buffer(raw).range(vk::WHOLE_SIZE)
+    }
+
+    fn view(self) -> vk::BufferView {
+        if let Self::Buffer(buffer) = self { buffer.view } else { vk::BufferView::null() }
+    }
+
+    fn acceleration_structure(self) -> vk::AccelerationStructureKHR {
+        if let Self::AccelerationStructure(of) = self { of.raw() } else { vk::AccelerationStructureKHR::null() }
+    }
+}
+
+/// The bindings of a set, a resource each, and the size of the push constants: all that a pipeline has to know of what it
+/// will work on.
 pub(crate) struct BindingLayout {
     pub raw: vk::PipelineLayout,
     pub set: vk::DescriptorSetLayout,
@@ -99,7 +125,7 @@ impl Drop for BindingLayout {
     }
 }
 
-/// A descriptor set over buffers.
+/// A descriptor set over resources.
 pub(crate) struct BindingSet {
     pub layout: Arc<BindingLayout>,
     pub raw: vk::DescriptorSet,
@@ -107,9 +133,8 @@ pub(crate) struct BindingSet {
 }
 
 impl BindingSet {
-    /// Writes the descriptors: for each number of the layout its buffer, in any order. The buffers must outlive the
-    /// set's use.
-    pub fn new(layout: &Arc<BindingLayout>, buffers: &[(u32, &Buffer)]) -> Result<Self, GpuError> {
+    /// Writes the descriptors: for each number of the layout its resource, in any order. These must outlive the set's use.
+    pub fn new(layout: &Arc<BindingLayout>, resources: &[(u32, Resource<'_>)]) -> Result<Self, GpuError> {
         let device = &layout.device.raw;
         let count = |wanted| layout.bindings.iter().filter(|&&(_, kind)| kind == wanted).count() as u32;
         let sizes: Vec<_> = BindingKind::ALL
@@ -126,31 +151,37 @@ impl BindingSet {
         // SAFETY: the pool was just made with this device, like the layout, and has room for this one set.
         set.raw = check("vkAllocateDescriptorSets", unsafe { device.allocate_descriptor_sets(&info) })?[0];
 
-        let of = |number: u32| buffers.iter().find(|&&(n, _)| n == number).map(|&(_, buffer)| buffer);
+        let of = |number: u32| resources.iter().find(|&&(n, _)| n == number).map(|&(_, resource)| resource);
         let bound: Vec<_> = layout.bindings.iter().filter_map(|&(n, kind)| Some((n, kind, of(n)?))).collect();
         debug_assert_eq!(
             (bound.len(), bound.len()),
-            (layout.bindings.len(), buffers.len()),
-            "each number has a buffer"
+            (layout.bindings.len(), resources.len()),
+            "each number has a resource"
         );
-        let ranges: Vec<_> = bound
+        let ranges: Vec<_> = bound.iter().map(|(.., resource)| [resource.range()]).collect();
+        let views: Vec<_> = bound.iter().map(|(.., resource)| [resource.view()]).collect();
+        let structures: Vec<_> = bound.iter().map(|(.., resource)| [resource.acceleration_structure()]).collect();
+        let mut of_structures: Vec<_> = structures
             .iter()
-            .map(|(_, _, buffer)| [vk::DescriptorBufferInfo::default().buffer(buffer.raw).range(vk::WHOLE_SIZE)])
+            .map(|raw| vk::WriteDescriptorSetAccelerationStructureKHR::default().acceleration_structures(raw))
             .collect();
-        let views: Vec<_> = bound.iter().map(|(_, _, buffer)| [buffer.view]).collect();
         let writes: Vec<_> = bound
             .iter()
-            .zip(ranges.iter().zip(&views))
-            .map(|(&(number, kind, _), (range, view))| {
-                let write =
-                    vk::WriteDescriptorSet::default().dst_set(set.raw).dst_binding(number).descriptor_type(kind.raw());
+            .zip(ranges.iter().zip(&views).zip(&mut of_structures))
+            .map(|(&(number, kind, _), ((range, view), structure))| {
+                let write = vk::WriteDescriptorSet::default()
+                    .dst_set(set.raw)
+                    .dst_binding(number)
+                    .descriptor_type(kind.raw())
+                    .descriptor_count(1);
                 match kind {
                     BindingKind::Array | BindingKind::Values => write.buffer_info(range),
                     BindingKind::Texels | BindingKind::StorageTexels => write.texel_buffer_view(view),
+                    BindingKind::AccelerationStructure => write.push_next(structure),
                 }
             })
             .collect();
-        // SAFETY: no submission uses the new set yet; buffers and views are alive; `ranges` and `views` outlive the call.
+        // SAFETY: no submission uses the new set yet; resources are alive; what describes them outlives the call.
         unsafe { device.update_descriptor_sets(&writes, &[]) };
         Ok(set)
     }

@@ -27,6 +27,12 @@ pub(crate) enum Usage {
     Upload,
     /// Read by the host, destination of copies.
     Readback,
+    /// Written by the host, read where an acceleration structure is built.
+    BuildInput,
+    /// An acceleration structure; on the device.
+    AccelerationStructure,
+    /// For the builder of an acceleration structure; on the device.
+    Scratch,
 }
 
 impl Usage {
@@ -104,6 +110,19 @@ impl Buffer {
             }
             Usage::Upload => (vk::BufferUsageFlags::TRANSFER_SRC, MemoryLocation::CpuToGpu),
             Usage::Readback => (vk::BufferUsageFlags::TRANSFER_DST, MemoryLocation::GpuToCpu),
+            Usage::BuildInput => (
+                vk::BufferUsageFlags::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR
+                    | vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS,
+                MemoryLocation::CpuToGpu,
+            ),
+            Usage::AccelerationStructure => (
+                vk::BufferUsageFlags::ACCELERATION_STRUCTURE_STORAGE_KHR | vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS,
+                MemoryLocation::GpuOnly,
+            ),
+            Usage::Scratch => (
+                vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS,
+                MemoryLocation::GpuOnly,
+            ),
         };
         let info = vk::BufferCreateInfo::default().size(bytes).usage(flags);
         let no_memory = |reason: String| GpuError::OutOfMemory { what: format!("{name} ({bytes} bytes)"), reason };
@@ -144,6 +163,13 @@ impl Buffer {
             device.name(buffer.view, name);
         }
         Ok(buffer)
+    }
+
+    /// Where it is on the device, if it is for acceleration structures.
+    pub fn address(&self) -> u64 {
+        let info = vk::BufferDeviceAddressInfo::default().buffer(self.raw);
+        // SAFETY: the buffer is bound, and was made with the usage; the device has the feature where such buffers are made.
+        unsafe { self.device.raw.get_buffer_device_address(&info) }
     }
 
     /// The mapped bytes, if the host is to read them.

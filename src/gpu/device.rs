@@ -16,6 +16,8 @@ use crate::gpu::instance::{Instance, Validation};
 use crate::gpu::messages::Messages;
 use crate::gpu::pipeline_pool::PipelinePool;
 use crate::gpu::raw_pipeline::RawPipeline;
+use crate::gpu::ray_query;
+use crate::gpu::ray_query::RayQueries;
 use crate::gpu::reconvergence;
 use crate::gpu::required;
 use crate::gpu::select;
@@ -36,6 +38,8 @@ pub struct ContextOptions {
     /// A folder, made if it is not there, in which to keep shaders: as the driver has compiled them, if it is one that compiles them
     /// slowly each time that a program starts and can hand them over (lavapipe from Mesa 23.1 on), else as the driver gets them.
     pub shader_folder: Option<PathBuf>,
+    /// Opens the device for [`Accel::RayQuery`](crate::render::Accel::RayQuery), if it has ray queries.
+    pub ray_query: bool,
 }
 
 /// A Vulkan device that is ready to compute. Cheap to clone; the device lives until the last clone,
@@ -74,6 +78,7 @@ impl Context {
             device: Some(device),
             validation: self.validation(),
             shader_folder: self.0.shader_folder.clone(),
+            ray_query: self.0.wants_ray_queries,
         }
     }
 
@@ -109,6 +114,14 @@ impl Context {
         self.0.instance.validation
     }
 
+    /// Whether it can be asked ray queries.
+    ///
+    /// # Errors
+    /// The device lacks them, or was not opened for them.
+    pub fn check_ray_queries(&self) -> Result<(), GpuError> {
+        self.0.ray_queries().map(drop)
+    }
+
     /// Bytes of device memory in use, and the most that were in use at one time.
     pub fn memory(&self) -> (u64, u64) {
         let memory = self.0.memory();
@@ -140,6 +153,9 @@ pub(crate) struct Device {
     pub shader_folder: Option<PathBuf>,
     /// Whether lanes that have parted are promised to be together again.
     pub reconverges: bool,
+    /// Whether it was to be opened for ray queries, which it may lack.
+    wants_ray_queries: bool,
+    ray_queries: Option<RayQueries>,
     /// Shaders without pipelines, kept there as the driver hands them over.
     pub shader_objects: Option<Arc<ShaderObjects>>,
     /// Pipelines that nobody has at the moment.
@@ -170,25 +186,45 @@ impl Device {
         let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&[1.0])];
         let store = options.shader_folder.as_deref().and_then(|f| ShaderObjects::find(&instance, physical, &info, f));
         let reconverges = reconvergence::is_promised(&instance, physical);
-        let mut extensions = Vec::new();
-        let mut features12 = required::features();
-        let mut features_objects = vk::PhysicalDeviceShaderObjectFeaturesEXT::default().shader_object(true);
-        let mut features_reconvergence =
-            vk::PhysicalDeviceShaderMaximalReconvergenceFeaturesKHR::default().shader_maximal_reconvergence(true);
-        let mut create = vk::DeviceCreateInfo::default().queue_create_infos(&queues).push_next(&mut features12);
-        if store.is_some() {
-            extensions.extend(ShaderObjects::EXTENSIONS.map(CStr::as_ptr));
-            create = create.push_next(&mut features_objects);
-        }
-        if reconverges {
-            extensions.push(reconvergence::EXTENSION.as_ptr());
-            create = create.push_next(&mut features_reconvergence);
-        }
-        let create = create.enabled_extension_names(&extensions);
-        // SAFETY: the queue family exists, and `select` has checked the features.
-        let raw = check("vkCreateDevice", unsafe { instance.raw.create_device(physical, &create, None) })?;
+        let make = |with_ray_queries: bool| {
+            let mut extensions = Vec::new();
+            let mut features12 = required::features();
+            let mut features_objects = vk::PhysicalDeviceShaderObjectFeaturesEXT::default().shader_object(true);
+            let mut features_reconvergence =
+                vk::PhysicalDeviceShaderMaximalReconvergenceFeaturesKHR::default().shader_maximal_reconvergence(true);
+            let mut features_queries = vk::PhysicalDeviceRayQueryFeaturesKHR::default().ray_query(true);
+            let mut features_structures =
+                vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default().acceleration_structure(true);
+            features12.buffer_device_address = vk::Bool32::from(with_ray_queries);
+            let mut create = vk::DeviceCreateInfo::default().queue_create_infos(&queues).push_next(&mut features12);
+            if store.is_some() {
+                extensions.extend(ShaderObjects::EXTENSIONS.map(CStr::as_ptr));
+                create = create.push_next(&mut features_objects);
+            }
+            if reconverges {
+                extensions.push(reconvergence::EXTENSION.as_ptr());
+                create = create.push_next(&mut features_reconvergence);
+            }
+            if with_ray_queries {
+                extensions.extend(ray_query::EXTENSIONS.map(CStr::as_ptr));
+                create = create.push_next(&mut features_queries).push_next(&mut features_structures);
+            }
+            let create = create.enabled_extension_names(&extensions);
+            // SAFETY: the queue family exists, and `select` has checked the features.
+            check("vkCreateDevice", unsafe { instance.raw.create_device(physical, &create, None) })
+        };
+        let mut limits = info.ray_query.filter(|_| options.ray_query);
+        let raw = match make(limits.is_some()) {
+            // Some drivers tell of ray queries, and then fail.
+            Err(error) if limits.take().is_some() => {
+                log::warn!("device {index} is opened without ray queries, with which it cannot be: {error}");
+                make(false)?
+            }
+            made => made?,
+        };
         // SAFETY: the queue was asked for above.
         let queue = unsafe { raw.get_device_queue(queue_family, 0) };
+        let ray_queries = limits.map(|limits| RayQueries::on(&instance, &raw, limits));
         let shader_objects = store.map(|store| Arc::new(store.on(&instance, &raw)));
         let names =
             (instance.validation != Validation::Off).then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
@@ -198,7 +234,7 @@ impl Device {
             device: raw.clone(),
             physical_device: physical,
             debug_settings: Default::default(),
-            buffer_device_address: false,
+            buffer_device_address: ray_queries.is_some(),
             // Small blocks: a scene of a few kilobytes should not hold hundreds of megabytes.
             allocation_sizes: AllocationSizes::new(16 << 20, 16 << 20),
         });
@@ -222,12 +258,27 @@ impl Device {
             names,
             shader_folder: options.shader_folder.clone(),
             reconverges,
+            wants_ray_queries: options.ray_query,
+            ray_queries,
             shader_objects,
             pipelines: PipelinePool::default(),
             memory: Mutex::new(Memory { allocator: ManuallyDrop::new(allocator), bytes: 0, peak: 0 }),
             given_up: AtomicBool::new(false),
             instance,
         })
+    }
+
+    /// What builds acceleration structures.
+    ///
+    /// # Errors
+    /// The device lacks ray queries, or was not opened for them.
+    pub fn ray_queries(&self) -> Result<&RayQueries, GpuError> {
+        let missing = match self.wants_ray_queries {
+            true => "ray queries (the features rayQuery, accelerationStructure and bufferDeviceAddress)",
+            false => "ray queries, for which it was not opened (ContextOptions::ray_query)",
+        };
+        let unsuitable = || GpuError::Unsuitable { device: self.info.name.clone(), missing: missing.to_owned() };
+        self.ray_queries.as_ref().ok_or_else(unsuitable)
     }
 
     pub fn memory(&self) -> MutexGuard<'_, Memory> {

@@ -58,6 +58,16 @@ pub enum GpuError {
         /// Name of the device.
         device: String,
     },
+    /// An acceleration structure is larger than the device allows.
+    #[error("an acceleration structure of {count} boxes is too large: device '{device}' allows {limit}")]
+    TooManyBoxes {
+        /// Its boxes.
+        count: u64,
+        /// The device's limit.
+        limit: u64,
+        /// Name of the device.
+        device: String,
+    },
     /// Memory could not be had, of the device or of the host.
     #[error("no memory for {what}: {reason}")]
     OutOfMemory {

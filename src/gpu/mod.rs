@@ -2,6 +2,7 @@
 
 pub(crate) mod pipeline_pool;
 
+mod acceleration_structure;
 mod binaries;
 mod bindings;
 mod buffer;
@@ -13,6 +14,7 @@ mod messages;
 mod pipeline;
 mod prune;
 mod raw_pipeline;
+mod ray_query;
 mod reconvergence;
 mod required;
 mod select;
@@ -24,7 +26,8 @@ mod submit;
 mod timestamps;
 mod violation;
 
-pub(crate) use crate::gpu::bindings::{BindingKind, BindingLayout, BindingSet};
+pub(crate) use crate::gpu::acceleration_structure::AccelerationStructure;
+pub(crate) use crate::gpu::bindings::{BindingKind, BindingLayout, BindingSet, Resource};
 pub(crate) use crate::gpu::buffer::{Buffer, Usage};
 pub(crate) use crate::gpu::device::Device;
 pub use crate::gpu::device::{Context, ContextOptions};
@@ -32,6 +35,7 @@ pub use crate::gpu::error::GpuError;
 pub use crate::gpu::instance::Validation;
 pub use crate::gpu::messages::Messages;
 pub(crate) use crate::gpu::pipeline::Pipeline;
+pub use crate::gpu::ray_query::RayQueryLimits;
 pub use crate::gpu::select::{DeviceInfo, DeviceKind};
 pub use crate::gpu::shader_cache::separate_caches_by_width;
 pub use crate::gpu::specialization::Specialization;

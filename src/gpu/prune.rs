@@ -91,12 +91,36 @@ fn callee(instruction: &Instruction) -> Option<Word> {
     (instruction.class.opcode == Op::FunctionCall).then(|| instruction.operands.first()?.id_ref_any())?
 }
 
-/// Drops the capability to shuffle values between lanes if nothing does: a device may lack it.
+/// Drops capabilities that nothing needs: a device may lack them.
 fn keep_needed(module: &mut Module) {
-    let needs = [Op::GroupNonUniformShuffle, Op::GroupNonUniformShuffleXor];
-    let shuffles = module.all_inst_iter().any(|i| needs.contains(&i.class.opcode));
-    let is_shuffle = |i: &Instruction| i.operands.contains(&Operand::Capability(Capability::GroupNonUniformShuffle));
-    module.capabilities.retain(|capability| shuffles || !is_shuffle(capability));
+    let uses = |module: &Module, needs: &[Op]| module.all_inst_iter().any(|i| needs.contains(&i.class.opcode));
+    if !uses(module, &[Op::GroupNonUniformShuffle, Op::GroupNonUniformShuffleXor]) {
+        drop_capability(module, Capability::GroupNonUniformShuffle);
+    }
+    if !uses(module, &[Op::RayQueryInitializeKHR]) {
+        drop_capability(module, Capability::RayQueryKHR);
+        module.extensions.retain(|i| i.operands != [Operand::LiteralString("SPV_KHR_ray_query".to_owned())]);
+        drop_ray_query_types(module);
+    }
+}
+
+fn drop_capability(module: &mut Module, capability: Capability) {
+    module.capabilities.retain(|i| i.operands != [Operand::Capability(capability)]);
+}
+
+/// Drops acceleration structures and queries, with all that is of their types.
+fn drop_ray_query_types(module: &mut Module) {
+    let mut dropped = HashSet::new();
+    module.types_global_values.retain(|i| {
+        let is_one = [Op::TypeRayQueryKHR, Op::TypeAccelerationStructureKHR].contains(&i.class.opcode);
+        let mut named = i.operands.iter().filter_map(Operand::id_ref_any).chain(i.result_type);
+        let is_dropped = is_one || named.any(|id| dropped.contains(&id));
+        dropped.extend(i.result_id.filter(|_| is_dropped));
+        !is_dropped
+    });
+    for entry in &mut module.entry_points {
+        entry.operands.retain(|operand| operand.id_ref_any().is_none_or(|id| !dropped.contains(&id)));
+    }
 }
 
 /// Drops names and decorations of what is no longer there.

@@ -6,6 +6,8 @@ use ash::vk;
 
 use crate::gpu::error::{GpuError, check};
 use crate::gpu::instance::Instance;
+use crate::gpu::ray_query;
+use crate::gpu::ray_query::RayQueryLimits;
 use crate::gpu::required;
 
 /// What a physical device is and whether it can be used.
@@ -33,6 +35,8 @@ pub struct DeviceInfo {
     pub max_storage_range: u64,
     /// Elements of the largest texel buffer.
     pub max_texel_elements: u64,
+    /// What it tells of ray queries, if it has them.
+    pub ray_query: Option<RayQueryLimits>,
     /// Bytes of device-local memory.
     pub memory: u64,
     /// What photolith requires and the device lacks; empty if it can be used.
@@ -85,6 +89,7 @@ fn describe(instance: &Instance, device: vk::PhysicalDevice, index: usize) -> De
         )
     };
     let mut missing = Vec::new();
+    let mut ray_query = None;
     let at_least_12 = basic.api_version >= vk::API_VERSION_1_2;
     if at_least_12 {
         let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut v11).push_next(&mut v12);
@@ -94,6 +99,7 @@ fn describe(instance: &Instance, device: vk::PhysicalDevice, index: usize) -> De
             instance.raw.get_physical_device_properties2(device, &mut properties);
             instance.raw.get_physical_device_features2(device, &mut features);
         }
+        ray_query = ray_query::limits(instance, device, &f12);
         missing = required::missing(f12, &v11, &basic.limits);
     } else {
         missing.push("Vulkan 1.2".to_owned());
@@ -131,6 +137,7 @@ fn describe(instance: &Instance, device: vk::PhysicalDevice, index: usize) -> De
         shuffles: v11.subgroup_supported_operations.contains(vk::SubgroupFeatureFlags::SHUFFLE),
         max_storage_range: u64::from(basic.limits.max_storage_buffer_range),
         max_texel_elements: u64::from(basic.limits.max_texel_buffer_elements),
+        ray_query,
         memory: memory
             .memory_heaps_as_slice()
             .iter()
@@ -242,6 +249,7 @@ mod tests {
             shuffles: false,
             max_storage_range: 1 << 27,
             max_texel_elements: 1 << 27,
+            ray_query: None,
             memory: 1 << 30,
             missing: Vec::new(),
         }

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use ash::vk;
 
+use crate::gpu::acceleration_structure::Unbuilt;
 use crate::gpu::bindings::BindingSet;
 use crate::gpu::buffer::Buffer;
 use crate::gpu::device::{Device, WAIT_LIMIT};
@@ -222,6 +223,12 @@ impl Recorder<'_> {
         }
     }
 
+    /// Builds a level of an acceleration structure.
+    pub(super) fn build(&mut self, level: &Unbuilt<'_>) {
+        // SAFETY: who builds waits for the submission, and keeps until then what it reads and writes.
+        unsafe { level.record(self.slot.commands) };
+    }
+
     /// Copies bytes of `from` to `to`, from and to the given byte offsets.
     pub fn copy(&mut self, from: &Buffer, from_offset: u64, to: &Buffer, to_offset: u64, bytes: u64) {
         let region = [vk::BufferCopy { src_offset: from_offset, dst_offset: to_offset, size: bytes }];
@@ -288,6 +295,10 @@ pub(crate) enum Access {
     Compute,
     /// Copies and fills.
     Transfer,
+    /// Builds of acceleration structures.
+    Build,
+    /// Acceleration structures in compute shaders.
+    RayQuery,
     /// Reads and writes of mapped memory by the host, after the submission. (What it wrote before needs no barrier: to submit makes
     /// that visible.)
     Host,
@@ -312,6 +323,12 @@ impl Access {
         match self {
             Self::Compute => (Stage::COMPUTE_SHADER, A::SHADER_READ | A::UNIFORM_READ, A::SHADER_WRITE),
             Self::Transfer => (Stage::TRANSFER, A::TRANSFER_READ, A::TRANSFER_WRITE),
+            Self::Build => (
+                Stage::ACCELERATION_STRUCTURE_BUILD_KHR,
+                A::ACCELERATION_STRUCTURE_READ_KHR,
+                A::ACCELERATION_STRUCTURE_WRITE_KHR,
+            ),
+            Self::RayQuery => (Stage::COMPUTE_SHADER, A::ACCELERATION_STRUCTURE_READ_KHR, A::empty()),
             Self::Host => (Stage::HOST, A::HOST_READ, A::HOST_WRITE),
         }
     }

@@ -11,5 +11,5 @@ pub const CACHE: &str = concat!(env!("CARGO_TARGET_TMPDIR"), "/cache");
 /// The default device, its shaders kept where the program keeps them.
 pub fn context_options(validation: Validation) -> ContextOptions {
     let shader_folder = Some(Path::new(CACHE).join("photolith/shaders"));
-    ContextOptions { validation, shader_folder, ..ContextOptions::default() }
+    ContextOptions { validation, shader_folder, ray_query: true, ..ContextOptions::default() }
 }

@@ -113,7 +113,7 @@ pub(super) fn point_of(scene: &Scene, rng: &mut Rng) -> DVec3 {
 }
 
 /// Rays at points of the first mesh, from a cube around the camera.
-fn aimed(scene: &Scene, from: f64, scale: f64, rng: &mut Rng, count: usize) -> Vec<RayInput> {
+pub(super) fn aimed(scene: &Scene, from: f64, scale: f64, rng: &mut Rng, count: usize) -> Vec<RayInput> {
     (0..count)
         .map(|_| {
             let target = point_of(scene, rng);
@@ -173,35 +173,42 @@ fn brute_force(lab: &Lab) -> Result<Measured, CheckError> {
     Ok(Measured::new(wrong as f64, format!("{traced} rays, 4 scenes")))
 }
 
-fn axis_aligned(lab: &Lab) -> Result<Measured, CheckError> {
+/// Boxes on a lattice, whose faces, edges and corners fall together with those of the BVH's boxes.
+pub(super) fn lattice(rng: &mut Rng) -> Scene {
     let mut scene = empty();
-    let mut rng = Rng::new(34);
-    // Boxes on a lattice, whose faces, edges and corners fall together with those of the BVH's boxes.
     let mut lattice = |n: usize| rng.below(n) as f64 / 4.0;
     for _ in 0..40 {
         let lo = v(lattice(16), lattice(16), lattice(16)) - 2.0;
         let size = v(lattice(4), lattice(4), lattice(4)) + 0.25;
         scene.cuboid(lo, lo + size, diffuse(0.5));
     }
-    let rays = |scale: f64, batch: usize| {
-        let mut rng = Rng::new(35 + batch as u64);
-        (0..lab.size(1 << 17, 12_500_000))
-            .map(|_| {
-                let axis = rng.below(3);
-                let mut direction = [0f32; 3];
-                for (i, d) in direction.iter_mut().enumerate() {
-                    let sign = if rng.bits() & 1 == 0 { 1.0 } else { -1.0 };
-                    *d = if i == axis { sign } else { 0.0 * sign };
-                }
-                let at = |rng: &mut Rng| (scale * (rng.below(40) as f64 / 4.0 - 4.5)) as f32;
-                let origin = [at(&mut rng), at(&mut rng), at(&mut rng)].map(|x| beside(x, rng.below(8)));
-                RayInput::new(Vec3::from(origin), Vec3::from(direction))
-            })
-            .collect()
-    };
+    scene
+}
+
+/// Rays along the axes from points of that lattice, and from beside them.
+pub(super) fn axis_rays(scale: f64, seed: u64, count: usize) -> Vec<RayInput> {
+    let mut rng = Rng::new(seed);
+    (0..count)
+        .map(|_| {
+            let axis = rng.below(3);
+            let mut direction = [0f32; 3];
+            for (i, d) in direction.iter_mut().enumerate() {
+                let sign = if rng.bits() & 1 == 0 { 1.0 } else { -1.0 };
+                *d = if i == axis { sign } else { 0.0 * sign };
+            }
+            let at = |rng: &mut Rng| (scale * (rng.below(40) as f64 / 4.0 - 4.5)) as f32;
+            let origin = [at(&mut rng), at(&mut rng), at(&mut rng)].map(|x| beside(x, rng.below(8)));
+            RayInput::new(Vec3::from(origin), Vec3::from(direction))
+        })
+        .collect()
+}
+
+fn axis_aligned(lab: &Lab) -> Result<Measured, CheckError> {
+    let scene = lattice(&mut Rng::new(34));
     let (mut wrong, mut traced) = (0, 0);
     for batch in 0..lab.size(1, 8) {
-        let (w, n) = compare(lab, &scene, &|scale| rays(scale, batch))?;
+        let rays = |scale| axis_rays(scale, 35 + batch as u64, lab.size(1 << 17, 12_500_000));
+        let (w, n) = compare(lab, &scene, &rays)?;
         wrong += w;
         traced += n;
     }

@@ -369,7 +369,7 @@ fn textures() -> Scene {
     scene
 }
 
-fn coverage() -> Scene {
+pub(super) fn coverage() -> Scene {
     let mut scene = empty();
     scene.integrator.max_depth = 3;
     scene.background = [0.25; 3];

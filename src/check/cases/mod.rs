@@ -13,6 +13,7 @@ mod light;
 mod lights;
 mod materials;
 mod oracle;
+mod query;
 mod reuse;
 mod sampling;
 mod scale;
@@ -33,6 +34,7 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
         hit_points::CASES,
         spawn::CASES,
         bvh::CASES,
+        query::CASES,
         glass::CASES,
         light::CASES,
         lights::CASES,

@@ -121,6 +121,12 @@ fn closed(center: DVec3, scale: f64) -> Vec<(Mesh, DVec3, f64)> {
     ]
 }
 
+/// Rays from within closed meshes at their edges, so many times their size away from the camera.
+pub(super) fn edge_leaks(lab: &Lab, distances: &[f64], total: usize) -> Result<Measured, CheckError> {
+    let meshes: Vec<_> = distances.iter().flat_map(|distance| closed(*distance * v(0.6, 0.3, -0.7), 1.0)).collect();
+    leaks(lab, &meshes, Aim::Edges, total)
+}
+
 fn leaks(lab: &Lab, meshes: &[(Mesh, DVec3, f64)], aim: Aim, total: usize) -> Result<Measured, CheckError> {
     let mut rng = Rng::new(26);
     let (mut missed, mut traced) = (0usize, 0usize);

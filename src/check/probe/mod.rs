@@ -115,7 +115,7 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
         let counters = storage("counters", size_of::<Counters>())?;
         let mut timeline = Timeline::new(device, 1)?;
         let table_buffers = TableBuffers::new(device, &mut timeline, tables, &table)?;
-        let layout = bindings::layout(device, &BINDINGS)?;
+        let layout = bindings::layout(device, &BINDINGS, features.ray_query)?;
         let bound = table_buffers.and(&[
             (binding::FILM, &film),
             (binding::FILM_ROWS, &film),

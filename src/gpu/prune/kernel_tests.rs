@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 
+use rspirv::binary::Disassemble;
 use rspirv::dr::{Instruction, Operand, load_words};
 use rspirv::spirv::Word;
 
@@ -37,4 +38,26 @@ fn decorations_stay() {
         let expected: Vec<_> = whole.annotations.iter().filter(stays).collect();
         assert_eq!(pruned.annotations.iter().collect::<Vec<_>>(), expected, "{name}");
     }
+}
+
+/// A device without ray queries gets nothing that names them.
+#[test]
+fn ray_queries_are_there_only_where_they_are_used() {
+    const USES_RAY_QUERY: u32 = 60;
+    const HAS_BVH: u32 = 12;
+    let mut with = Vec::new();
+    for (name, words) in kernels() {
+        let named = |queries: bool| {
+            let mut specialization = Specialization::default();
+            specialization.bool(HAS_BVH, true).bool(USES_RAY_QUERY, queries);
+            let text = load_words(prune(&words, &specialization).expect(name)).unwrap().disassemble();
+            ["RayQuery", "ray_query", "AccelerationStructure"].map(|word| text.contains(word))
+        };
+        assert_eq!(named(false), [false; 3], "{name}");
+        if named(true) == [true; 3] {
+            with.push(name);
+        }
+    }
+    let expected = ["closest", "light_trace", "occlusion", "path_trace", "scatter", "traverse"];
+    assert!(expected.iter().all(|name| with.contains(name)), "{with:?}");
 }

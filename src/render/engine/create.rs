@@ -33,11 +33,11 @@ impl Engine {
         prepared: &Prepared<'_>,
         beside: Option<&Beside<'_, T>>,
     ) -> Result<(Self, Option<T>, f64), RenderError> {
-        let Prepared { scene, settings, tables, .. } = prepared;
+        let Prepared { scene, settings, features, tables, .. } = prepared;
         let built_in = kernel::built_in(launch.schedule);
         let spirv = kernel::spirv(&built_in, settings)?;
         let specialization = launch.specialization(prepared);
-        let layout = bindings::layout(device, &buffers::BINDINGS)?;
+        let layout = bindings::layout(device, &buffers::BINDINGS, features.ray_query)?;
         let mut timeline = Timeline::new(device, IN_FLIGHT + 1)?;
         let shape = Shape::new(&launch, [scene.film.width, scene.film.height], settings);
         // Each time that lavapipe begins to make machine code, as it does for the buffers' formats, it sets the width of its vectors to 256

@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use crate::accel::Texel;
-use crate::gpu::{BindingKind, BindingLayout, Buffer, Device, GpuError, Timeline, Usage};
+use crate::gpu::{
+    AccelerationStructure, BindingKind, BindingLayout, Buffer, Device, GpuError, Resource, Timeline, Usage,
+};
 
 use crate::render::error::RenderError;
 use crate::render::kernel::layout::{Push, binding};
@@ -22,13 +24,31 @@ const COMMON: [(u32, BindingKind); 9] = [
     (binding::SCENE, BindingKind::Values),
 ];
 
-/// The layout of a kernel that sees this and something of its own.
-pub(crate) fn layout(device: &Arc<Device>, own: &[(u32, BindingKind)]) -> Result<Arc<BindingLayout>, GpuError> {
-    BindingLayout::new(device, &[&COMMON, own].concat(), size_of::<Push>() as u32)
+/// What those see besides that use ray queries.
+const OF_RAY_QUERIES: (u32, BindingKind) = (binding::LEAF_BOXES, BindingKind::AccelerationStructure);
+
+/// The layout of a kernel that sees this and something of its own, and uses ray queries or not.
+///
+/// # Errors
+/// The device was not opened for ray queries; a Vulkan call fails.
+pub(crate) fn layout(
+    device: &Arc<Device>,
+    own: &[(u32, BindingKind)],
+    ray_query: bool,
+) -> Result<Arc<BindingLayout>, GpuError> {
+    let mut bindings = [&COMMON, own].concat();
+    if ray_query {
+        device.ray_queries()?;
+        bindings.push(OF_RAY_QUERIES);
+    }
+    BindingLayout::new(device, &bindings, size_of::<Push>() as u32)
 }
 
 /// The tables of a scene and the sampler's, on the device.
-pub(crate) struct TableBuffers(Vec<(u32, Buffer)>);
+pub(crate) struct TableBuffers {
+    buffers: Vec<(u32, Buffer)>,
+    leaf_boxes: Option<AccelerationStructure>,
+}
 
 impl TableBuffers {
     /// Makes and fills them.
@@ -56,11 +76,16 @@ impl TableBuffers {
         }
         upload(device, timeline, &mut uploads)?;
         let numbers = sources.iter().map(|&(number, ..)| number);
-        Ok(Self(numbers.zip(uploads.into_iter().map(|(buffer, _)| buffer)).collect()))
+        let buffers = numbers.zip(uploads.into_iter().map(|(buffer, _)| buffer)).collect();
+        let leaf_boxes = tables.leaf_boxes.as_ref().map(|of| AccelerationStructure::new(device, timeline, &of.boxes));
+        Ok(Self { buffers, leaf_boxes: leaf_boxes.transpose()? })
     }
 
     /// What to bind: these, and others.
-    pub fn and<'a>(&'a self, others: &[(u32, &'a Buffer)]) -> Vec<(u32, &'a Buffer)> {
-        self.0.iter().map(|(number, buffer)| (*number, buffer)).chain(others.iter().copied()).collect()
+    pub fn and<'a>(&'a self, others: &[(u32, &'a Buffer)]) -> Vec<(u32, Resource<'a>)> {
+        let own = self.buffers.iter().map(|(number, buffer)| (*number, buffer));
+        let buffers = own.chain(others.iter().copied()).map(|(number, buffer)| (number, Resource::Buffer(buffer)));
+        let boxes = self.leaf_boxes.iter().map(|of| (binding::LEAF_BOXES, Resource::AccelerationStructure(of)));
+        buffers.chain(boxes).collect()
     }
 }

@@ -37,6 +37,8 @@ pub struct Features {
     pub polygons: u32,
     /// Every leaf is tested.
     pub brute_force: bool,
+    /// Ray queries find the leaves.
+    pub ray_query: bool,
     /// Möller–Trumbore instead of the watertight test.
     pub moller_trumbore: bool,
     /// Point lights.
@@ -73,6 +75,7 @@ impl Features {
             constant_spheres: tables.constant_spheres.len() as u32,
             polygons: tables.polygons.len() as u32,
             brute_force: settings.accel == Accel::None && (needs.bvh.spheres || needs.bvh.triangles),
+            ray_query: tables.leaf_boxes.is_some(),
             moller_trumbore: settings.triangle_test == TriangleTest::MollerTrumbore,
             lights: tables.point_count,
             sobol_levels: if flags.sampler_levels { sobol::MAX_LEVELS } else { sobol::levels(settings.samples) },

@@ -148,6 +148,8 @@ constants! {
         "brute force": |f| why(f.brute_force, "no BVH was asked for", "the BVH is used");
     17 MOLLER_TRUMBORE: bool = |c| c.features.moller_trumbore,
         "moller-trumbore": |f| why(f.moller_trumbore, "was asked for", "the watertight test is used");
+    60 USES_RAY_QUERY: bool = |c| c.features.ray_query,
+        "ray query": |f| why(f.ray_query, "was asked for", "the BVH is used");
     18 SPHERE_COUNT: u32 = |c| c.features.constant_spheres,
         "constant spheres": |f| (
             f.constant_spheres > 0,

@@ -5,7 +5,9 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::gpu::{BindingKind, BindingLayout, BindingSet, Buffer, Device, Pipeline, Specialization, Ticket, Usage};
+use crate::gpu::{
+    BindingKind, BindingLayout, BindingSet, Buffer, Device, Pipeline, Resource, Specialization, Ticket, Usage,
+};
 
 use crate::render::engine::Engine;
 use crate::render::engine::buffers::{IN_FLIGHT, mapped};
@@ -115,8 +117,8 @@ impl LightTracer {
     }
 
     /// What the kernel sees.
-    pub fn layout(device: &Arc<Device>) -> Result<Arc<BindingLayout>, RenderError> {
-        Ok(bindings::layout(device, &BINDINGS)?)
+    pub fn layout(device: &Arc<Device>, ray_query: bool) -> Result<Arc<BindingLayout>, RenderError> {
+        Ok(bindings::layout(device, &BINDINGS, ray_query)?)
     }
 
     /// With its buffers, for the image of an engine.
@@ -144,7 +146,7 @@ impl LightTracer {
             let bytes = records_bytes(dispatch as usize);
             let buffer = Buffer::new(device, &format!("light paths {i}"), bytes, Usage::HostTexel)?;
             let mut all = bound.clone();
-            all.push((binding::LIGHT_PATHS, &buffer));
+            all.push((binding::LIGHT_PATHS, Resource::Buffer(&buffer)));
             Ok(Records { set: BindingSet::new(layout, &all)?, buffer })
         };
         let records = (0..in_flight).map(records).collect::<Result<_, RenderError>>()?;

@@ -46,7 +46,8 @@ impl Job<'_> {
         let one_light = self.features.lights <= 1 && !self.features.emitter;
         let interleaving_pays = self.features.bvh && one_light;
         let choice = match scheduler {
-            _ if self.features.brute_force => Schedule::Inline,
+            // What finds leaves by itself has no steps to deal out.
+            _ if self.features.brute_force || self.features.ray_query => Schedule::Inline,
             Scheduler::Auto if self.traits.queue && self.waiting_pays() => Schedule::Queue,
             Scheduler::Auto if self.traits.threads && interleaving_pays => Schedule::Interleaved,
             Scheduler::Auto | Scheduler::Inline => Schedule::Inline,

@@ -101,7 +101,8 @@ impl Renderer {
         let traits = DriverTraits::of(&device.info).with(settings);
         let (mut techniques, options) = Techniques::new(&prepared, &traits);
         let launch = Launch::new(device, traits, &prepared, options)?;
-        let light_layout = (options.casters > 0).then(|| LightTracer::layout(device)).transpose()?;
+        let ray_query = prepared.features.ray_query;
+        let light_layout = (options.casters > 0).then(|| LightTracer::layout(device, ray_query)).transpose()?;
         let light_specialization = tracer::specialization(&launch, &prepared);
         let light_pipeline = light_layout
             .as_ref()

@@ -6,6 +6,7 @@ pub(crate) mod containment;
 pub(crate) mod coplanar;
 pub(crate) mod emission;
 pub(crate) mod geometry;
+pub(crate) mod leaf_boxes;
 pub(crate) mod light_paths;
 pub(crate) mod materials;
 pub(crate) mod polygons;

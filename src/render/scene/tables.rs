@@ -19,6 +19,7 @@ use crate::render::light::solid_angle;
 use crate::render::light::table::{LightTable, kind};
 use crate::render::scene::collect::{Origin, SceneGeometry};
 use crate::render::scene::geometry::GeometryTexels;
+use crate::render::scene::leaf_boxes::{LeafBoxes, farthest_start};
 use crate::render::scene::light_paths::CasterTable;
 use crate::render::scene::materials::rgb;
 use crate::render::scene::polygons;
@@ -26,7 +27,7 @@ use crate::render::scene::polygons::InlinePolygon;
 use crate::render::scene::spheres::ConstantSphere;
 use crate::render::scene::textures::TextureTable;
 use crate::render::settings::mutation::Mutation;
-use crate::render::settings::{LightSamples, LightTracing, RenderSettings, Reuse, SampleMap};
+use crate::render::settings::{Accel, LightSamples, LightTracing, RenderSettings, Reuse, SampleMap};
 use crate::render::space::RenderSpace;
 use crate::render::space::view::{Rectangle, View};
 
@@ -62,6 +63,8 @@ pub(crate) struct Tables {
     pub single_point: Option<Light>,
     pub packed: Packed,
     pub bvh: Option<BvhStatistics>,
+    /// Boxes around the BVH's leaves, if there is a BVH and ray queries are to find these.
+    pub leaf_boxes: Option<LeafBoxes>,
     /// Where the BVH's primitives come from.
     origins: Vec<Origin>,
     /// Scene indices of the constant spheres.
@@ -90,8 +93,14 @@ impl Tables {
         let tree = build_tree(primitives, &leaves, settings);
         let first_primitive = geometry.constants_count() as u32;
         // Without one, a BVH is compiled in only by the general pipeline.
-        let packed =
+        let mut packed =
             tree.as_ref().map_or_else(Packed::nothing, |tree| accel::pack(tree, &leaves, primitives, first_primitive));
+        let leaf_boxes = (settings.accel == Accel::RayQuery && tree.is_some()).then(|| {
+            let boxes =
+                LeafBoxes::of(&packed, primitives, first_primitive, farthest_start(scene, space), settings.mutation);
+            packed.texels.extend(boxes.record_texels());
+            boxes
+        });
         let build_seconds = start.elapsed().as_secs_f64();
 
         let (bvh_spheres, bvh_triangles) = (geometry.has_bvh_spheres(), geometry.has_bvh_triangles());
@@ -134,6 +143,7 @@ impl Tables {
             seen_from_outside,
             bvh: tree.map(|_| BvhStatistics { build_seconds, ..packed.statistics }),
             packed,
+            leaf_boxes,
             origins: geometry.origins,
             constant_origins: geometry.constant_origins,
             constant_spheres: geometry.constant_spheres,
@@ -283,7 +293,7 @@ fn single_point(lights: &[Light], has_environment: bool) -> Option<Light> {
 
 fn build_tree(primitives: &[Primitive], leaves: &[Leaf], settings: &RenderSettings) -> Option<accel::Tree> {
     let is_thin = matches!(settings.mutation, Some(Mutation::ThinBoxes | Mutation::NoMargins));
-    let bounds_of = if is_thin { Primitive::extent } else { Primitive::bounds };
+    let bounds_of = |primitive: &Primitive| if is_thin { primitive.extent() } else { primitive.bounds(0.0) };
     let of_leaf =
         |leaf: &Leaf| leaf.members().fold(Aabb::EMPTY, |all, i| all.union(bounds_of(&primitives[i as usize])));
     accel::build(&leaves.par_iter().map(of_leaf).collect::<Vec<_>>())

@@ -45,6 +45,9 @@ pub enum Accel {
     Bvh,
     /// Every triangle is tested, to show what the hierarchy gains.
     None,
+    /// The device's ray queries find the leaves of the hierarchy, whose triangles and spheres are tested as ever: the same bits. The device
+    /// has to be opened for it ([`ContextOptions::ray_query`](crate::ContextOptions::ray_query)).
+    RayQuery,
 }
 
 /// How rays that need the BVH are scheduled. All give the same bits.

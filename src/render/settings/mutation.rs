@@ -90,11 +90,23 @@ pub enum Mutation {
     CentredLens = 38,
     /// Parallel rays are as close as if the image were 2 % narrower.
     NarrowView = 39,
+    /// Ray queries get boxes that are not widened (on the host).
+    QueriedThinBoxes = 44,
+    /// Ray queries get boxes that are widened by 10⁻⁷ wherever they are (on the host).
+    QueriedEpsilonBoxes = 45,
+    /// The box of the last leaf is not handed to ray queries (on the host).
+    QueriedLostLeaf = 46,
+    /// The distance of a hit is the one that a ray query has committed.
+    QueriedDistance = 47,
+    /// Of equal distances the one that a ray query proposes first wins.
+    QueriedTies = 48,
+    /// Ray queries with a mask that no instance has.
+    QueriedMask = 49,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 43] = [
+    pub const ALL: [Self; 49] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -138,6 +150,12 @@ impl Mutation {
         Self::FlatEnvironment,
         Self::CentredLens,
         Self::NarrowView,
+        Self::QueriedThinBoxes,
+        Self::QueriedEpsilonBoxes,
+        Self::QueriedLostLeaf,
+        Self::QueriedDistance,
+        Self::QueriedTies,
+        Self::QueriedMask,
     ];
 
     /// What is broken, in words.
@@ -186,6 +204,12 @@ impl Mutation {
             Self::FlatEnvironment => "density of environment sampling as if all cells were alike",
             Self::CentredLens => "rays leave the lens more often near its middle",
             Self::NarrowView => "an orthographic view that is 2 % narrower",
+            Self::QueriedThinBoxes => "boxes of ray queries not widened",
+            Self::QueriedEpsilonBoxes => "boxes of ray queries widened by a fixed 1e-7",
+            Self::QueriedLostLeaf => "a leaf that ray queries do not have",
+            Self::QueriedDistance => "distances as a ray query has committed them",
+            Self::QueriedTies => "of equal distances, what a ray query proposes first",
+            Self::QueriedMask => "ray queries with a mask that no instance has",
         }
     }
 }

@@ -36,8 +36,11 @@ impl Choice for TriangleTest {
 }
 
 impl Choice for Accel {
-    const ALL: &'static [(&'static str, Self, &'static str)] =
-        &[("bvh", Self::Bvh, "A bounding volume hierarchy"), ("none", Self::None, "Every triangle is tested")];
+    const ALL: &'static [(&'static str, Self, &'static str)] = &[
+        ("bvh", Self::Bvh, "A bounding volume hierarchy"),
+        ("none", Self::None, "Every triangle is tested"),
+        ("ray-query", Self::RayQuery, "The device's ray queries find leaves of the hierarchy; same image"),
+    ];
 }
 
 impl Choice for Scheduler {
@@ -100,7 +103,7 @@ mod tests {
     fn names_are_those_of_their_values() {
         assert_eq!(names::<Sampler>(), ["sobol", "independent", "pcg"]);
         assert_eq!(names::<TriangleTest>(), ["watertight", "moller-trumbore"]);
-        assert_eq!(names::<Accel>(), ["bvh", "none"]);
+        assert_eq!(names::<Accel>(), ["bvh", "none", "ray-query"]);
         assert_eq!(names::<Scheduler>(), ["auto", "inline", "interleaved", "queue"]);
         assert_eq!(names::<Reuse>(), ["auto", "always", "off"]);
         assert_eq!(names::<LightSamples>(), ["auto", "one"]);

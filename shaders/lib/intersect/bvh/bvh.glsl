@@ -7,13 +7,22 @@
 #include "../../ray.glsl"
 #include "../constants.glsl"
 #include "traversal.glsl"
+#ifdef RAY_QUERY
+#include "../query.glsl"
+#endif
 
 // With PATH_STATS: records visited by this lane; and with REUSE, those of them by rays that only ask for any hit.
 uint traversal_steps = 0u;
 uint occlusion_steps = 0u;
 
+// What a ray meets first.
+struct Nearest {
+    float t;
+    int id;     // -1: nothing before the far end
+};
+
 // Traverses the BVH to the end, or as far as the budget goes; then `loops` has reached LOOP_BUDGET.
-Traversal traverse(Ray ray, float t_max, uint entry, bool any_hit, uint loops, out uint steps) {
+Nearest traverse_bvh(Ray ray, float t_max, uint entry, bool any_hit, uint loops, out uint steps) {
     BvhRay r = bvh_ray(ray.origin, ray.direction, any_hit);
     Traversal traversal = traversal_begin(r, t_max, entry);
     steps = 0u;
@@ -21,9 +30,21 @@ Traversal traverse(Ray ray, float t_max, uint entry, bool any_hit, uint loops, o
         traversal_step(traversal, r, ray.self_id, any_hit, any_hit);
         steps += 1u;
     }
+    return Nearest(traversal.t, traversal.id);
+}
+
+// Traces a ray that is finite and meets a box of the root: by a ray query, if there are any. But steps that the pilot pass takes for
+// shadow rays decide how many samples pixels get: these are those of the BVH, whatever traces the image.
+Nearest traverse(Ray ray, float t_max, uint entry, bool any_hit, uint loops, out uint steps) {
+    Nearest nearest;
+#ifdef RAY_QUERY
+    if (USES_RAY_QUERY && !(REUSE && any_hit && in_mode(MODE_SCATTERED))) query_leaves(ray, t_max, any_hit, loops, nearest.t, nearest.id, steps);
+    else
+#endif
+    nearest = traverse_bvh(ray, t_max, entry, any_hit, loops, steps);
     if (PATH_STATS) traversal_steps += steps;
     if (REUSE && any_hit) occlusion_steps += steps;
-    return traversal;
+    return nearest;
 }
 
 // Adds the iterations that the subgroup spent, and the one in which the loop ends: drivers bound those of the slowest
@@ -37,9 +58,9 @@ void closest_in_bvh(Ray ray, inout float t, inout int self_id, inout uint loops)
     uint steps = 0u;
     uint entry = root_hit_mask(ray.origin, ray.direction, t);
     if (entry != 0u) {
-        Traversal traversal = traverse(ray, t, entry, false, loops, steps);
-        t = traversal.t;
-        self_id = traversal.id >= 0 ? traversal.id : self_id;
+        Nearest nearest = traverse(ray, t, entry, false, loops, steps);
+        t = nearest.t;
+        self_id = nearest.id >= 0 ? nearest.id : self_id;
     }
     count_loops(steps, loops);
 }

@@ -82,6 +82,7 @@ fn bindings() {
         (binding::FILM_ROWS, "FilmWords", true),
         (binding::GRADIENT_ROWS, "GradientRows", true),
         (binding::TEXTURES, "texture_texels", false),
+        (binding::LEAF_BOXES, "leaf_boxes", false),
     ]
     .map(|(number, name, storage)| (0, number, name.to_owned(), storage));
     for (kernel, interface) in kernels() {
