@@ -229,6 +229,8 @@ pub(super) struct MeshTable {
     pub material: Option<String>,
     #[serde(default)]
     pub normals: NormalsName,
+    #[serde(default)]
+    pub vertex_colors: VertexColorsName,
     #[serde(default = "one")]
     pub scale: f64,
     #[serde(default)]
@@ -247,6 +249,14 @@ pub(super) enum NormalsName {
     #[default]
     Flat,
     Smooth,
+}
+
+#[derive(Deserialize, Default, Clone, Copy)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum VertexColorsName {
+    #[default]
+    Srgb,
+    Linear,
 }
 
 #[derive(Deserialize)]

@@ -11,17 +11,17 @@ use crate::scene::format::*;
 use crate::scene::limits::{MAX_DEPTH, MAX_IMAGE_SIDE, MAX_SAMPLES};
 use crate::scene::locate::locate_value;
 use crate::scene::materials::MaterialList;
-use crate::scene::obj::{MaterialSource, MeshRequest, NormalsChoice};
+use crate::scene::obj::{MaterialSource, MeshRequest, NormalsChoice, VertexColors};
 use crate::scene::problem::{Problem, check_integer, check_positive, check_vector, number};
-use crate::scene::read::read_relative;
+use crate::scene::read::Files;
 use crate::scene::transform::Placement;
 
 /// The text that a scene is being built from.
 pub(super) struct Source<'a> {
     pub text: &'a str,
     pub name: &'a str,
-    /// Folder that the paths in the file start from; without one no other file can be read.
-    pub base_dir: Option<&'a Path>,
+    /// Where the paths in the file start from.
+    pub files: Files<'a>,
 }
 
 impl Source<'_> {
@@ -63,6 +63,7 @@ pub(super) fn build(source: &Source<'_>, tables: SceneTable, warnings: &mut Vec<
         let problem = Problem::new(Entity::Background, "radiance", "given", "none beside an [environment]");
         return Err(source.error(problem));
     }
+    let (materials, images) = materials.into_parts();
     Ok(Scene {
         source: source.name.to_owned(),
         camera,
@@ -70,8 +71,8 @@ pub(super) fn build(source: &Source<'_>, tables: SceneTable, warnings: &mut Vec<
         integrator,
         background: tables.background.radiance.0,
         lights,
-        materials: materials.into_vec(),
-        images: Vec::new(),
+        materials,
+        images,
         environment,
         spheres,
         meshes,
@@ -224,7 +225,7 @@ fn environment(
     warnings: &mut Vec<String>,
 ) -> Result<Environment, SceneError> {
     let entity = Entity::Environment;
-    let (path, bytes) = read_relative(source.base_dir, &table.file)?;
+    let (path, bytes) = source.files.read(&table.file)?;
     let read = Environment::read(&bytes, &path.display().to_string());
     let (map, warning) = read.map_err(|found| {
         source.error(Problem::new(
@@ -290,7 +291,7 @@ fn define_material(materials: &mut MaterialList, index: usize, table: MaterialTa
     let quoted_name = format!("{:?}", table.name);
     let surface = table.emission.map_or(surface, |emission| Surface { emission: emission.0, ..surface });
     let surface = Surface { two_sided: table.two_sided.unwrap_or(false), ..surface };
-    match materials.define(table.name, surface) {
+    match materials.define(Material::new(table.name, surface)) {
         Some(_) => Ok(()),
         None => Err(Problem::new(entity, "name", quoted_name, "a name that no earlier material has")),
     }
@@ -321,8 +322,8 @@ fn load_mesh(
 ) -> Result<Mesh, SceneError> {
     let entity = Entity::Mesh(index);
     let request = mesh_request(entity, table, materials).map_err(|problem| source.error(problem))?;
-    let mesh = read_relative(source.base_dir, &table.file).and_then(|(path, bytes)| {
-        request.build(&bytes, &path.display().to_string(), path.parent(), materials, warnings)
+    let mesh = source.files.read(&table.file).and_then(|(path, bytes)| {
+        request.build(&bytes, &path.display().to_string(), source.files.of(&path), materials, warnings)
     });
     mesh.map_err(|cause| SceneError::Mesh { at: source.locate(entity, "file"), entity, cause: Box::new(cause) })
 }
@@ -346,6 +347,10 @@ fn mesh_request(entity: Entity, table: &MeshTable, materials: &MaterialList) -> 
         material: match &table.material {
             Some(name) => MaterialSource::Given(find_material(materials, entity, name)?),
             None => MaterialSource::Mtl,
+        },
+        colors: match table.vertex_colors {
+            VertexColorsName::Srgb => VertexColors::Srgb,
+            VertexColorsName::Linear => VertexColors::Linear,
         },
     })
 }

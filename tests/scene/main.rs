@@ -7,6 +7,7 @@ mod cat_mesh;
 mod glb;
 mod gltf_files;
 mod gltf_hostile;
+mod mtl_files;
 mod obj_files;
 mod robustness;
 mod scene_files;
