@@ -125,10 +125,9 @@ impl Scene {
         let tables = parse(text, name)?;
         let source = Source { text, name, files: Files::new(base_dir, options.confine) };
         let mut warnings = Vec::new();
-        let scene = build(&source, tables, &mut warnings)?;
+        let (scene, cameras) = build(&source, tables, options, &mut warnings)?;
         scene.check_values().map_err(|problem| source.error(problem))?;
-        let camera = NamedCamera { name: "camera".to_owned(), camera: scene.camera.clone(), vertical: None };
-        finish(scene, vec![camera], options, warnings, |entity, field| source.locate(entity, field))
+        finish(scene, cameras, options, warnings, |entity, field| source.locate(entity, field))
     }
 
     /// Loads an OBJ file that is in memory, as [`Scene::load`] does. `source_name` stands for it in messages;

@@ -11,4 +11,6 @@ mod mtl_files;
 mod obj_files;
 mod robustness;
 mod scene_files;
+mod scene_models;
+mod scene_textures;
 mod validate;

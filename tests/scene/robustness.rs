@@ -150,6 +150,11 @@ proptest! {
     fn mutations_of_an_obj_file(bytes in mutated(OBJ)) {
         load_obj(&bytes);
     }
+}
+
+proptest! {
+    // Each writes and reads files.
+    #![proptest_config(ProptestConfig { cases: 512, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn mutations_of_an_mtl_file(bytes in mutated(MTL)) {

@@ -49,7 +49,7 @@ fn each_broken_invariant_is_found() {
         (|s| s.meshes[0].triangle_materials.clear(), "mesh 1: the number of triangle materials is 0, expected 1"),
         (
             |s| s.lights.push(Light::Point { position: DVec3::ZERO, power: [0.0, 0.0, -1.0] }),
-            "light 2: power is [0, 0, -1]",
+            "light 1: power is [0, 0, -1]",
         ),
         (
             |s| {

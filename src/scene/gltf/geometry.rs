@@ -9,6 +9,7 @@ use crate::scene::description::{Mesh, Normals};
 use crate::scene::error::SceneError;
 use crate::scene::gltf::document::{Document, number};
 use crate::scene::tangents::tangents_of;
+use crate::scene::transform::cofactors;
 use crate::scene::triangle::has_area;
 
 /// The vertices of a primitive in the space of its mesh, and its triangles.
@@ -304,11 +305,6 @@ impl Geometry {
             .for_each(|x| *x = 0.0);
         Some(mesh)
     }
-}
-
-/// What transforms normals: the inverse transpose times the determinant.
-fn cofactors(m: DMat3) -> DMat3 {
-    DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis))
 }
 
 /// Gives vertices without a normal that of one of their triangles.

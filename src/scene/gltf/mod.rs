@@ -26,10 +26,12 @@ use crate::scene::image_file::{KINDS, decode};
 use crate::scene::load_options::LoadOptions;
 use crate::scene::model::Model;
 use crate::scene::read::Files;
-use crate::scene::texture::TextureImage;
+use crate::scene::texel_channels::{Channel, Part, combine};
+use crate::scene::texture::{Texels, TextureImage};
 
 pub(super) use crate::scene::gltf::document::is_glb;
 use crate::scene::gltf::document::{Document, number};
+use crate::scene::gltf::material::Glossiness;
 use crate::scene::gltf::nodes::Placed;
 
 /// Reads a glTF file. `name` stands for it in messages, `files` is where what it names is looked for.
@@ -48,6 +50,7 @@ pub(in crate::scene) fn load(
         options,
         materials: Vec::new(),
         numbers: HashMap::new(),
+        glossiness: Vec::new(),
         left_out: 0,
         meshes: Vec::new(),
         bytes: 0,
@@ -55,7 +58,7 @@ pub(in crate::scene) fn load(
     for place in &placed {
         builder.add_node(place, &placed, &pose)?;
     }
-    let Builder { mut materials, mut meshes, left_out, .. } = builder;
+    let Builder { mut materials, mut meshes, glossiness, left_out, .. } = builder;
     if left_out > 0 {
         warnings.push(format!("{name}: {left_out} primitives of points or lines are left out"));
     }
@@ -63,7 +66,7 @@ pub(in crate::scene) fn load(
     if dropped > 0 {
         warnings.push(format!("{name}: {dropped} triangles without an area are left out"));
     }
-    let images = document.images(&mut materials)?;
+    let images = document.images(&mut materials, &glossiness)?;
     make_names_unique(&mut materials);
     meshes.retain(|mesh| !mesh.triangles.is_empty());
     let (lights, cameras) = (document.lights(&placed)?, document.cameras(&placed)?);
@@ -77,6 +80,8 @@ struct Builder<'a> {
     materials: Vec<Material>,
     /// Numbers of materials by those of the file; `None` is the default material.
     numbers: HashMap<Option<usize>, u32>,
+    /// Images that are made of others.
+    glossiness: Vec<Glossiness>,
     /// Primitives without triangles.
     left_out: usize,
     meshes: Vec<Mesh>,
@@ -142,7 +147,7 @@ impl Builder<'_> {
             return Ok(known);
         }
         let material = match index {
-            Some(index) => self.document.material(index)?,
+            Some(index) => self.document.material(index, &mut self.glossiness)?,
             None => Material {
                 culls_back: true,
                 ..Material::new(
@@ -179,15 +184,28 @@ impl Document<'_> {
     }
 
     /// Decodes the images that materials use, and numbers them anew.
-    fn images(&self, materials: &mut [Material]) -> Result<Vec<TextureImage>, SceneError> {
+    fn images(&self, materials: &mut [Material], glossiness: &[Glossiness]) -> Result<Vec<TextureImage>, SceneError> {
         let used: BTreeSet<u32> =
             materials.iter().flat_map(|m| m.textures.values().map(|texture| texture.image)).collect();
         let used: Vec<u32> = used.into_iter().collect();
-        let images = used.par_iter().map(|&index| self.image(index as usize)).collect::<Result<_, _>>()?;
+        let images: Vec<TextureImage> =
+            used.par_iter().map(|&index| self.image_or_made(index as usize, glossiness)).collect::<Result<_, _>>()?;
         for texture in materials.iter_mut().flat_map(|material| material.textures.values_mut()) {
             texture.image = used.binary_search(&texture.image).unwrap_or(0) as u32;
+            // Floats are linear.
+            texture.srgb &= !matches!(images[texture.image as usize].texels, Texels::Rgba32F(_));
         }
         Ok(images)
+    }
+
+    /// An image of the file or, after them, one made of another one's glossiness.
+    fn image_or_made(&self, index: usize, glossiness: &[Glossiness]) -> Result<TextureImage, SceneError> {
+        let made = index.checked_sub(self.root.images.len()).and_then(|number| glossiness.get(number));
+        let Some(&Glossiness { image, factor }) = made else { return self.image(index) };
+        let source = self.image(image)?;
+        let change = Box::new(move |gloss| 1.0 - factor * gloss);
+        let green = Part { image: &source, channel: Channel::Alpha, change: Some(change) };
+        Ok(combine(format!("{} (roughness)", source.name), [None, Some(green), None, None]))
     }
 
     fn image(&self, index: usize) -> Result<TextureImage, SceneError> {
