@@ -1,18 +1,22 @@
-//! Any bytes are either a mesh that validates or an error that names the file; what follows a zero byte is an MTL file.
+//! Any bytes are either a mesh that validates or an error that names the file; what follows a zero byte is an MTL file, and what follows
+//! another one an image `a.png`.
 #![no_main]
+
+use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
 use photolith::Scene;
-use photolith::scene::obj::parse_mtl;
+
+static FOLDER: LazyLock<tempfile::TempDir> = LazyLock::new(|| tempfile::tempdir().expect("a folder"));
 
 fuzz_target!(|bytes: &[u8]| {
-    let mut files = bytes.splitn(2, |&byte| byte == 0);
-    let (obj, mtl) = (files.next().unwrap_or_default(), files.next().unwrap_or_default());
-    match Scene::from_obj_bytes(obj, "a.obj", None) {
+    let mut files = bytes.splitn(3, |&byte| byte == 0);
+    let mut next = || files.next().unwrap_or_default();
+    let (obj, mtl, image) = (next(), next(), next());
+    std::fs::write(FOLDER.path().join("a.mtl"), mtl).expect("writable");
+    std::fs::write(FOLDER.path().join("a.png"), image).expect("writable");
+    match Scene::from_obj_bytes(&[b"mtllib a.mtl\n", obj].concat(), "a.obj", Some(FOLDER.path())) {
         Ok(loaded) => assert!(loaded.scene.validate().is_ok()),
         Err(error) => assert!(error.to_string().contains("a.obj")),
-    }
-    for material in parse_mtl(mtl, "a.mtl").0 {
-        material.surface(|_| {});
     }
 });

@@ -23,7 +23,7 @@ pub struct SourceOptions {
     #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(1..), help_heading = heading::SCENE)]
     texture_limit: Option<u32>,
 
-    /// Files that a glTF file names have to be in its folder, or below
+    /// Files that a file names have to be in its folder, or below
     #[arg(long, help_heading = heading::SCENE)]
     confine: bool,
 

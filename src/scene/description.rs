@@ -340,6 +340,15 @@ impl Material {
         self.surface.emits() && (self.has_alpha() || self.textures.contains_key(&TextureSlot::Emission))
     }
 
+    /// The set of texture coordinates that tangents are needed along, if they are.
+    pub(crate) fn tangent_uv(&self) -> Option<usize> {
+        let texture = |slot| self.textures.get(&slot);
+        let normal = texture(TextureSlot::Normal).or(texture(TextureSlot::CoatNormal));
+        let is_anisotropic = matches!(self.surface.bsdf, Bsdf::MetallicRoughness(m) if m.anisotropy > 0.0);
+        let along = normal.or(texture(TextureSlot::Anisotropy));
+        (normal.is_some() || is_anisotropic).then(|| along.map_or(0, |texture| texture.uv_set as usize))
+    }
+
     fn has_alpha(&self) -> bool {
         self.coverage != Coverage::Opaque
     }

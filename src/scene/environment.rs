@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::scene::image_file::decode;
+use crate::scene::image_file::{decode, is_exr, read_exr};
 use crate::scene::srgb;
 use crate::scene::texture::Texels;
 
@@ -37,10 +37,9 @@ impl Environment {
     /// # Errors
     /// In words.
     pub fn read(bytes: &[u8], name: &str) -> Result<(Self, Option<String>), String> {
-        const EXR: &[u8] = &[0x76, 0x2f, 0x31, 0x01];
-        let (width, height, mut texels, warning) = if bytes.starts_with(EXR) {
-            let (width, height, texels) = read_exr(bytes)?;
-            (width, height, texels, None)
+        let (width, height, mut texels, warning): (_, _, Vec<[f32; 3]>, _) = if is_exr(bytes) {
+            let (width, height, pixels) = read_exr(bytes)?;
+            (width, height, pixels.into_iter().map(|[r, g, b, _]| [r, g, b]).collect(), None)
         } else {
             let image = decode(bytes, name)?;
             let is_radiance = matches!(image.texels, Texels::Rgba32F(_));
@@ -100,24 +99,4 @@ impl Environment {
             visible: true,
         }
     }
-}
-
-fn read_exr(bytes: &[u8]) -> Result<(u32, u32, Vec<[f32; 3]>), String> {
-    use exr::prelude::{ReadChannels as _, ReadLayers as _, read};
-    let image = read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .rgba_channels(
-            |size, _| (size.width(), vec![[0.0f32; 3]; size.area()]),
-            |(width, pixels), position, (r, g, b, _): (f32, f32, f32, f32)| {
-                pixels[position.y() * *width + position.x()] = [r, g, b]
-            },
-        )
-        .first_valid_layer()
-        .all_attributes()
-        .from_buffered(std::io::Cursor::new(bytes))
-        .map_err(|error| error.to_string())?;
-    let size = image.layer_data.size;
-    let (_, pixels) = image.layer_data.channel_data.pixels;
-    Ok((size.width() as u32, size.height() as u32, pixels))
 }

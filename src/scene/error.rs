@@ -70,10 +70,16 @@ pub enum Entity {
     Environment,
     /// An element of [`Scene::images`](crate::Scene::images).
     Image(usize),
+    /// A texture of a scene file.
+    Texture(usize),
     /// An element of [`Scene::spheres`](crate::Scene::spheres).
     Sphere(usize),
     /// An element of [`Scene::meshes`](crate::Scene::meshes).
     Mesh(usize),
+    /// A model of a scene file.
+    Model(usize),
+    /// A copy in a scene file.
+    Instance(usize),
     /// An element of [`Scene::lights`](crate::Scene::lights).
     Light(usize),
 }
@@ -90,8 +96,11 @@ impl Entity {
             Self::Background => ("background", None),
             Self::Material(index) => ("material", Some(index)),
             Self::Image(index) => ("image", Some(index)),
+            Self::Texture(index) => ("texture", Some(index)),
             Self::Sphere(index) => ("sphere", Some(index)),
             Self::Mesh(index) => ("mesh", Some(index)),
+            Self::Model(index) => ("model", Some(index)),
+            Self::Instance(index) => ("instance", Some(index)),
             Self::Light(index) => ("light", Some(index)),
         }
     }
@@ -167,14 +176,14 @@ pub enum SceneError {
         expected: Cow<'static, str>,
     },
 
-    /// A mesh of a scene file cannot be loaded.
+    /// A file that a scene file names cannot be loaded.
     #[error("{at}: {entity}: {cause}")]
-    Mesh {
-        /// Where the scene file names the mesh.
+    File {
+        /// Where the scene file names it.
         at: Location,
-        /// The mesh.
+        /// Whose file it is.
         entity: Entity,
-        /// What is wrong with its file.
+        /// What is wrong with it.
         cause: Box<SceneError>,
     },
 

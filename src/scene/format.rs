@@ -5,7 +5,7 @@
 use std::fmt;
 
 use serde::Deserialize;
-use serde::de::{Deserializer, Error, SeqAccess, Unexpected, Visitor};
+use serde::de::{Deserializer, Error, IntoDeserializer, SeqAccess, Unexpected, Visitor};
 
 use crate::scene::description::{Film, Integrator, PixelFilter, Transfer};
 
@@ -26,11 +26,17 @@ pub(super) struct SceneTable {
     pub background: BackgroundTable,
     pub environment: Option<EnvironmentTable>,
     #[serde(default)]
+    pub texture: Vec<TextureTable>,
+    #[serde(default)]
     pub material: Vec<MaterialTable>,
     #[serde(default)]
     pub sphere: Vec<SphereTable>,
     #[serde(default)]
     pub mesh: Vec<MeshTable>,
+    #[serde(default)]
+    pub model: Vec<ModelTable>,
+    #[serde(default)]
+    pub instance: Vec<InstanceTable>,
     #[serde(default)]
     pub light: Vec<LightTable>,
 }
@@ -200,7 +206,82 @@ pub(super) struct MaterialTable {
     pub roughness: Option<f64>,
     pub specular: Option<f64>,
     pub specular_color: Option<Triple>,
+    pub texture: Option<String>,
+    pub base_color_texture: Option<String>,
+    pub metallic_roughness_texture: Option<String>,
+    pub normal_texture: Option<String>,
+    pub normal_scale: Option<f64>,
+    pub emission_texture: Option<String>,
+    pub alpha: Option<AlphaName>,
+    pub alpha_cutoff: Option<f64>,
+    pub opacity: Option<f64>,
+    pub double_sided: Option<bool>,
 }
+
+#[derive(Deserialize, Default, Clone, Copy, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum AlphaName {
+    #[default]
+    Opaque,
+    Mask,
+    Blend,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct TextureTable {
+    pub name: String,
+    pub file: String,
+    #[serde(default)]
+    pub color: ColorName,
+    #[serde(default)]
+    pub wrap: WrapValue,
+    #[serde(default)]
+    pub filter: TextureFilterName,
+    #[serde(default)]
+    pub uv: i64,
+    #[serde(default)]
+    pub offset: Numbers<2>,
+    #[serde(default = "ones")]
+    pub scale: Numbers<2>,
+    #[serde(default)]
+    pub rotate: f64,
+}
+
+fn ones() -> Numbers<2> {
+    Numbers([1.0; 2])
+}
+
+#[derive(Deserialize, Default, Clone, Copy)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum ColorName {
+    /// By what a material uses it for.
+    #[default]
+    Auto,
+    Srgb,
+    Linear,
+}
+
+#[derive(Deserialize, Default, Clone, Copy, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum TextureFilterName {
+    #[default]
+    Linear,
+    Nearest,
+}
+
+#[derive(Deserialize, Default, Clone, Copy)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum WrapName {
+    #[default]
+    Repeat,
+    Mirror,
+    Clamp,
+}
+
+/// Along u and v; one word for both.
+#[derive(Default, Clone, Copy)]
+pub(super) struct WrapValue(pub [WrapName; 2]);
 
 #[derive(Deserialize, Clone, Copy)]
 #[serde(rename_all = "lowercase")]
@@ -225,10 +306,13 @@ pub(super) struct SphereTable {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct MeshTable {
+    pub name: Option<String>,
     pub file: String,
     pub material: Option<String>,
     #[serde(default)]
     pub normals: NormalsName,
+    #[serde(default)]
+    pub vertex_colors: VertexColorsName,
     #[serde(default = "one")]
     pub scale: f64,
     #[serde(default)]
@@ -241,12 +325,50 @@ fn one() -> f64 {
     1.0
 }
 
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ModelTable {
+    pub name: Option<String>,
+    pub file: String,
+    pub material: Option<String>,
+    pub variant: Option<String>,
+    pub time: Option<f64>,
+    #[serde(default = "yes")]
+    pub lights: bool,
+    pub scale: Option<Numbers<3>>,
+    pub rotate: Option<Triple>,
+    pub translate: Option<Triple>,
+    pub matrix: Option<Rows>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct InstanceTable {
+    pub of: String,
+    pub scale: Option<Numbers<3>>,
+    pub rotate: Option<Triple>,
+    pub translate: Option<Triple>,
+    pub matrix: Option<Rows>,
+}
+
+/// Three rows of a map to the scene: of a point (x, y, z, 1).
+#[derive(Clone, Copy)]
+pub(super) struct Rows(pub [[f64; 4]; 3]);
+
 #[derive(Deserialize, Default, Clone, Copy)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum NormalsName {
     #[default]
     Flat,
     Smooth,
+}
+
+#[derive(Deserialize, Default, Clone, Copy)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum VertexColorsName {
+    #[default]
+    Srgb,
+    Linear,
 }
 
 #[derive(Deserialize)]
@@ -276,31 +398,104 @@ pub(super) enum LightKind {
 #[derive(Default, Clone, Copy)]
 pub(super) struct Triple(pub [f64; 3]);
 
+/// So many numbers, or one for all.
+#[derive(Clone, Copy)]
+pub(super) struct Numbers<const N: usize>(pub [f64; N]);
+
+impl<const N: usize> Default for Numbers<N> {
+    fn default() -> Self {
+        Self([0.0; N])
+    }
+}
+
+/// Reads an array of `N` values, or, if `one` is, a single one for all.
+struct ArrayVisitor<T, const N: usize> {
+    one: bool,
+    expecting: &'static str,
+    kind: std::marker::PhantomData<T>,
+}
+
+impl<T, const N: usize> ArrayVisitor<T, N> {
+    fn new(one: bool, expecting: &'static str) -> Self {
+        Self { one, expecting, kind: std::marker::PhantomData }
+    }
+}
+
+impl<'de, T: Deserialize<'de> + Copy + Default, const N: usize> Visitor<'de> for ArrayVisitor<T, N> {
+    type Value = [T; N];
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.expecting)
+    }
+
+    fn visit_f64<E: Error>(self, value: f64) -> Result<[T; N], E> {
+        if !self.one {
+            return Err(E::invalid_type(Unexpected::Float(value), &self));
+        }
+        T::deserialize(value.into_deserializer()).map(|value| [value; N])
+    }
+
+    fn visit_i64<E: Error>(self, value: i64) -> Result<[T; N], E> {
+        if !self.one {
+            return Err(E::invalid_type(Unexpected::Signed(value), &self));
+        }
+        T::deserialize((value as f64).into_deserializer()).map(|value| [value; N])
+    }
+
+    fn visit_str<E: Error>(self, value: &str) -> Result<[T; N], E> {
+        if !self.one {
+            return Err(E::invalid_type(Unexpected::Str(value), &self));
+        }
+        T::deserialize(value.into_deserializer()).map(|value| [value; N])
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut elements: A) -> Result<[T; N], A::Error> {
+        let mut values = [T::default(); N];
+        let mut count = 0;
+        while let Some(value) = elements.next_element()? {
+            if let Some(slot) = values.get_mut(count) {
+                *slot = value;
+            }
+            count += 1;
+        }
+        if count == N { Ok(values) } else { Err(A::Error::invalid_length(count, &self)) }
+    }
+}
+
 impl<'de> Deserialize<'de> for Triple {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct TripleVisitor;
+        deserializer.deserialize_any(ArrayVisitor::new(false, "an array of three numbers")).map(Self)
+    }
+}
 
-        impl<'de> Visitor<'de> for TripleVisitor {
-            type Value = Triple;
+impl<'de, const N: usize> Deserialize<'de> for Numbers<N> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let expecting = if N == 2 { "a number or an array of two" } else { "a number or an array of three" };
+        deserializer.deserialize_any(ArrayVisitor::new(true, expecting)).map(Self)
+    }
+}
 
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("an array of three numbers")
-            }
+impl<'de> Deserialize<'de> for WrapValue {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let expecting = "\"repeat\", \"mirror\" or \"clamp\", or an array of two of them";
+        deserializer.deserialize_any(ArrayVisitor::new(true, expecting)).map(Self)
+    }
+}
 
-            fn visit_seq<A: SeqAccess<'de>>(self, mut elements: A) -> Result<Triple, A::Error> {
-                let mut numbers = [0.0; 3];
-                let mut count = 0;
-                while let Some(number) = elements.next_element()? {
-                    if let Some(slot) = numbers.get_mut(count) {
-                        *slot = number;
-                    }
-                    count += 1;
-                }
-                if count == numbers.len() { Ok(Triple(numbers)) } else { Err(A::Error::invalid_length(count, &self)) }
+impl<'de> Deserialize<'de> for Rows {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Default, Clone, Copy)]
+        struct Row([f64; 4]);
+
+        impl<'de> Deserialize<'de> for Row {
+            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                deserializer.deserialize_any(ArrayVisitor::new(false, "a row of four numbers")).map(Self)
             }
         }
 
-        deserializer.deserialize_any(TripleVisitor)
+        let rows: [Row; 3] =
+            deserializer.deserialize_any(ArrayVisitor::new(false, "an array of three rows of four numbers"))?;
+        Ok(Self(rows.map(|row| row.0)))
     }
 }
 

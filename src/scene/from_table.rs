@@ -1,27 +1,27 @@
 //! From the tables of a scene file to a scene: names become indices, meshes are read.
 
-use std::path::Path;
-
-use glam::DVec3;
+use std::path::PathBuf;
 
 use crate::scene::description::*;
 use crate::scene::environment::Environment;
 use crate::scene::error::{Entity, Location, SceneError};
 use crate::scene::format::*;
 use crate::scene::limits::{MAX_DEPTH, MAX_IMAGE_SIDE, MAX_SAMPLES};
+use crate::scene::load_options::LoadOptions;
 use crate::scene::locate::locate_value;
 use crate::scene::materials::MaterialList;
-use crate::scene::obj::{MaterialSource, MeshRequest, NormalsChoice};
-use crate::scene::problem::{Problem, check_integer, check_positive, check_vector, number};
-use crate::scene::read::read_relative;
-use crate::scene::transform::Placement;
+use crate::scene::named_camera::NamedCamera;
+use crate::scene::problem::{Problem, check_integer, check_positive, number};
+use crate::scene::read::Files;
+use crate::scene::table_model::Content;
+use crate::scene::table_texture::NamedTextures;
 
 /// The text that a scene is being built from.
 pub(super) struct Source<'a> {
     pub text: &'a str,
     pub name: &'a str,
-    /// Folder that the paths in the file start from; without one no other file can be read.
-    pub base_dir: Option<&'a Path>,
+    /// Where the paths in the file start from.
+    pub files: Files<'a>,
 }
 
 impl Source<'_> {
@@ -33,28 +33,54 @@ impl Source<'_> {
         let at = self.locate(problem.entity, &problem.field);
         problem.at(at)
     }
+
+    /// The file that an entity names.
+    pub fn read(&self, entity: Entity, name: &str) -> Result<(PathBuf, Vec<u8>), SceneError> {
+        self.files.read(name).map_err(|cause| self.cause(entity, cause))
+    }
+
+    /// What is wrong with the file of an entity.
+    pub fn cause(&self, entity: Entity, cause: SceneError) -> SceneError {
+        SceneError::File { at: self.locate(entity, "file"), entity, cause: Box::new(cause) }
+    }
 }
 
-/// Builds the scene. Its values are not validated yet, except those that the scene's own types could not hold.
-pub(super) fn build(source: &Source<'_>, tables: SceneTable, warnings: &mut Vec<String>) -> Result<Scene, SceneError> {
+/// Builds the scene, and lists its cameras: its own, then those of models. Its values are not validated yet, except those that the
+/// scene's own types could not hold.
+pub(super) fn build(
+    source: &Source<'_>,
+    tables: SceneTable,
+    options: &LoadOptions,
+    warnings: &mut Vec<String>,
+) -> Result<(Scene, Vec<NamedCamera>), SceneError> {
     let mut materials = MaterialList::default();
-    for (index, table) in tables.material.into_iter().enumerate() {
-        define_material(&mut materials, index, table).map_err(|problem| source.error(problem))?;
+    let textures = NamedTextures::read(source, &tables.texture, &mut materials)?;
+    for (index, table) in tables.material.iter().enumerate() {
+        define_material(&mut materials, index, table, &textures).map_err(|problem| source.error(problem))?;
     }
     let integrator = integrator(&tables.integrator).map_err(|problem| source.error(problem))?;
     let camera = camera(&tables.camera).map_err(|problem| source.error(problem))?;
     let film = film(&tables.film).map_err(|problem| source.error(problem))?;
-    let spheres = tables.sphere.into_iter().enumerate().map(|(index, table)| {
+    let spheres = tables.sphere.iter().enumerate().map(|(index, table)| {
         let material = find_material(&materials, Entity::Sphere(index), &table.material)?;
         Ok(Sphere { center: table.center.0.into(), radius: table.radius, material, inward: table.inward })
     });
-    let spheres = spheres.collect::<Result<_, _>>().map_err(|problem| source.error(problem))?;
-    let mut meshes = Vec::with_capacity(tables.mesh.len());
-    for (index, table) in tables.mesh.iter().enumerate() {
-        meshes.push(load_mesh(source, index, table, &mut materials, warnings)?);
+    let spheres: Vec<Sphere> = spheres.collect::<Result<_, _>>().map_err(|problem| source.error(problem))?;
+    for (index, sphere) in spheres.iter().enumerate() {
+        let material = materials.get(sphere.material);
+        if !material.textures.is_empty() || material.lets_rays_pass() {
+            let (entity, at) = (Entity::Sphere(index), source.locate(Entity::Sphere(index), "material"));
+            warnings.push(format!(
+                "{at}: {entity}: textures, alpha and double_sided of {:?} are of meshes only",
+                material.name
+            ));
+        }
     }
+    let Content { meshes, lights: of_models, cameras, .. } =
+        Content::read(source, &tables, options, &mut materials, warnings)?;
     let lights = tables.light.iter().enumerate().map(|(index, table)| light(Entity::Light(index), table));
-    let lights = lights.collect::<Result<_, _>>().map_err(|problem| source.error(problem))?;
+    let mut lights: Vec<Light> = lights.collect::<Result<_, _>>().map_err(|problem| source.error(problem))?;
+    lights.extend(of_models);
     let environment = match &tables.environment {
         Some(table) => Some(environment(source, table, warnings)?),
         None => None,
@@ -63,19 +89,22 @@ pub(super) fn build(source: &Source<'_>, tables: SceneTable, warnings: &mut Vec<
         let problem = Problem::new(Entity::Background, "radiance", "given", "none beside an [environment]");
         return Err(source.error(problem));
     }
-    Ok(Scene {
+    let (materials, images) = materials.into_parts();
+    let own = NamedCamera { name: "camera".to_owned(), camera: camera.clone(), vertical: None };
+    let scene = Scene {
         source: source.name.to_owned(),
         camera,
         film,
         integrator,
         background: tables.background.radiance.0,
         lights,
-        materials: materials.into_vec(),
-        images: Vec::new(),
+        materials,
+        images,
         environment,
         spheres,
         meshes,
-    })
+    };
+    Ok((scene, [own].into_iter().chain(cameras).collect()))
 }
 
 /// Width of the sensor behind a lens whose focal length is not stated: that of 35 mm film.
@@ -224,7 +253,7 @@ fn environment(
     warnings: &mut Vec<String>,
 ) -> Result<Environment, SceneError> {
     let entity = Entity::Environment;
-    let (path, bytes) = read_relative(source.base_dir, &table.file)?;
+    let (path, bytes) = source.read(entity, &table.file)?;
     let read = Environment::read(&bytes, &path.display().to_string());
     let (map, warning) = read.map_err(|found| {
         source.error(Problem::new(
@@ -238,7 +267,12 @@ fn environment(
     Ok(Environment { rotation: table.rotation, scale: table.scale, visible: table.visible, ..map })
 }
 
-fn define_material(materials: &mut MaterialList, index: usize, table: MaterialTable) -> Result<(), Problem> {
+fn define_material(
+    materials: &mut MaterialList,
+    index: usize,
+    table: &MaterialTable,
+    textures: &NamedTextures,
+) -> Result<(), Problem> {
     let entity = Entity::Material(index);
     let (kind, surface) = match table.kind {
         MaterialKind::Diffuse => {
@@ -290,7 +324,9 @@ fn define_material(materials: &mut MaterialList, index: usize, table: MaterialTa
     let quoted_name = format!("{:?}", table.name);
     let surface = table.emission.map_or(surface, |emission| Surface { emission: emission.0, ..surface });
     let surface = Surface { two_sided: table.two_sided.unwrap_or(false), ..surface };
-    match materials.define(table.name, surface) {
+    let mut material = Material::new(&*table.name, surface);
+    textures.apply(entity, table, &mut material)?;
+    match materials.define(material) {
         Some(_) => Ok(()),
         None => Err(Problem::new(entity, "name", quoted_name, "a name that no earlier material has")),
     }
@@ -300,7 +336,7 @@ fn required<T>(entity: Entity, field: &'static str, value: Option<T>) -> Result<
     value.ok_or_else(|| Problem::new(entity, field, "missing", "a value: the material's type needs one"))
 }
 
-fn find_material(materials: &MaterialList, entity: Entity, name: &str) -> Result<u32, Problem> {
+pub(super) fn find_material(materials: &MaterialList, entity: Entity, name: &str) -> Result<u32, Problem> {
     materials.find(name).ok_or_else(|| {
         let names = materials.names();
         let expected = if names.is_empty() {
@@ -309,44 +345,6 @@ fn find_material(materials: &MaterialList, entity: Entity, name: &str) -> Result
             format!("the name of a [[material]]: {names}")
         };
         Problem::new(entity, "material", format!("{name:?}"), expected)
-    })
-}
-
-fn load_mesh(
-    source: &Source<'_>,
-    index: usize,
-    table: &MeshTable,
-    materials: &mut MaterialList,
-    warnings: &mut Vec<String>,
-) -> Result<Mesh, SceneError> {
-    let entity = Entity::Mesh(index);
-    let request = mesh_request(entity, table, materials).map_err(|problem| source.error(problem))?;
-    let mesh = read_relative(source.base_dir, &table.file).and_then(|(path, bytes)| {
-        request.build(&bytes, &path.display().to_string(), path.parent(), materials, warnings)
-    });
-    mesh.map_err(|cause| SceneError::Mesh { at: source.locate(entity, "file"), entity, cause: Box::new(cause) })
-}
-
-fn mesh_request(entity: Entity, table: &MeshTable, materials: &MaterialList) -> Result<MeshRequest, Problem> {
-    let is_obj = Path::new(&table.file).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("obj"));
-    if !is_obj {
-        return Err(Problem::new(entity, "file", format!("{:?}", table.file), "a file whose name ends in .obj"));
-    }
-    // Checked before they are used, so that they and not the vertices are blamed.
-    check_positive(entity, "scale", table.scale)?;
-    let (rotate, translate) = (DVec3::from(table.rotate.0), DVec3::from(table.translate.0));
-    check_vector(entity, "rotate", rotate)?;
-    check_vector(entity, "translate", translate)?;
-    Ok(MeshRequest {
-        placement: Placement { scale: table.scale, rotate, translate },
-        normals: match table.normals {
-            NormalsName::Flat => NormalsChoice::Flat,
-            NormalsName::Smooth => NormalsChoice::Smooth,
-        },
-        material: match &table.material {
-            Some(name) => MaterialSource::Given(find_material(materials, entity, name)?),
-            None => MaterialSource::Mtl,
-        },
     })
 }
 

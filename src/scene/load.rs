@@ -9,12 +9,15 @@ use crate::scene::facing::looking_away;
 use crate::scene::from_table::{Source, build};
 use crate::scene::gltf;
 use crate::scene::gltf::is_glb;
+use crate::scene::left_out::left_out_of;
 use crate::scene::load_options::LoadOptions;
+use crate::scene::model::Model;
 use crate::scene::named_camera::NamedCamera;
 use crate::scene::obj;
 use crate::scene::parse::parse;
 use crate::scene::precision::lost;
-use crate::scene::read::read_file;
+use crate::scene::read::{Files, read_file};
+use crate::scene::texture_limit::limit;
 
 /// A scene, and what its author should know about it.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,7 +31,7 @@ pub struct Loaded {
 }
 
 impl Scene {
-    /// Loads a scene file (`.toml`), or a mesh (`.obj`) with a camera and a light that suit it.
+    /// Loads a scene file (`.toml`), or a model (`.gltf`, `.glb`, `.obj`) with a camera and light that suit it.
     ///
     /// Files that the scene names are looked for from the folder of the file that names them.
     ///
@@ -38,7 +41,7 @@ impl Scene {
         Self::load_with(path, &LoadOptions::default())
     }
 
-    /// Loads a scene file, a glTF file (`.gltf`, `.glb`) or a mesh.
+    /// The same, with what to make of it.
     ///
     /// # Errors
     /// As for [`Scene::load`].
@@ -46,9 +49,9 @@ impl Scene {
         let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
         let name = path.display().to_string();
         match extension.as_ref().and_then(|extension| extension.to_str()) {
-            Some("toml") => Self::from_toml_bytes(&read_file(path)?, &name, path.parent()),
+            Some("toml") => Self::from_toml_bytes(&read_file(path)?, &name, path.parent(), options),
             Some("gltf" | "glb") => Self::from_gltf_bytes(&read_file(path)?, &name, path.parent(), options),
-            Some("obj") => Self::from_obj_bytes(&read_file(path)?, &name, path.parent()),
+            Some("obj") => Self::from_obj_bytes_with(&read_file(path)?, &name, path.parent(), options),
             _ => Err(SceneError::UnknownFileType { path: path.to_owned() }),
         }
     }
@@ -61,7 +64,7 @@ impl Scene {
         Self::from_bytes_with(bytes, source_name, base_dir, &LoadOptions::default())
     }
 
-    /// The same, with what to make of glTF.
+    /// The same, with what to make of it.
     ///
     /// # Errors
     /// As for [`Scene::load`].
@@ -75,8 +78,8 @@ impl Scene {
             return Self::from_gltf_bytes(bytes, source_name, base_dir, options);
         }
         match is_toml(bytes) {
-            true => Self::from_toml_bytes(bytes, source_name, base_dir),
-            false => Self::from_obj_bytes(bytes, source_name, base_dir),
+            true => Self::from_toml_bytes(bytes, source_name, base_dir, options),
+            false => Self::from_obj_bytes_with(bytes, source_name, base_dir, options),
         }
     }
 
@@ -87,17 +90,21 @@ impl Scene {
         options: &LoadOptions,
     ) -> Result<Loaded, SceneError> {
         let mut warnings = Vec::new();
-        let (scene, cameras) = gltf::load(bytes, name, base_dir, options, &mut warnings)?;
-        scene.validate()?;
-        finish(scene, cameras, warnings, |_, _| Location::file(name))
+        let model = gltf::load(bytes, name, Files::new(base_dir, options.confine), options, &mut warnings)?;
+        finish_model(model, name, options, warnings)
     }
 
-    fn from_toml_bytes(bytes: &[u8], name: &str, base_dir: Option<&Path>) -> Result<Loaded, SceneError> {
+    fn from_toml_bytes(
+        bytes: &[u8],
+        name: &str,
+        base_dir: Option<&Path>,
+        options: &LoadOptions,
+    ) -> Result<Loaded, SceneError> {
         let text = std::str::from_utf8(bytes).map_err(|error| {
             let valid = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
             SceneError::NotUtf8 { at: Location::of_byte(name, &valid, valid.len()) }
         })?;
-        Self::from_toml_str(text, name, base_dir)
+        Self::from_toml_str_with(text, name, base_dir, options)
     }
 
     /// Loads a scene file that is in memory. `source_name` stands for it in messages; `base_dir` is where its meshes
@@ -106,13 +113,21 @@ impl Scene {
     /// # Errors
     /// As for [`Scene::load`].
     pub fn from_toml_str(text: &str, source_name: &str, base_dir: Option<&Path>) -> Result<Loaded, SceneError> {
-        let tables = parse(text, source_name)?;
-        let source = Source { text, name: source_name, base_dir };
+        Self::from_toml_str_with(text, source_name, base_dir, &LoadOptions::default())
+    }
+
+    fn from_toml_str_with(
+        text: &str,
+        name: &str,
+        base_dir: Option<&Path>,
+        options: &LoadOptions,
+    ) -> Result<Loaded, SceneError> {
+        let tables = parse(text, name)?;
+        let source = Source { text, name, files: Files::new(base_dir, options.confine) };
         let mut warnings = Vec::new();
-        let scene = build(&source, tables, &mut warnings)?;
+        let (scene, cameras) = build(&source, tables, options, &mut warnings)?;
         scene.check_values().map_err(|problem| source.error(problem))?;
-        let camera = NamedCamera { name: "camera".to_owned(), camera: scene.camera.clone(), vertical: None };
-        finish(scene, vec![camera], warnings, |entity, field| source.locate(entity, field))
+        finish(scene, cameras, options, warnings, |entity, field| source.locate(entity, field))
     }
 
     /// Loads an OBJ file that is in memory, as [`Scene::load`] does. `source_name` stands for it in messages;
@@ -121,10 +136,18 @@ impl Scene {
     /// # Errors
     /// As for [`Scene::load`].
     pub fn from_obj_bytes(bytes: &[u8], source_name: &str, base_dir: Option<&Path>) -> Result<Loaded, SceneError> {
+        Self::from_obj_bytes_with(bytes, source_name, base_dir, &LoadOptions::default())
+    }
+
+    fn from_obj_bytes_with(
+        bytes: &[u8],
+        name: &str,
+        base_dir: Option<&Path>,
+        options: &LoadOptions,
+    ) -> Result<Loaded, SceneError> {
         let mut warnings = Vec::new();
-        let scene = obj::preview(bytes, source_name, base_dir, &mut warnings)?;
-        scene.validate()?;
-        finish(scene, Vec::new(), warnings, |_, _| Location::file(source_name))
+        let model = obj::load(bytes, name, Files::new(base_dir, options.confine), &mut warnings)?;
+        finish_model(model, name, options, warnings)
     }
 }
 
@@ -137,13 +160,26 @@ fn is_toml(bytes: &[u8]) -> bool {
     first.starts_with('[') || first.split_once('=').is_some_and(is_key)
 }
 
+/// A scene of a model alone.
+fn finish_model(model: Model, name: &str, options: &LoadOptions, warnings: Vec<String>) -> Result<Loaded, SceneError> {
+    let (scene, cameras) = model.into_scene(name);
+    scene.validate()?;
+    finish(scene, cameras, options, warnings, |_, _| Location::file(name))
+}
+
 fn finish(
-    scene: Scene,
+    mut scene: Scene,
     cameras: Vec<NamedCamera>,
+    options: &LoadOptions,
     mut warnings: Vec<String>,
     locate: impl Fn(Entity, &str) -> Location,
 ) -> Result<Loaded, SceneError> {
     scene.check_not_empty()?;
+    let images = std::mem::take(&mut scene.images);
+    scene.images = limit(&scene.source, images, &scene.materials, options.texture_limit, &mut warnings)?;
+    warnings.extend(
+        left_out_of(&scene.materials).map(|(material, what)| format!("{}: {material}: {what} left out", scene.source)),
+    );
     for (entity, field, problem) in lost(&scene) {
         warnings.push(format!("{}: {entity}: {problem}", locate(entity, field)));
     }

@@ -1,6 +1,6 @@
 //! Choices that a file leaves.
 
-/// What to make of a file that leaves a choice. It concerns glTF.
+/// What to make of a file that leaves a choice. Time and variant concern glTF.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LoadOptions {
     /// Animations are evaluated at this time, seconds; without one nodes are as they are stored.

@@ -13,7 +13,7 @@ use crate::scene::locate::{context_of, context_of_syntax};
 const SINGLE: [&str; 5] = ["camera", "film", "integrator", "background", "environment"];
 
 /// Parts that a scene can have several of, each a table in an array.
-const LISTS: [&str; 4] = ["material", "sphere", "mesh", "light"];
+const LISTS: [&str; 7] = ["texture", "material", "sphere", "mesh", "model", "instance", "light"];
 
 /// Reads the tables. `file` is the name for messages.
 pub(super) fn parse(text: &str, file: &str) -> Result<SceneTable, SceneError> {
@@ -64,6 +64,7 @@ fn expected(key: &str) -> &'static str {
         "horizontal_fov" => "an angle between 0 and 180 degrees, both excluded",
         "radius" => "a number > 0",
         "material" => "the name of a [[material]]",
+        "of" => "the name of a [[mesh]] or [[model]]",
         "name" => "a name of its own, in quotation marks",
         "file" => "the name of a file, in quotation marks",
         "type" => {

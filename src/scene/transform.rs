@@ -40,6 +40,11 @@ impl Placement {
     }
 }
 
+/// What transforms normals: the inverse transpose times the determinant.
+pub(super) fn cofactors(m: DMat3) -> DMat3 {
+    DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis))
+}
+
 /// Sine and cosine; exact for multiples of 90°, so that a mesh turned onto another axis keeps its coordinates.
 fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
     let turn = degrees.rem_euclid(360.0);

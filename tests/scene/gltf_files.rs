@@ -1,8 +1,8 @@
 //! glTF: what is made of what a file says.
 
 use glam::DVec3;
-use photolith::scene::{Bsdf, Coverage, Light, Normals, TextureSlot};
-use serde_json::json;
+use photolith::scene::{Bsdf, Coverage, Light, Normals, Texels, TextureSlot};
+use serde_json::{Value, json};
 
 use crate::glb::{add, load, triangle};
 
@@ -13,7 +13,7 @@ fn a_triangle_without_normals_is_flat() {
     let mesh = &loaded.scene.meshes[0];
     assert_eq!(mesh.positions, [DVec3::ZERO, DVec3::X, DVec3::Y]);
     assert_eq!(mesh.normals, Normals::Flat);
-    assert!(loaded.warnings.iter().any(|w| w.contains("no lights")), "{:?}", loaded.warnings);
+    assert!(loaded.warnings.is_empty() && loaded.scene.environment.is_some(), "{:?}", loaded.warnings);
     assert!(loaded.scene.materials[0].culls_back, "single-sided is the default");
 }
 
@@ -152,4 +152,47 @@ fn an_instanced_mesh_is_there_several_times() {
     let (mut json, binary) = triangle();
     json["nodes"][0]["extensions"] = json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}});
     assert_eq!(load(&json, &binary).unwrap().scene.meshes.len(), 3);
+}
+
+/// KHR_materials_pbrSpecularGlossiness where there is nothing else: reflectance at normal incidence and 1 − glossiness.
+#[test]
+fn specular_and_glossiness() {
+    let of = |material: Value| {
+        let (mut json, binary) = triangle();
+        // One pixel of (100, 20, 40, 51).
+        let png = image::RgbaImage::from_pixel(1, 1, image::Rgba([100, 20, 40, 51]));
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        png.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
+        let data = base64::Engine::encode(&base64::engine::general_purpose::STANDARD, bytes.into_inner());
+        json["images"] = json!([{"uri": format!("data:image/png;base64,{data}")}]);
+        json["textures"] = json!([{"source": 0}]);
+        json["materials"] = json!([material]);
+        json["meshes"][0]["primitives"][0]["material"] = json!(0);
+        load(&json, &binary).unwrap().scene
+    };
+    let given = json!({
+        "diffuseFactor": [0.1, 0.2, 0.3, 0.5], "specularFactor": [0.04, 0.5, 1.0], "glossinessFactor": 0.75,
+        "specularGlossinessTexture": {"index": 0}, "diffuseTexture": {"index": 0},
+    });
+    let mut plain = given.clone();
+    plain.as_object_mut().unwrap().retain(|key, _| !key.ends_with("Texture"));
+    let extension = |given: &Value| json!({"extensions": {"KHR_materials_pbrSpecularGlossiness": given}});
+    let scene = of(extension(&plain));
+    let Bsdf::MetallicRoughness(m) = scene.materials[0].surface.bsdf else { panic!() };
+    assert_eq!((m.base_color, m.metallic, m.roughness, scene.materials[0].alpha), ([0.1, 0.2, 0.3], 0.0, 0.25, 0.5));
+    let f0 = m.specular_color.map(|color| color * 0.04);
+    assert!((0..3).all(|i| (f0[i] - [0.04, 0.5, 1.0][i]).abs() < 1e-12), "{f0:?}");
+    let scene = of(extension(&given));
+    let Bsdf::MetallicRoughness(m) = scene.materials[0].surface.bsdf else { panic!() };
+    assert_eq!(m.roughness, 1.0);
+    let image = |slot| &scene.images[scene.materials[0].textures[&slot].image as usize].texels;
+    assert_eq!(*image(TextureSlot::SpecularColor), Texels::Rgba8(vec![[100, 20, 40, 51]]));
+    assert_eq!(image(TextureSlot::SpecularColor), image(TextureSlot::BaseColor));
+    let Texels::Rgba16(roughness) = image(TextureSlot::MetallicRoughness) else { panic!() };
+    assert_eq!(roughness[0][1], (65535.0_f64 * (1.0 - 0.75 * 0.2)).round() as u16);
+    // A fallback that the file gives counts.
+    let mut both = extension(&plain);
+    both["pbrMetallicRoughness"] = json!({"roughnessFactor": 0.5});
+    let Bsdf::MetallicRoughness(m) = of(both).materials[0].surface.bsdf else { panic!() };
+    assert_eq!((m.metallic, m.roughness), (1.0, 0.5));
 }

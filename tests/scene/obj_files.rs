@@ -4,8 +4,8 @@ use std::fs;
 
 use glam::DVec3;
 use photolith::Scene;
-use photolith::scene::obj::{parse_mtl, parse_obj};
-use photolith::scene::{Light, Loaded, Mesh, Normals, Surface};
+use photolith::scene::obj::parse_obj;
+use photolith::scene::{Environment, Loaded, Mesh, Normals, Surface};
 
 /// Loads an OBJ from memory, without its MTL.
 fn load(text: &str) -> Loaded {
@@ -263,122 +263,6 @@ fn texture_coordinates_split_no_vertices() {
     }
 }
 
-fn surface_of(mtl: &str) -> (Surface, Vec<String>) {
-    let (materials, warnings) = parse_mtl(format!("newmtl a b\n{mtl}\n").as_bytes(), "a.mtl");
-    assert!(warnings.is_empty(), "{warnings:?}");
-    assert_eq!(materials[0].name, "a b");
-    let mut warnings = Vec::new();
-    (materials[0].surface(|text| warnings.push(text.to_owned())), warnings)
-}
-
-#[test]
-fn mtl_materials_become_surfaces() {
-    let diffuse = |r, g, b| Surface::diffuse([r, g, b]);
-    let mirror = |r, g, b| Surface::mirror([r, g, b]);
-    let glass = |ior| Surface::dielectric(ior);
-    for (mtl, expected) in [
-        ("Kd 0.1 0.2 0.3", diffuse(0.1, 0.2, 0.3)),
-        ("Kd 0.5", diffuse(0.5, 0.5, 0.5)),
-        ("kd 0.5\nMAP", diffuse(0.5, 0.5, 0.5)),
-        ("Kd 0 0 0\nKe 3 0 1 # red", Surface::emitter([3.0, 0.0, 1.0])),
-        ("Ke 3", Surface::emitter([3.0, 3.0, 3.0])),
-        ("Kd 1 1 1\nKe 0 0 0", diffuse(1.0, 1.0, 1.0)),
-        ("Kd 0 0 0\nKs 1 1 1", mirror(1.0, 1.0, 1.0)),
-        ("Kd 1 1 1\nKs 1 1 1", diffuse(1.0, 1.0, 1.0)),
-        ("illum 3\nKs 0.9 0.8 0.7", mirror(0.9, 0.8, 0.7)),
-        ("illum 3", mirror(1.0, 1.0, 1.0)),
-        ("illum 8\nKs 0 0 0", mirror(1.0, 1.0, 1.0)),
-        ("illum 7\nNi 2.5", glass(2.5)),
-        ("illum 4\nd 0.2", glass(1.5)),
-        ("illum 7\nKd 0 0 0", glass(1.5)),
-        ("illum 6\nTf 0.5\nKd 1 1 1", glass(1.5)),
-        ("d 0.1\nNi 1.3", glass(1.3)),
-        ("d -halo 0.1\nNi 1.3", glass(1.3)),
-        ("Tr 0.9\nNi 1.3", glass(1.3)),
-        ("d 0.1\nTr 0.9\nNi 1.3", glass(1.3)),
-        ("Tf 1 1 1\nNi 1.5\nd 1\nKd 0 0 1", diffuse(0.0, 0.0, 1.0)),
-        ("d 1.0\nTr 0.0\nNi 1.5\nKd 0 0 1", diffuse(0.0, 0.0, 1.0)),
-        ("d 0.9999\nNi 1.5\nKd 0 0 1", diffuse(0.0, 0.0, 1.0)),
-        ("Tf 0.2 0.2 0.2\nNi 1.5\nKd 1 1 1", glass(1.5)),
-        // Not used where the surface is opaque.
-        ("Kd 0 0 1\nNi 0\nillum 2\nd 1", diffuse(0.0, 0.0, 1.0)),
-        ("Kd 0 0 1\nNi 1e-50", diffuse(0.0, 0.0, 1.0)),
-    ] {
-        let (surface, warnings) = surface_of(mtl);
-        assert_eq!(surface, expected, "{mtl}");
-        assert!(warnings.is_empty(), "{mtl}: {warnings:?}");
-    }
-}
-
-/// What is lost or replaced is told: no material becomes invisible, black or grey without a word.
-#[test]
-fn what_an_mtl_material_loses_is_told() {
-    let diffuse = |r, g, b| Surface::diffuse([r, g, b]);
-    let mirror = |r, g, b| Surface::mirror([r, g, b]);
-    let glass = |ior| Surface::dielectric(ior);
-    for (mtl, expected, words) in [
-        ("", diffuse(0.8, 0.8, 0.8), &["no Kd"][..]),
-        ("Kd 1.5 0.5 -1", diffuse(1.0, 0.5, 0.0), &["clamped"]),
-        ("Kd 1 0 0\nd 0.5", diffuse(1.0, 0.0, 0.0), &["transparency"]),
-        // Textures, one by one.
-        ("Kd 1 0 0\nmap_Kd wood.png", diffuse(1.0, 0.0, 0.0), &["\"map_Kd\" \"wood.png\" is not supported"]),
-        (
-            "Kd 1 0 0\nmap_Kd a.png\nmap_d -s 1 1 1 b c.png\nbump d.png\nmap_Ke e.png",
-            diffuse(1.0, 0.0, 0.0),
-            &["\"map_Kd\" \"a.png\"", "\"map_d\" \"-s 1 1 1 b c.png\"", "\"bump\" \"d.png\"", "\"map_Ke\""],
-        ),
-        ("Kd 0 0 0\nmap_Kd a.png", diffuse(0.8, 0.8, 0.8), &["\"map_Kd\"", "Kd is 0 beside the texture"]),
-        ("Kd 0 0 0\nKs 1 1 1\nmap_Kd a.png", diffuse(0.8, 0.8, 0.8), &["\"map_Kd\"", "Kd is 0 beside the texture"]),
-        ("Kd 0 0 0\nKs 0.4 0.4 0.4\nillum 2", diffuse(0.0, 0.0, 0.0), &["Ks [0.4, 0.4, 0.4] is not supported"]),
-        // What emits reflects as well.
-        ("Kd 0.8\nKe 0.01", Surface { emission: [0.01; 3], ..diffuse(0.8, 0.8, 0.8) }, &[]),
-        ("Ks 1\nillum 3\nKe 2", Surface { emission: [2.0; 3], ..mirror(1.0, 1.0, 1.0) }, &[]),
-        ("Kd 0\nKe -1 0 5", Surface::emitter([0.0, 0.0, 5.0]), &["numbers below 0"]),
-        ("Kd 0.8 0.6 0.2\nKs 0.5 0.5 0.5\nillum 3", mirror(0.5, 0.5, 0.5), &["Kd [0.8, 0.6, 0.2] is dropped"]),
-        ("Kd 0.8 0.6 0.2\nKs 0 0 0\nillum 3", diffuse(0.8, 0.6, 0.2), &["without Ks"]),
-        // Opaque materials of Maya, and their like of the other models of glass.
-        ("illum 4\nKd 0.8 0.2 0.2\nKa 0 0 0\nTf 1 1 1\nNi 1.00", diffuse(0.8, 0.2, 0.2), &["illum 4 is glass, but"]),
-        ("illum 4\nKd 0.8 0.2 0.2\nTf 1 1 1\nKs 0.5 0.5 0.5\nNi 1.86", diffuse(0.8, 0.2, 0.2), &["illum 4 is glass"]),
-        ("illum 6\nKd 0.8\nNi 1", diffuse(0.8, 0.8, 0.8), &["illum 6 is glass, but"]),
-        ("illum 7\nKd 0.8\nd 1", diffuse(0.8, 0.8, 0.8), &["illum 7 is glass, but"]),
-        ("illum 9\nKd 0.8\nNi 1.0\nd 1.0", diffuse(0.8, 0.8, 0.8), &["illum 9 is glass, but"]),
-        ("illum 4\nKd 0.8\nTf 0.2\nNi 1", diffuse(0.8, 0.8, 0.8), &["transparency without refraction"]),
-        // Indices that no glass has.
-        ("illum 7\nNi 0\nd 0.1", glass(1.5), &["Ni is 0, expected a number from 0.001 to 1000: 1.5 is used"]),
-        ("illum 7\nNi 1e9\nd 0.1", glass(1.5), &["Ni is 1000000000, expected"]),
-        ("d 0.5\nNi 1.5\nKd 0 0 1", glass(1.5), &["Kd [0.0, 0.0, 1.0] is dropped"]),
-        ("Tf 0.2 0.9 0.2\nNi 1.5", glass(1.5), &["the colour of Tf [0.2, 0.9, 0.2] is dropped"]),
-        // d against Tr.
-        ("Kd 0.5\nd 1\nTr 1\nNi 1.5", diffuse(0.5, 0.5, 0.5), &["d 1 and Tr 1 differ, expected Tr = 1 - d"]),
-        ("Kd 0.5\nTr 0\nd 0\nNi 1.5", diffuse(0.5, 0.5, 0.5), &["d 0 and Tr 0 differ"]),
-        ("Kd 0.5\nTr 1.0\nNi 1.5", diffuse(0.5, 0.5, 0.5), &["Tr 1 without d is taken for opaque"]),
-        ("Kd 0.5\nTr 100\nNi 1.5", diffuse(0.5, 0.5, 0.5), &["Tr is 100, expected a number from 0 to 1"]),
-        ("Kd 0.5\nd -1\nNi 1.5", diffuse(0.5, 0.5, 0.5), &["d is -1, expected a number from 0 to 1"]),
-        // What cannot be read.
-        ("Kd 1 1", diffuse(0.8, 0.8, 0.8), &["\"Kd\" has 2 numbers, expected 1 or 3", "no Kd"]),
-        ("Kd", diffuse(0.8, 0.8, 0.8), &["\"Kd\" has 0 numbers", "no Kd"]),
-        ("Kd 0.5 nan 0.5", diffuse(0.8, 0.8, 0.8), &["\"Kd\" has \"nan\"", "no Kd"]),
-        ("Kd spectral red.rfl 1", diffuse(0.8, 0.8, 0.8), &["\"Kd\" is given as \"spectral\", expected RGB", "no Kd"]),
-        ("Kd 1\nTf xyz 0.9 0.9 0.9", diffuse(1.0, 1.0, 1.0), &["\"Tf\" is given as \"xyz\", expected RGB"]),
-        ("Kd 1\nillum 2.5", diffuse(1.0, 1.0, 1.0), &["\"illum\" is 2.5, expected an integer from 0 to 10"]),
-        ("Kd 1\nd x", diffuse(1.0, 1.0, 1.0), &["\"d\" has \"x\""]),
-        ("Kd 1\nd -halo", diffuse(1.0, 1.0, 1.0), &["\"d\" has 0 numbers"]),
-    ] {
-        let (surface, warnings) = surface_of(mtl);
-        assert_eq!(surface, expected, "{mtl}");
-        assert_eq!(warnings.len(), words.len(), "{mtl}: {warnings:?}");
-        for (warning, words) in warnings.iter().zip(words) {
-            assert!(warning.contains(words), "{mtl}: {warning} should have {words}");
-        }
-    }
-    let (materials, warnings) = parse_mtl(b"Kd 1 0 0\n# c\nfoo\nnewmtl\nmap_Kd a.png\nnewmtl b\nKd 1\n", "a.mtl");
-    assert_eq!(materials.len(), 1);
-    assert_eq!(materials[0].surface(|text| panic!("{text}")), diffuse(1.0, 1.0, 1.0));
-    let starts = ["a.mtl:1: \"Kd\" is ignored", "a.mtl:4: \"newmtl\" without a name", "a.mtl:5: \"map_Kd\" is ignored"];
-    assert_eq!(warnings.len(), 3, "{warnings:?}");
-    assert!(warnings.iter().zip(starts).all(|(warning, start)| warning.starts_with(start)), "{warnings:?}");
-}
-
 /// Names of files and of materials as exporters of other systems write them.
 #[test]
 fn names_are_found_in_other_spellings() {
@@ -444,7 +328,7 @@ fn materials_are_found_beside_the_mesh() {
     assert_eq!(scene.materials[1].surface, Surface::diffuse([1.0, 0.0, 0.0]));
     let [warning] = &warnings[..] else { panic!("{warnings:?}") };
     assert!(warning.contains("a.obj:9: the material \"nowhere\""), "{warning}");
-    assert_eq!(scene.lights.len(), 1, "an emitter that nothing uses gives no light");
+    assert!(scene.environment.is_some(), "an emitter that nothing uses gives no light");
 
     let Loaded { warnings, .. } = obj("mtllib ", "f 1 2 3\n");
     assert!(matches!(&warnings[..], [w] if w.contains("a.obj:1: \"mtllib\" has no file name")), "{warnings:?}");
@@ -453,7 +337,7 @@ fn materials_are_found_beside_the_mesh() {
     let Loaded { scene, warnings, .. } = obj("mtllib gone.mtl emitter.mtl", "usemtl emitter\nf 1 2 3\n");
     assert!(matches!(&warnings[..], [w] if w.contains("a.obj:1: ") && w.contains("gone.mtl")), "{warnings:?}");
     assert_eq!(scene.materials[0].surface, Surface::emitter([5.0; 3]));
-    assert!(scene.lights.is_empty() && scene.background == [0.0; 3], "the mesh lights itself");
+    assert!(scene.environment.is_none() && scene.background == [0.0; 3], "the mesh lights itself");
 
     // In a scene file: the mesh's own materials, shared or renamed, or one for all.
     let base = "version = 1\n[camera]\nposition = [0, 0, 5]\ntarget = [0, 0, 0]\nhorizontal_fov = 40\n\
@@ -472,8 +356,9 @@ fn a_mesh_alone_is_framed_and_lit() {
     let text = "v -3 1 7\nv 5 1 7\nv 1 9 6\nv 1 2 -1\nf 1 2 3\nf 1 4 2\nf 2 4 3\nf 3 4 1\n";
     let Loaded { scene, warnings, .. } = load(text);
     assert!(warnings.is_empty());
+    assert_eq!(scene.environment, Some(Environment::studio()));
+    assert!(scene.lights.is_empty());
     assert_eq!((scene.film.width, scene.film.height, scene.integrator.samples), (512, 512, 64));
-    assert_eq!(scene.background, [0.3; 3]);
     let camera = &scene.camera;
     assert!((camera.horizontal_fov - 40.0).abs() < 1e-9);
     let forward = (camera.target - camera.position).normalize();
@@ -488,13 +373,7 @@ fn a_mesh_alone_is_framed_and_lit() {
         farthest = farthest.max(p.dot(right).abs() / tangent).max(p.dot(up).abs() / tangent);
     }
     assert!(farthest < 1.0 && farthest > 0.5, "all in the image, and large: {farthest}");
-    // A white surface that faces the light from the middle of the mesh has radiance power/(4π d²)/π.
-    let Light::Point { position, power } = &scene.lights[0] else { panic!("{:?}", scene.lights) };
-    let center = DVec3::new(1.0, 5.0, 3.0);
-    assert_eq!(camera.target, center);
-    let pi = std::f64::consts::PI;
-    assert!((power[0] / (4.0 * pi * position.distance_squared(center)) / pi - 1.0).abs() < 1e-12);
-    assert!(position.x < center.x && position.y > center.y && position.z > center.z, "left, above, in front");
+    assert_eq!(camera.target, DVec3::new(1.0, 5.0, 3.0));
 }
 
 /// Reads the positions of `v` and `f`, and nothing else.

@@ -1,9 +1,11 @@
 //! Whatever is loaded, the answer is a scene that validates or an error: never a panic.
 
+use std::fs;
+use std::path::Path;
+
 use proptest::prelude::*;
 
 use photolith::Scene;
-use photolith::scene::obj::parse_mtl;
 
 const TOML: &str = r#"version = 1
 film = { width = 3, height = 4, filter = "box", gamma = "srgb" }
@@ -37,7 +39,16 @@ power = [1, 1, 1]
 const OBJ: &str = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0 1\nv -0.5e1 1 .5\nvt 0 1\nvn 0 0 1\no a\nusemtl m\n\
     f 1/1/1 2/1/1 3/1/1\nf -4 -3 -2 -1 # c\nf 1//1 2/1 \\\n 3\nl 1 2\n";
 
-const MTL: &str = "newmtl m\nKd 1 0.5 0\nKe 0 0 0\nillum 7\nNi 1.5\nd 0.5\nTf 1 1 1\nTr 0\nmap_Kd a.png\nKs 1\n";
+const MTL: &str = "newmtl m\nKd 1 0.5 0\nKe 0 0 0\nillum 2\nNi 1.5\nd 0.5\nTf 1 1 1\nTr 0\nmap_Kd -s 2 2 2 a.png\nKs 1\n\
+    Ns 10\nPr 0.5\nmap_Pm -imfchan b -mm 0 1 a.png\nbump -bm 2 a.png\nmap_d a.png\nmap_Ke a.png\nmap_Ns a.png\nPc 1\nmap_Pr b.png\n";
+
+/// Images of 3 × 2 pixels, and 2 × 1, of 8 and of 16 bits.
+fn images(folder: &Path) {
+    image::RgbaImage::from_fn(3, 2, |x, y| image::Rgba([90 * x as u8, 99 * y as u8, 0, 200]))
+        .save(folder.join("a.png"))
+        .unwrap();
+    image::ImageBuffer::from_fn(2, 1, |x, _| image::Luma([60_000 * x as u16])).save(folder.join("b.png")).unwrap();
+}
 
 /// Tokens that are likely to matter where they are put.
 const TOKENS: [&str; 24] = [
@@ -94,6 +105,13 @@ fn load_toml(bytes: &[u8]) {
     }
 }
 
+/// A mesh with this MTL file beside it.
+fn load_mtl(folder: &Path, bytes: &[u8]) {
+    fs::write(folder.join("a.mtl"), bytes).unwrap();
+    let loaded = Scene::from_obj_bytes(OBJ.as_bytes(), "a.obj", Some(folder)).unwrap();
+    loaded.scene.validate().unwrap();
+}
+
 fn load_obj(bytes: &[u8]) {
     match Scene::from_obj_bytes(bytes, "a.obj", None) {
         Ok(loaded) => loaded.scene.validate().unwrap(),
@@ -105,7 +123,11 @@ fn load_obj(bytes: &[u8]) {
 fn the_texts_to_mutate_are_good() {
     assert_eq!(Scene::from_toml_str(TOML, "scene.toml", None).unwrap().scene.spheres.len(), 1);
     assert_eq!(Scene::from_obj_bytes(OBJ.as_bytes(), "a.obj", None).unwrap().scene.triangle_count(), 4);
-    assert_eq!(parse_mtl(MTL.as_bytes(), "a.mtl").0.len(), 1);
+    let folder = tempfile::tempdir().unwrap();
+    images(folder.path());
+    fs::write(folder.path().join("a.mtl"), MTL).unwrap();
+    let loaded = Scene::from_obj_bytes(OBJ.as_bytes(), "a.obj", Some(folder.path())).unwrap();
+    assert_eq!(loaded.scene.materials[0].textures.len(), 4, "{:?}", loaded.warnings);
 }
 
 proptest! {
@@ -115,7 +137,8 @@ proptest! {
     fn random_bytes(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
         load_toml(&bytes);
         load_obj(&bytes);
-        let _ = parse_mtl(&bytes, "a.mtl");
+        let folder = tempfile::tempdir().unwrap();
+        load_mtl(folder.path(), &bytes);
     }
 
     #[test]
@@ -127,11 +150,16 @@ proptest! {
     fn mutations_of_an_obj_file(bytes in mutated(OBJ)) {
         load_obj(&bytes);
     }
+}
+
+proptest! {
+    // Each writes and reads files.
+    #![proptest_config(ProptestConfig { cases: 512, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn mutations_of_an_mtl_file(bytes in mutated(MTL)) {
-        for material in parse_mtl(&bytes, "a.mtl").0 {
-            material.surface(|_| {});
-        }
+        let folder = tempfile::tempdir().unwrap();
+        images(folder.path());
+        load_mtl(folder.path(), &bytes);
     }
 }

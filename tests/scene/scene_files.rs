@@ -483,3 +483,47 @@ fn exposure_and_tone_of_the_film() {
         assert!(error.contains(said), "{film}: {error}");
     }
 }
+
+#[test]
+fn spots_and_parallel_light() {
+    let of = |keys: &str| load_text(&good(&format!("[[light]]\n{keys}")));
+    let light = |keys: &str| of(keys).unwrap_or_else(|error| panic!("{error}\n{keys}")).scene.lights.remove(1);
+    let spot = "type = \"spot\"\nposition = [1, 2, 3]\ndirection = [0, -1, 0]\nintensity = [4, 5, 6]\n";
+    let plain = Light::Spot {
+        position: [1.0, 2.0, 3.0].into(),
+        direction: [0.0, -1.0, 0.0].into(),
+        intensity: [4.0, 5.0, 6.0],
+        inner: 0.0,
+        outer: 45.0,
+        range: f64::INFINITY,
+    };
+    assert_eq!(light(spot), plain);
+    let Light::Spot { inner, outer, range, .. } = light(&format!("{spot}inner = 10\nouter = 30.5\nrange = 7")) else {
+        panic!()
+    };
+    assert_eq!((inner, outer, range), (10.0, 30.5, 7.0));
+    let sun = "type = \"directional\"\ndirection = [0, -1, 1]\nirradiance = [3, 2, 1]\n";
+    assert_eq!(light(sun), Light::Directional { direction: [0.0, -1.0, 1.0].into(), irradiance: [3.0, 2.0, 1.0] });
+    for (keys, words) in [
+        (format!("{spot}inner = 50 #!"), "light 2: inner is 50, expected an angle from 0 to outer (45 degrees)"),
+        (format!("{spot}outer = 181 #!"), "light 2: outer is 181, expected an angle from 0 to 180 degrees"),
+        (format!("{spot}range = 0 #!"), "light 2: range is 0, expected a number > 0, or inf"),
+        (
+            spot.replace("[0, -1, 0]", "[0, 0, 0] #!"),
+            "light 2: direction is [0, 0, 0], expected a vector of non-zero length",
+        ),
+        (spot.replace("[4, 5, 6]", "[4, -5, 6] #!"), "light 2: intensity is [4, -5, 6]"),
+        (format!("{spot}power = [1, 1, 1] #!"), "light 2: power is given, expected none for a light of this type"),
+        (format!("{sun}position = [0, 0, 0] #!"), "light 2: position is given"),
+        (sun.replace("[3, 2, 1]", "[3, 2, nan] #!"), "light 2: irradiance is [3, 2, NaN]"),
+    ] {
+        assert_rejected(&good(&format!("[[light]]\n{keys}")), &[words]);
+    }
+    for (keys, words) in [
+        ("type = \"spot\"\nposition = [0, 0, 0]\nintensity = [1, 1, 1]", "light 2: direction is missing"),
+        ("type = \"directional\"\ndirection = [0, 0, 1]", "light 2: irradiance is missing"),
+        ("type = \"point\"\nposition = [0, 0, 0]", "light 2: power is missing"),
+    ] {
+        assert_rejected(&good(&format!("[[light]] #!\n{keys}")), &[words]);
+    }
+}

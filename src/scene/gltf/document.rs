@@ -9,7 +9,8 @@ use serde_json::{Map, Value};
 use crate::scene::error::SceneError;
 use crate::scene::gltf::meshopt::Compressed;
 use crate::scene::gltf::problem::problem;
-use crate::scene::gltf::uri::Files;
+use crate::scene::gltf::uri;
+use crate::scene::read::Files;
 
 /// Extensions that are understood, or that change nothing here.
 const UNDERSTOOD: [&str; 21] = [
@@ -124,7 +125,7 @@ impl<'a> Document<'a> {
             // Only a fallback for readers that do not know the compression.
             let is_fallback = self.root.extensions_used.iter().any(|name| name.ends_with("_meshopt_compression"));
             let bytes = match (&buffer.uri, binary) {
-                (Some(uri), _) => self.files.read(uri, self.name, &at())?,
+                (Some(uri), _) => uri::read(self.files, uri, self.name, &at())?,
                 (None, Some(binary)) if index == 0 => binary.to_vec(),
                 (None, _) if is_fallback => return Ok(Vec::new()),
                 (None, _) => {

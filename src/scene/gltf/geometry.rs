@@ -8,7 +8,8 @@ use gltf::json::validation::Checked;
 use crate::scene::description::{Mesh, Normals};
 use crate::scene::error::SceneError;
 use crate::scene::gltf::document::{Document, number};
-use crate::scene::gltf::tangents::tangents_of;
+use crate::scene::tangents::tangents_of;
+use crate::scene::transform::cofactors;
 use crate::scene::triangle::has_area;
 
 /// The vertices of a primitive in the space of its mesh, and its triangles.
@@ -27,21 +28,13 @@ pub(super) struct Geometry {
     name: String,
 }
 
-/// What of a primitive is wanted.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Wanted {
-    pub tangents: bool,
-    /// The coordinates that tangents belong to.
-    pub tangent_uv: usize,
-}
-
 impl Document<'_> {
-    /// Reads a primitive; `None` if it has no triangles.
+    /// Reads a primitive, with tangents along a set of texture coordinates if they are needed; `None` if it has no triangles.
     pub fn geometry(
         &self,
         primitive: &Primitive,
         weights: &[f64],
-        wanted: Wanted,
+        tangent_uv: Option<usize>,
         at: &str,
     ) -> Result<Option<Geometry>, SceneError> {
         let Checked::Valid(mode) = primitive.mode else {
@@ -113,11 +106,10 @@ impl Document<'_> {
         let tangents = frames.collect();
         let name = at.to_owned();
         let mut geometry = Geometry { positions, normals, tangents, uvs, colors, triangles, skin, name };
-        if wanted.tangents && geometry.tangents.is_empty() {
-            geometry.generate_tangents(wanted.tangent_uv);
-        }
-        if !wanted.tangents {
-            geometry.tangents.clear();
+        match tangent_uv {
+            Some(uv_set) if geometry.tangents.is_empty() => geometry.generate_tangents(uv_set),
+            Some(_) => {}
+            None => geometry.tangents.clear(),
         }
         Ok(Some(geometry))
     }
@@ -313,11 +305,6 @@ impl Geometry {
             .for_each(|x| *x = 0.0);
         Some(mesh)
     }
-}
-
-/// What transforms normals: the inverse transpose times the determinant.
-fn cofactors(m: DMat3) -> DMat3 {
-    DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis))
 }
 
 /// Gives vertices without a normal that of one of their triangles.

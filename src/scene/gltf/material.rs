@@ -106,6 +106,31 @@ struct Anisotropy {
 }
 
 #[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct SpecularGlossiness {
+    #[serde(default = "opaque_white")]
+    diffuse_factor: [f64; 4],
+    diffuse_texture: Option<Use>,
+    #[serde(default = "white")]
+    specular_factor: Rgb,
+    #[serde(default = "one")]
+    glossiness_factor: f64,
+    specular_glossiness_texture: Option<Use>,
+}
+
+fn opaque_white() -> [f64; 4] {
+    [1.0; 4]
+}
+
+/// An image of roughness that is made of the glossiness in another one's alpha: 1 − factor · alpha.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Glossiness {
+    /// Number in the file.
+    pub image: usize,
+    pub factor: f64,
+}
+
+#[derive(Deserialize)]
 struct Ior {
     #[serde(default = "ior_of_glass")]
     ior: f64,
@@ -123,8 +148,9 @@ struct EmissiveStrength {
 }
 
 impl Document<'_> {
-    /// The material of that number, and the images that it uses by their numbers in the file.
-    pub fn material(&self, index: usize) -> Result<Material, SceneError> {
+    /// The material of that number, and the images that it uses by their numbers in the file; after these come those that are made of
+    /// `glossiness`.
+    pub fn material(&self, index: usize, glossiness: &mut Vec<Glossiness>) -> Result<Material, SceneError> {
         let material = self.get(&self.root.materials, index, "material", "mesh")?;
         let at = match &material.name {
             Some(name) => format!("material {index} ({name:?})"),
@@ -135,7 +161,7 @@ impl Document<'_> {
         let share = |x: f64| x.clamp(0.0, 1.0);
         let shares = |color: Rgb| color.map(share);
         let positive = |color: Rgb| color.map(|x| x.max(0.0));
-        let [r, g, b, alpha] = pbr.base_color_factor.0.map(f64::from);
+        let [r, g, b, mut alpha] = pbr.base_color_factor.0.map(f64::from);
         let mut model = MetallicRoughness {
             base_color: shares([r, g, b]),
             metallic: share(f64::from(pbr.metallic_factor.0)),
@@ -155,6 +181,34 @@ impl Document<'_> {
         let normal_scale = normal.as_ref().map_or(1.0, |normal| normal.scale);
         textures.add(TextureSlot::Normal, normal, false)?;
 
+        const SPECULAR_GLOSSINESS: &str = "KHR_materials_pbrSpecularGlossiness";
+        let has_fallback = pbr.base_color_texture.is_some()
+            || pbr.metallic_roughness_texture.is_some()
+            || [r, g, b, alpha, model.metallic, model.roughness] != [1.0; 6];
+        if let Some(given) =
+            self.extension::<SpecularGlossiness>(extensions, SPECULAR_GLOSSINESS, &at)?.filter(|_| !has_fallback)
+        {
+            let [r, g, b, a] = given.diffuse_factor;
+            alpha = a;
+            // Any reflectance at normal incidence, in terms of that of the index.
+            let of_index = ((model.ior - 1.0) / (model.ior + 1.0)).powi(2);
+            model.base_color = shares([r, g, b]);
+            model.metallic = 0.0;
+            model.roughness = 1.0 - share(given.glossiness_factor);
+            model.specular_color = shares(given.specular_factor).map(|specular| specular / of_index);
+            textures.add(TextureSlot::BaseColor, given.diffuse_texture, true)?;
+            textures.add(TextureSlot::SpecularColor, given.specular_glossiness_texture, true)?;
+            if let Some(&specular) = textures.uses.get(&TextureSlot::SpecularColor) {
+                let wanted = Glossiness { image: specular.image as usize, factor: share(given.glossiness_factor) };
+                let number = glossiness.iter().position(|known| *known == wanted).unwrap_or_else(|| {
+                    glossiness.push(wanted);
+                    glossiness.len() - 1
+                });
+                let image = (self.root.images.len() + number) as u32;
+                textures.uses.insert(TextureSlot::MetallicRoughness, Texture { image, srgb: false, ..specular });
+                model.roughness = 1.0;
+            }
+        }
         let mut emission = material.emissive_factor.0.map(f64::from);
         if let Some(strength) =
             self.extension::<EmissiveStrength>(extensions, "KHR_materials_emissive_strength", &at)?

@@ -11,11 +11,9 @@ mod material;
 mod meshopt;
 mod nodes;
 mod problem;
-mod tangents;
 mod uri;
 
 use std::collections::{BTreeSet, HashMap};
-use std::path::Path;
 
 use glam::DMat4;
 use gltf::json::accessor::Type;
@@ -23,35 +21,27 @@ use rayon::prelude::*;
 
 use crate::host::available_memory;
 use crate::scene::description::*;
-use crate::scene::environment::Environment;
 use crate::scene::error::SceneError;
-use crate::scene::image_file::decode;
-use crate::scene::limits::MAX_IMAGE_SIDE;
+use crate::scene::image_file::{KINDS, decode};
 use crate::scene::load_options::LoadOptions;
-use crate::scene::named_camera::NamedCamera;
-use crate::scene::texture::{TextureImage, TextureSlot};
+use crate::scene::model::Model;
+use crate::scene::read::Files;
+use crate::scene::texel_channels::{Channel, Part, combine};
+use crate::scene::texture::{Texels, TextureImage};
 
 pub(super) use crate::scene::gltf::document::is_glb;
 use crate::scene::gltf::document::{Document, number};
-use crate::scene::gltf::geometry::Wanted;
+use crate::scene::gltf::material::Glossiness;
 use crate::scene::gltf::nodes::Placed;
-use crate::scene::gltf::uri::Files;
 
-/// Longest chain of surface hits of a model's paths: light passes several layers of glass.
-const MAX_DEPTH: u32 = 16;
-
-/// Rows of an image, unless asked for otherwise.
-const ROWS: u32 = 512;
-
-/// Makes a scene of a glTF file, and lists its cameras: the first of them is the scene's. `name` stands for it in messages, `base_dir` is where what it names is looked for.
+/// Reads a glTF file. `name` stands for it in messages, `files` is where what it names is looked for.
 pub(in crate::scene) fn load(
     bytes: &[u8],
     name: &str,
-    base_dir: Option<&Path>,
+    files: Files<'_>,
     options: &LoadOptions,
     warnings: &mut Vec<String>,
-) -> Result<(Scene, Vec<NamedCamera>), SceneError> {
-    let files = Files { base_dir, confined: options.confine };
+) -> Result<Model, SceneError> {
     let document = Document::parse(bytes, name, files, warnings)?;
     let pose = document.pose(options.time)?;
     let placed = document.placed_nodes(&pose)?;
@@ -60,6 +50,7 @@ pub(in crate::scene) fn load(
         options,
         materials: Vec::new(),
         numbers: HashMap::new(),
+        glossiness: Vec::new(),
         left_out: 0,
         meshes: Vec::new(),
         bytes: 0,
@@ -67,7 +58,7 @@ pub(in crate::scene) fn load(
     for place in &placed {
         builder.add_node(place, &placed, &pose)?;
     }
-    let Builder { mut materials, mut meshes, left_out, .. } = builder;
+    let Builder { mut materials, mut meshes, glossiness, left_out, .. } = builder;
     if left_out > 0 {
         warnings.push(format!("{name}: {left_out} primitives of points or lines are left out"));
     }
@@ -75,41 +66,11 @@ pub(in crate::scene) fn load(
     if dropped > 0 {
         warnings.push(format!("{name}: {dropped} triangles without an area are left out"));
     }
-    let images = document.images(&mut materials, options, warnings)?;
+    let images = document.images(&mut materials, &glossiness)?;
     make_names_unique(&mut materials);
-    warnings.extend(left_out_of(&materials).map(|(material, what)| format!("{name}: {material}: {what} left out")));
     meshes.retain(|mesh| !mesh.triangles.is_empty());
-    let lights = document.lights(&placed)?;
-    let cameras = document.cameras(&placed)?;
-    let aspect = cameras.first().and_then(|camera| camera.vertical?.aspect).unwrap_or(1.0);
-    let width = (f64::from(ROWS) * aspect).round().clamp(1.0, f64::from(MAX_IMAGE_SIDE)) as u32;
-    let emits = meshes.iter().any(|mesh| {
-        mesh.triangle_materials.iter().any(|&m| {
-            let material = &materials[m as usize];
-            // Textures of emission are decoration more often than sources of light.
-            material.surface.emits() && !material.unlit && !material.textures.contains_key(&TextureSlot::Emission)
-        })
-    });
-    let is_lit = emits || !lights.is_empty();
-    if !is_lit {
-        warnings.push(format!("{name}: no lights: a studio lights it"));
-    }
-    let mut scene = Scene {
-        source: name.to_owned(),
-        film: Film { width, height: ROWS, ..Film::default() },
-        integrator: Integrator { max_depth: MAX_DEPTH, ..Integrator::default() },
-        materials,
-        images,
-        environment: (!is_lit).then(Environment::studio),
-        meshes,
-        lights,
-        ..Scene::default()
-    };
-    scene.camera = match cameras.first() {
-        Some(camera) => camera.for_image(width, ROWS).0,
-        None => scene.fitting_camera(),
-    };
-    Ok((scene, cameras))
+    let (lights, cameras) = (document.lights(&placed)?, document.cameras(&placed)?);
+    Ok(Model { materials, images, meshes, lights, cameras })
 }
 
 /// The meshes and materials of a scene while its nodes are gone through.
@@ -119,6 +80,8 @@ struct Builder<'a> {
     materials: Vec<Material>,
     /// Numbers of materials by those of the file; `None` is the default material.
     numbers: HashMap<Option<usize>, u32>,
+    /// Images that are made of others.
+    glossiness: Vec<Glossiness>,
     /// Primitives without triangles.
     left_out: usize,
     meshes: Vec<Mesh>,
@@ -148,16 +111,8 @@ impl Builder<'_> {
                 None => format!("mesh {mesh_index}, primitive {nth}"),
             };
             let material = self.material(document.material_of(primitive, self.options, &at)?)?;
-            let of_material = &self.materials[material as usize];
-            let normal =
-                of_material.textures.get(&TextureSlot::Normal).or(of_material.textures.get(&TextureSlot::CoatNormal));
-            let anisotropy = of_material.textures.get(&TextureSlot::Anisotropy);
-            let is_anisotropic = matches!(of_material.surface.bsdf, Bsdf::MetallicRoughness(m) if m.anisotropy > 0.0);
-            let wanted = Wanted {
-                tangents: normal.is_some() || is_anisotropic,
-                tangent_uv: normal.or(anisotropy).map_or(0, |texture| texture.uv_set as usize),
-            };
-            match document.geometry(primitive, &weights, wanted, &at)? {
+            let tangent_uv = self.materials[material as usize].tangent_uv();
+            match document.geometry(primitive, &weights, tangent_uv, &at)? {
                 None => self.left_out += 1,
                 Some(geometry) => {
                     self.reserve(geometry.placed_bytes().saturating_mul(instances.len() as u64), &at)?;
@@ -192,7 +147,7 @@ impl Builder<'_> {
             return Ok(known);
         }
         let material = match index {
-            Some(index) => self.document.material(index)?,
+            Some(index) => self.document.material(index, &mut self.glossiness)?,
             None => Material {
                 culls_back: true,
                 ..Material::new(
@@ -229,20 +184,28 @@ impl Document<'_> {
     }
 
     /// Decodes the images that materials use, and numbers them anew.
-    fn images(
-        &self,
-        materials: &mut [Material],
-        options: &LoadOptions,
-        warnings: &mut Vec<String>,
-    ) -> Result<Vec<TextureImage>, SceneError> {
+    fn images(&self, materials: &mut [Material], glossiness: &[Glossiness]) -> Result<Vec<TextureImage>, SceneError> {
         let used: BTreeSet<u32> =
             materials.iter().flat_map(|m| m.textures.values().map(|texture| texture.image)).collect();
         let used: Vec<u32> = used.into_iter().collect();
-        let images: Vec<_> = used.par_iter().map(|&index| self.image(index as usize)).collect::<Result<_, _>>()?;
+        let images: Vec<TextureImage> =
+            used.par_iter().map(|&index| self.image_or_made(index as usize, glossiness)).collect::<Result<_, _>>()?;
         for texture in materials.iter_mut().flat_map(|material| material.textures.values_mut()) {
             texture.image = used.binary_search(&texture.image).unwrap_or(0) as u32;
+            // Floats are linear.
+            texture.srgb &= !matches!(images[texture.image as usize].texels, Texels::Rgba32F(_));
         }
-        crate::scene::texture_limit::limit(self.name, images, materials, options.texture_limit, warnings)
+        Ok(images)
+    }
+
+    /// An image of the file or, after them, one made of another one's glossiness.
+    fn image_or_made(&self, index: usize, glossiness: &[Glossiness]) -> Result<TextureImage, SceneError> {
+        let made = index.checked_sub(self.root.images.len()).and_then(|number| glossiness.get(number));
+        let Some(&Glossiness { image, factor }) = made else { return self.image(index) };
+        let source = self.image(image)?;
+        let change = Box::new(move |gloss| 1.0 - factor * gloss);
+        let green = Part { image: &source, channel: Channel::Alpha, change: Some(change) };
+        Ok(combine(format!("{} (roughness)", source.name), [None, Some(green), None, None]))
     }
 
     fn image(&self, index: usize) -> Result<TextureImage, SceneError> {
@@ -253,11 +216,11 @@ impl Document<'_> {
             _ => format!("image {index}"),
         };
         let decoded = match (&image.uri, image.buffer_view) {
-            (Some(uri), _) => decode(&self.files.read(uri, self.name, &at)?, &at),
+            (Some(uri), _) => decode(&uri::read(self.files, uri, self.name, &at)?, &at),
             (None, Some(view)) => decode(self.view_content(number(view), &at)?, &at),
             (None, None) => return Err(self.error(at, "neither uri nor bufferView", "one of them")),
         };
-        decoded.map_err(|found| self.error(at, found, "an image of type PNG, JPEG, WebP, TGA, BMP or HDR"))
+        decoded.map_err(|found| self.error(at, found, format!("an image of type {KINDS}")))
     }
 
     /// The material of a primitive, or of the variant that was asked for.
@@ -309,24 +272,6 @@ impl Document<'_> {
             self.error("variant", format!("{wanted:?}"), expected)
         })
     }
-}
-
-/// What of materials is not rendered: names, and what it is.
-fn left_out_of(materials: &[Material]) -> impl Iterator<Item = (String, String)> {
-    materials.iter().filter_map(|material| {
-        let Bsdf::MetallicRoughness(m) = material.surface.bsdf else { return None };
-        let has = |slot| material.textures.contains_key(&slot);
-        let parts = [
-            ("transmission", m.transmission > 0.0),
-            ("clear coat", m.coat > 0.0),
-            ("sheen", m.sheen_color != [0.0; 3]),
-            ("anisotropy", m.anisotropy > 0.0),
-            ("textures of specular reflection", has(TextureSlot::Specular) || has(TextureSlot::SpecularColor)),
-        ];
-        let parts: Vec<_> = parts.iter().filter(|(_, is_there)| *is_there).map(|(what, _)| *what).collect();
-        let are = if parts.len() == 1 { "is" } else { "are" };
-        (!parts.is_empty()).then(|| (format!("material {:?}", material.name), format!("{} {are}", parts.join(", "))))
-    })
 }
 
 /// Materials may have the same name in a file.

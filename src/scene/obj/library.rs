@@ -1,52 +1,73 @@
 //! From the material names of an OBJ file to materials of the scene, by way of its MTL files.
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use crate::scene::description::Surface;
+use crate::scene::description::{Material, Surface};
 use crate::scene::error::Location;
 use crate::scene::materials::MaterialList;
+use crate::scene::obj::material::MapImages;
 use crate::scene::obj::model::Obj;
-use crate::scene::obj::mtl::{GREY, parse_mtl};
+use crate::scene::obj::mtl::{MtlMaterial, parse_mtl};
 use crate::scene::obj::names::{file_names, find_file, loose};
-use crate::scene::read::{no_folder, read_file};
+use crate::scene::obj::surface::GREY;
+use crate::scene::read::{Files, no_folder, read_file};
 
 /// Name of the surface of faces whose material is not known.
 const DEFAULT_MATERIAL: &str = "default grey";
 
-/// Reads the MTL files and adds to the scene those of their materials that are used. `used` holds an index into
+/// Reads the MTL files and adds to the scene those of their materials that are used, with their images. `used` holds an index into
 /// [`Obj::material_names`] for each triangle, and the result one into the scene's materials.
 pub(super) fn resolve_materials(
     obj: &Obj,
     used: impl Iterator<Item = Option<u32>>,
     file: &str,
-    base_dir: Option<&Path>,
+    files: Files<'_>,
     materials: &mut MaterialList,
     warnings: &mut Vec<String>,
 ) -> Vec<u32> {
     let mut libraries = Libraries::default();
     for (library, line) in &obj.libraries {
-        libraries.read(library, &Location::line(file, *line), base_dir, warnings);
+        libraries.read(library, &Location::line(file, *line), files, warnings);
     }
+    // In order of use.
+    let used: Vec<_> = used.collect();
+    let mut names: Vec<Option<u32>> = Vec::new();
+    let mut number_of = HashMap::new();
+    for &name in &used {
+        number_of.entry(name).or_insert_with(|| {
+            names.push(name);
+            names.len() - 1
+        });
+    }
+    let name_of = |name: Option<u32>| name.map(|index| &obj.material_names[index as usize]);
+    let found = |name| libraries.find(&name_of(name)?.0);
+    let mut images = MapImages::new(files);
+    images.read_all(names.iter().filter_map(|&name| found(name)).map(|m| (&m.material, m.file.as_path())), materials);
     let mut resolve = |name: Option<u32>| {
-        if let Some((name, line)) = name.map(|index| &obj.material_names[index as usize]) {
-            if let Some(LibraryMaterial { surface, warnings: of_material }) = libraries.find(name) {
-                warnings.extend_from_slice(of_material);
-                return materials.add(name, surface);
+        if let Some(LibraryMaterial { material, file }) = found(name) {
+            let place = Location::line(file.display().to_string(), material.line);
+            let mut warn = |text: &str| warnings.push(format!("{place}: material {:?}: {text}", material.name));
+            let mut becomes = material.material(&images, file, materials, &mut warn);
+            if let Some((name, _)) = name_of(name) {
+                becomes.name.clone_from(name);
             }
+            return materials.add(becomes);
+        }
+        if let Some((name, line)) = name_of(name) {
             let at = Location::line(file, *line);
             warnings.push(format!("{at}: the material {name:?} is in no MTL file, {DEFAULT_MATERIAL} is used"));
         }
-        materials.add(DEFAULT_MATERIAL, &Surface::diffuse(GREY))
+        materials.add(Material::new(DEFAULT_MATERIAL, Surface::diffuse(GREY)))
     };
-    let mut resolved = HashMap::new();
-    used.map(|name| *resolved.entry(name).or_insert_with(|| resolve(name))).collect()
+    let resolved: Vec<u32> = names.iter().map(|&name| resolve(name)).collect();
+    used.iter().map(|name| resolved[number_of[name]]).collect()
 }
 
 struct LibraryMaterial {
-    surface: Surface,
-    /// Given only if the material is used.
-    warnings: Vec<String>,
+    material: MtlMaterial,
+    /// That it is in.
+    file: PathBuf,
 }
 
 /// The materials of all MTL files.
@@ -67,57 +88,54 @@ impl Libraries {
 
     /// Reads what one `mtllib` names: a file with spaces in its name or, if there is none, several files. Of materials of
     /// the same name the last counts. A missing file is a warning: the mesh can be rendered without.
-    fn read(&mut self, library: &str, at: &Location, base_dir: Option<&Path>, warnings: &mut Vec<String>) {
+    fn read(&mut self, library: &str, at: &Location, files: Files<'_>, warnings: &mut Vec<String>) {
         if library.is_empty() {
             warnings.push(format!("{at}: \"mtllib\" has no file name, {DEFAULT_MATERIAL} is used for its materials"));
             return;
         }
-        let Some(folder) = base_dir else {
+        if files.base_dir.is_none() {
             let error = no_folder(library);
             warnings.push(format!("{at}: {error}, {DEFAULT_MATERIAL} is used for its materials"));
             return;
-        };
-        for path in files_of(library, folder) {
-            match read_file(&path) {
-                Ok(bytes) => self.add(&path.display().to_string(), &bytes, warnings),
+        }
+        for (name, path) in files_of(library, files) {
+            let bytes = match &path {
+                Some(path) => read_file(path).map(|bytes| (path.clone(), bytes)),
+                None => files.read(&name),
+            };
+            match bytes {
+                Ok((path, bytes)) => self.add(path, &bytes, warnings),
                 Err(error) => warnings.push(format!("{at}: {error}, {DEFAULT_MATERIAL} is used for its materials")),
             }
         }
     }
 
-    fn add(&mut self, path: &str, bytes: &[u8], warnings: &mut Vec<String>) {
-        let (materials, of_file) = parse_mtl(bytes, path);
+    fn add(&mut self, file: PathBuf, bytes: &[u8], warnings: &mut Vec<String>) {
+        let (materials, of_file) = parse_mtl(bytes, &file.display().to_string());
         warnings.extend(of_file);
         for material in materials {
-            let place = Location::line(path, material.line);
-            let mut warnings = Vec::new();
-            let surface =
-                material.surface(|text| warnings.push(format!("{place}: material {:?}: {text}", material.name)));
             let index = self.materials.len();
-            self.materials.push(LibraryMaterial { surface, warnings });
             let is_new = self.by_name.insert(material.name.clone(), index).is_none();
             // Another name that is loosely the same leaves none of them; the same name once more is the last one.
             let loosely = self.loosely.entry(loose(&material.name)).or_insert(Some(index));
             *loosely = loosely.filter(|&known| !is_new || known == index).map(|_| index);
+            self.materials.push(LibraryMaterial { material, file: file.clone() });
         }
     }
 }
 
 /// The files that a `mtllib` means: those that are found, and as they are written those that are not.
-fn files_of(library: &str, folder: &Path) -> Vec<PathBuf> {
-    let literal = folder.join(library);
-    if literal.is_file() {
-        return vec![literal];
-    }
+fn files_of(library: &str, files: Files<'_>) -> Vec<(String, Option<PathBuf>)> {
     let names = file_names(library);
     let are_all_libraries = names.iter().all(|name| name.to_lowercase().ends_with(".mtl"));
-    if (names.len() < 2 || !are_all_libraries)
-        && let Some(file) = find_file(folder, library)
-    {
-        return vec![file];
+    let is_one = names.len() < 2 || !are_all_libraries;
+    let literal =
+        files.base_dir.map(|folder| folder.join(library)).filter(|path| path.is_file() && files.may_read(path));
+    if let Some(file) = literal.or_else(|| find_file(files, library).filter(|_| is_one)) {
+        return vec![(library.to_owned(), Some(file))];
     }
     match names.len() {
-        0 | 1 => vec![literal],
-        _ => names.iter().map(|name| find_file(folder, name).unwrap_or_else(|| folder.join(name))).collect(),
+        0 | 1 => vec![(library.to_owned(), None)],
+        _ => names.into_iter().map(|name| (name.clone(), find_file(files, &name))).collect(),
     }
 }

@@ -6,18 +6,18 @@
 //! Source: Wavefront, *Advanced Visualizer Manual*, appendix B1 (Object Files) and the MTL format of 1995.
 
 mod library;
+mod map;
+mod material;
 mod mesh;
 mod model;
 mod mtl;
 mod names;
 mod parse;
 mod polygon;
-mod preview;
 mod statement;
+mod surface;
 
 pub use crate::scene::obj::model::{ASTRAY, Corner, Face, NONE, Obj};
-pub use crate::scene::obj::mtl::{MtlMaterial, parse_mtl};
 pub use crate::scene::obj::parse::parse_obj;
 
-pub(super) use crate::scene::obj::mesh::{MaterialSource, MeshRequest, NormalsChoice};
-pub(super) use crate::scene::obj::preview::preview;
+pub(super) use crate::scene::obj::mesh::{MaterialSource, MeshRequest, NormalsChoice, VertexColors, load};

@@ -8,12 +8,15 @@ pub const NONE: u32 = u32::MAX;
 /// Stands for an index of a normal that the file does not have.
 pub const ASTRAY: u32 = u32::MAX - 1;
 
-/// What an OBJ file says about surfaces. Points, lines, curves, groups, smoothing groups and texture coordinates are
-/// left out.
+/// What an OBJ file says about surfaces. Points, lines, curves, groups and smoothing groups are left out.
 #[derive(Debug, Clone, Default)]
 pub struct Obj {
-    /// `v`, without weights and colours.
+    /// `v`, without weights.
     pub positions: Vec<DVec3>,
+    /// Red, green and blue of each of `positions`, where the file has any: white for those without.
+    pub colors: Vec<[f32; 3]>,
+    /// `vt`; zero where a file has no finite numbers.
+    pub uvs: Vec<[f32; 2]>,
     /// `vn`; zero where a file has no finite numbers.
     pub normals: Vec<DVec3>,
     /// Of all triangles, face by face.
@@ -31,6 +34,8 @@ pub struct Obj {
 pub struct Corner {
     /// Into [`Obj::positions`].
     pub position: u32,
+    /// Into [`Obj::uvs`], or [`NONE`].
+    pub uv: u32,
     /// Into [`Obj::normals`], or [`NONE`], or [`ASTRAY`].
     pub normal: u32,
 }

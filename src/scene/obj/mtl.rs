@@ -1,56 +1,62 @@
-//! From the text of an MTL file to surfaces.
+//! From the text of an MTL file to its materials, statement by statement.
 //!
 //! MTL describes shading models of 1995 and is used loosely. What cannot be read, or is not supported, is told of where the material
 //! is used; no statement makes a file unreadable.
 
-use crate::scene::description::{Bsdf, Rgb, Surface};
+use std::collections::BTreeMap;
+
+use crate::scene::description::Rgb;
 use crate::scene::error::Location;
-use crate::scene::limits::{EXPECTED_IOR, IOR_RANGE};
+use crate::scene::obj::map::{Map, MapKind};
 use crate::scene::obj::statement::{Statement, decoded, quoted, statements};
 use crate::scene::problem::number;
 
-/// Reflectance where a file gives none.
-pub(super) const GREY: Rgb = [0.8; 3];
-
-/// Index of refraction of glass, where a file gives none.
-const GLASS_IOR: f64 = 1.5;
-
-/// From which opacity on a surface is opaque: exporters round.
-const OPAQUE: f64 = 0.999;
-
 /// Keywords of textures that do not start with `map_`, in lower case.
-const TEXTURES: [&str; 5] = ["bump", "decal", "disp", "norm", "refl"];
+const TEXTURES: [&str; 3] = ["decal", "disp", "refl"];
 
 /// A material as an MTL file describes it. What a statement gives is `None` where it is missing or cannot be read.
 #[derive(Debug, Clone, Default)]
-pub struct MtlMaterial {
+pub(super) struct MtlMaterial {
     /// `newmtl`.
     pub name: String,
     /// Of `newmtl`, counted from 1.
     pub line: u32,
-    diffuse: Option<Rgb>,
-    specular: Option<Rgb>,
-    ambient: Option<Rgb>,
-    emissive: Option<Rgb>,
+    pub diffuse: Option<Rgb>,
+    pub specular: Option<Rgb>,
+    pub ambient: Option<Rgb>,
+    pub emissive: Option<Rgb>,
     /// `Tf`.
-    filter: Option<Rgb>,
+    pub filter: Option<Rgb>,
     /// `d`.
-    opacity: Option<f64>,
+    pub opacity: Option<f64>,
     /// `Tr`.
-    transparency: Option<f64>,
+    pub transparency: Option<f64>,
     /// `Ni`, also one that no glass has.
-    ior: Option<f64>,
+    pub ior: Option<f64>,
+    /// `Ns`.
+    pub exponent: Option<f64>,
     /// `illum`.
-    model: Option<u8>,
-    /// Keywords of textures, each with what follows it.
-    textures: Vec<(String, String)>,
+    pub model: Option<u8>,
+    /// `Pr`, `Pm`.
+    pub roughness: Option<f64>,
+    pub metallic: Option<f64>,
+    /// `Ps`, `Pc`, `Pcr`, `aniso`, `anisor`.
+    pub sheen: Option<f64>,
+    pub coat: Option<f64>,
+    pub coat_roughness: Option<f64>,
+    pub anisotropy: Option<f64>,
+    pub anisotropy_rotation: Option<f64>,
+    /// Textures.
+    pub maps: BTreeMap<MapKind, Map>,
+    /// Keywords of textures that are not supported, each with what follows it.
+    pub others: Vec<(String, String)>,
     /// Statements that cannot be read.
-    problems: Vec<String>,
+    pub problems: Vec<String>,
 }
 
 /// Reads an MTL file that is in memory: its materials, and warnings about statements that are of none. Statements that are not known
 /// are ignored.
-pub fn parse_mtl(bytes: &[u8], file: &str) -> (Vec<MtlMaterial>, Vec<String>) {
+pub(super) fn parse_mtl(bytes: &[u8], file: &str) -> (Vec<MtlMaterial>, Vec<String>) {
     let mut materials: Vec<MtlMaterial> = Vec::new();
     let mut warnings = Vec::new();
     let mut has_name = false;
@@ -98,6 +104,14 @@ impl MtlMaterial {
             }
             b"tr" => self.transparency = scalar(statement, 1, problems),
             b"ni" => self.ior = scalar(statement, 1, problems),
+            b"ns" => self.exponent = scalar(statement, 1, problems),
+            b"pr" => self.roughness = share(statement, problems),
+            b"pm" => self.metallic = share(statement, problems),
+            b"ps" => self.sheen = share(statement, problems),
+            b"pc" => self.coat = share(statement, problems),
+            b"pcr" => self.coat_roughness = share(statement, problems),
+            b"aniso" => self.anisotropy = share(statement, problems),
+            b"anisor" => self.anisotropy_rotation = scalar(statement, 1, problems),
             b"illum" => {
                 let model = scalar(statement, 1, problems);
                 self.model = model.filter(|m| (0.0..=10.0).contains(m) && m.fract() == 0.0).map(|m| m as u8);
@@ -105,187 +119,25 @@ impl MtlMaterial {
                     problems.push(format!("\"illum\" is {}, expected an integer from 0 to 10", number(model)));
                 }
             }
-            _ => {
-                let keyword = String::from_utf8_lossy(keyword).into_owned();
-                if !keyword.starts_with("map_") && !TEXTURES.contains(&keyword.as_str()) {
-                    return false;
+            _ => match MapKind::of(keyword) {
+                Some(kind) => {
+                    self.maps.insert(kind, Map::read(statement, &mut self.problems));
+                    return true;
                 }
-                self.textures.push((statement.quoted_keyword(), statement.name()));
-            }
+                None => {
+                    let keyword = String::from_utf8_lossy(keyword).into_owned();
+                    if !keyword.starts_with("map_") && !TEXTURES.contains(&keyword.as_str()) {
+                        return false;
+                    }
+                    self.others.push((statement.quoted_keyword(), statement.name()));
+                }
+            },
         }
         for problem in &mut self.problems[known_problems..] {
             problem.push_str(&format!(": line {} is ignored", statement.line));
         }
         true
     }
-
-    /// Radiance that it emits, if any.
-    pub fn emitted(&self) -> Option<Rgb> {
-        let radiance = self.emissive?.map(|x| x.max(0.0));
-        (radiance != [0.0; 3]).then_some(radiance)
-    }
-
-    /// What the material becomes. `warn` is told of everything that is lost or replaced.
-    ///
-    /// It emits `Ke`, and [reflects](Self::reflecting) as a mirror, glass, or diffusely; an emitter that would be diffuse, with `Kd` 0 or
-    /// missing, reflects nothing.
-    pub fn surface(&self, mut warn: impl FnMut(&str)) -> Surface {
-        self.problems.iter().for_each(|problem| warn(problem));
-        for (keyword, name) in &self.textures {
-            warn(&format!("the texture {keyword} {} is not supported and is ignored", quoted(name.as_bytes())));
-        }
-        if let Some(given) = self.emissive.filter(|ke| ke.iter().any(|&x| x < 0.0)) {
-            warn(&format!("Ke {given:?} has numbers below 0, which count as 0"));
-        }
-        let Some(radiance) = self.emitted() else { return self.reflecting(warn) };
-        // What emits, and has no Kd, reflects nothing.
-        match self.reflecting(|_| {}).bsdf {
-            Bsdf::Diffuse { .. } if self.diffuse.is_none_or(is_black) => Surface::emitter(radiance),
-            _ => Surface { emission: radiance, ..self.reflecting(warn) },
-        }
-    }
-
-    /// What the surface does with light that arrives, whatever it emits.
-    ///
-    /// A mirror is of `illum` 3, 5 or 8 (reflection) with `Ks` above 0 or `Kd` 0, or has `Ks` 1 and `Kd` 0. Glass needs an index that
-    /// is not 1, and `illum` 4, 6, 7 or 9 (refraction) or transparency; without an index, `illum` and transparency (or `Kd` 0). All
-    /// else is diffuse.
-    pub fn reflecting(&self, mut warn: impl FnMut(&str)) -> Surface {
-        let is_textured = self.has_texture("map_kd");
-        let reflects = matches!(self.model, Some(3 | 5 | 8));
-        let diffuse_is_black = self.diffuse.is_none_or(is_black) && !is_textured;
-        let specular = self.specular.filter(|ks| !is_black(*ks));
-        let is_perfect_mirror = specular == Some([1.0; 3]) && self.diffuse == Some([0.0; 3]) && !is_textured;
-        if is_perfect_mirror || reflects && (specular.is_some() || diffuse_is_black) {
-            if let Some(kd) = self.diffuse.filter(|kd| !is_black(*kd)) {
-                warn(&format!(
-                    "a mirror (illum {}) has no diffuse part: Kd {kd:?} is dropped",
-                    self.model.unwrap_or(0)
-                ));
-            }
-            return Surface::mirror(clamp("Ks", specular.unwrap_or([1.0; 3]), warn));
-        }
-        if reflects {
-            warn("a mirror (illum 3, 5 or 8) without Ks: the surface is diffuse");
-        }
-        let is_transparent = self.is_transparent(&mut warn);
-        let refracts = self.refracts();
-        let ior = self.ior.filter(|ior| IOR_RANGE.contains(ior));
-        let is_glass = match ior {
-            Some(1.0) => false,
-            // Maya writes `illum 4` and `Tf 1 1 1` for what is opaque, and the index of a shader that has none.
-            Some(_) => is_transparent || refracts && !(self.model == Some(4) && self.lets_nothing_through()),
-            None => refracts && (is_transparent || diffuse_is_black && self.filter.is_none()),
-        };
-        if is_glass {
-            if let (None, Some(given)) = (ior, self.ior) {
-                warn(&format!("Ni is {}, expected {EXPECTED_IOR}: {GLASS_IOR} is used", number(given)));
-            }
-            if let Some(kd) = self.diffuse.filter(|kd| !is_black(*kd) && *kd != [1.0; 3]) {
-                warn(&format!("glass is clear: Kd {kd:?} is dropped"));
-            }
-            if let Some(tf) = self.filter.filter(|tf| is_coloured(*tf)) {
-                warn(&format!("glass is clear: the colour of Tf {tf:?} is dropped"));
-            }
-            return Surface::dielectric(ior.unwrap_or(GLASS_IOR));
-        }
-        if is_transparent {
-            warn("transparency without refraction (Ni other than 1) is not supported and is ignored");
-        } else if refracts {
-            let model = self.model.unwrap_or(0);
-            warn(&format!("illum {model} is glass, but neither d, Tf nor Ni says that it is: the surface is opaque"));
-        }
-        self.diffuse_surface(warn)
-    }
-
-    fn diffuse_surface(&self, mut warn: impl FnMut(&str)) -> Surface {
-        let given = self.diffuse;
-        let reflectance = match given {
-            Some(kd) if !(is_black(kd) && self.has_texture("map_kd")) => kd,
-            Some(_) => {
-                warn(&format!("Kd is 0 beside the texture map_Kd: grey ({}) is used", GREY[0]));
-                GREY
-            }
-            None => {
-                warn(&format!("there is no Kd: grey ({}) is used", GREY[0]));
-                GREY
-            }
-        };
-        let others = [("Ks", self.specular), ("Ka", self.ambient)];
-        if let Some((keyword, Some(color))) = others.into_iter().find(|(_, color)| color.is_some_and(|c| !is_black(c)))
-            && is_black(reflectance)
-        {
-            warn(&format!("{keyword} {color:?} is not supported, and Kd is 0: the surface is black"));
-        }
-        Surface::diffuse(clamp("Kd", reflectance, warn))
-    }
-
-    fn has_texture(&self, keyword: &str) -> bool {
-        self.textures.iter().any(|(of, _)| of.trim_matches('"').eq_ignore_ascii_case(keyword))
-    }
-
-    /// Whether `illum` says that light goes through.
-    fn refracts(&self) -> bool {
-        matches!(self.model, Some(4 | 6 | 7 | 9))
-    }
-
-    /// Whether `d`, `Tr` or `Tf` says so.
-    fn is_transparent(&self, mut warn: impl FnMut(&str)) -> bool {
-        let refracts = self.refracts();
-        let mut within = |keyword: &str, value: Option<f64>| {
-            value.filter(|value| {
-                let is_within = (0.0..=1.0).contains(value);
-                if !is_within {
-                    warn(&format!("{keyword} is {}, expected a number from 0 to 1: it is ignored", number(*value)));
-                }
-                is_within
-            })
-        };
-        let opacity = match (within("d", self.opacity), within("Tr", self.transparency)) {
-            (Some(d), Some(tr)) => {
-                let most = d.max(1.0 - tr);
-                if (d - (1.0 - tr)).abs() > 1e-3 {
-                    warn(&format!(
-                        "d {} and Tr {} differ, expected Tr = 1 - d: the more opaque counts",
-                        number(d),
-                        number(tr)
-                    ));
-                }
-                most
-            }
-            (Some(d), None) => d,
-            (None, Some(1.0)) if !refracts => {
-                warn("Tr 1 without d is taken for opaque, as many exporters mean it");
-                1.0
-            }
-            (None, Some(tr)) => 1.0 - tr,
-            (None, None) => 1.0,
-        };
-        let filters = self.filter.is_some_and(|tf| tf.iter().any(|&x| x < OPAQUE));
-        opacity < OPAQUE || filters
-    }
-
-    /// Whether it has a colour of its own and says that it is not transparent, in the words of Maya, whose `Tf` is 1 for opaque.
-    fn lets_nothing_through(&self) -> bool {
-        self.filter.is_some_and(|tf| tf.iter().all(|&x| x >= OPAQUE)) && !self.diffuse.is_none_or(is_black)
-    }
-}
-
-fn is_black(color: Rgb) -> bool {
-    color.iter().all(|&x| x <= 0.0)
-}
-
-fn is_coloured([r, g, b]: Rgb) -> bool {
-    r != g || g != b
-}
-
-/// A reflectance, made to lie in 0..=1.
-fn clamp(keyword: &str, given: Rgb, mut warn: impl FnMut(&str)) -> Rgb {
-    let reflectance = given.map(|x| x.clamp(0.0, 1.0));
-    if reflectance != given {
-        warn(&format!("{keyword} {given:?} is clamped to 0..=1"));
-    }
-    reflectance
 }
 
 /// Three numbers, or one for all three. Curves over the wavelength and CIE XYZ, which the format has as well, would have
@@ -319,4 +171,9 @@ fn scalar(statement: &Statement<'_>, word: usize, problems: &mut Vec<String>) ->
             None
         }
     }
+}
+
+/// A number from 0 to 1, clamped.
+fn share(statement: &Statement<'_>, problems: &mut Vec<String>) -> Option<f64> {
+    scalar(statement, 1, problems).map(|value| value.clamp(0.0, 1.0))
 }

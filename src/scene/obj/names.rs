@@ -3,17 +3,21 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The file that `name` means, from the folder of the file that names it: the one of exactly that name, else of one of its other
+use crate::scene::read::Files;
+
+/// The file that `name` means, from the folder of the file that names it, if it may be read: the one of exactly that name, else of one of its other
 /// readings, each in any case; of an absolute name, or one of another machine, also what lies beside.
-pub(super) fn find_file(folder: &Path, name: &str) -> Option<PathBuf> {
+pub(super) fn find_file(files: Files<'_>, name: &str) -> Option<PathBuf> {
+    let folder = files.base_dir?;
+    let is_there = |path: &PathBuf| path.is_file() && files.may_read(path);
     readings(name).iter().find_map(|reading| {
         let exact = folder.join(reading);
-        if exact.is_file() {
+        if is_there(&exact) {
             return Some(exact);
         }
         let parts: Vec<&str> = reading.split('/').filter(|part| !part.is_empty() && *part != ".").collect();
         // The whole path first, then without its first folders.
-        (0..parts.len()).find_map(|first| in_any_case(folder, &parts[first..]))
+        (0..parts.len()).find_map(|first| in_any_case(folder, &parts[first..]).filter(is_there))
     })
 }
 
@@ -145,10 +149,14 @@ mod tests {
             ("no#1.mtl", "no#1.mtl"),
             ("b.mtl # all of them", "b.mtl"),
         ] {
-            assert_eq!(find_file(folder.path(), name), Some(folder.path().join(expected)), "{name}");
+            assert_eq!(
+                find_file(Files::new(Some(folder.path()), false), name),
+                Some(folder.path().join(expected)),
+                "{name}"
+            );
         }
         for name in ["", "\"", "c.mtl", "..", "Tex", "a.mtl", "C:", "%", "my", "\\"] {
-            assert_eq!(find_file(folder.path(), name), None, "{name}");
+            assert_eq!(find_file(Files::new(Some(folder.path()), false), name), None, "{name}");
         }
     }
 

@@ -44,16 +44,19 @@ fn parse_in(chunks: Vec<Lines<'_>>, file: &str) -> Result<Obj, SceneError> {
     Ok(joined.obj)
 }
 
-/// What a corner may refer to, if it matters: keywords.
-const KINDS: [&[u8]; 2] = [b"v", b"vn"];
+/// Of vertices without a colour in files that have some.
+const WHITE: [f32; 3] = [1.0; 3];
+
+/// What a corner may refer to: keywords.
+const KINDS: [&[u8]; 3] = [b"v", b"vn", b"vt"];
 
 fn kind_of(keyword: &[u8]) -> Option<usize> {
     KINDS.iter().position(|kind| *kind == keyword)
 }
 
-/// Numbers of `v` and `vn`.
+/// Numbers of `v`, `vn` and `vt`.
 #[derive(Debug, Clone, Copy, Default)]
-struct Counts([i64; 2]);
+struct Counts([i64; KINDS.len()]);
 
 impl Counts {
     fn and(self, other: Self) -> Self {
@@ -95,15 +98,23 @@ impl Part {
         for statement in lines {
             match statement.keyword() {
                 b"v" => {
-                    let position = statement.numbers::<3>(file, 3).unwrap_or_else(|error| {
+                    let (position, color) = read_vertex(&statement, file).unwrap_or_else(|error| {
                         bad_vertices.push((obj.positions.len() as u32, error));
-                        [0.0; 3]
+                        ([0.0; 3], None)
                     });
+                    if color.is_some() || !obj.colors.is_empty() {
+                        obj.colors.resize(obj.positions.len(), WHITE);
+                        obj.colors.push(color.unwrap_or(WHITE));
+                    }
                     obj.positions.push(position.into());
+                }
+                b"vt" => {
+                    let [u, v] = statement.numbers::<2>(file, 1).unwrap_or_default();
+                    obj.uvs.push([u as f32, v as f32]);
                 }
                 b"vn" => obj.normals.push(statement.numbers::<3>(file, 3).unwrap_or_default().into()),
                 b"f" => {
-                    let here = [obj.positions.len(), obj.normals.len()].map(|n| n as i64);
+                    let here = [obj.positions.len(), obj.normals.len(), obj.uvs.len()].map(|n| n as i64);
                     read_face(&statement, file, before.and(Counts(here)), total, &mut corners)?;
                     obj.triangles.extend(corners[1..].windows(2).map(|pair| [corners[0], pair[0], pair[1]]));
                     obj.faces.push(Face { triangles: corners.len() as u32 - 2, material: None });
@@ -127,8 +138,16 @@ impl Part {
     }
 }
 
-/// Reads the corners of a face. A positive index may refer to what the file defines later, a negative one may not. Texture
-/// coordinates are not looked at.
+/// A position, and a colour if there are three more numbers behind it.
+fn read_vertex(statement: &Statement<'_>, file: &str) -> Result<([f64; 3], Option<[f32; 3]>), SceneError> {
+    match statement.numbers_from::<6>(1, 3) {
+        Ok(([x, y, z, r, g, b], count)) => Ok(([x, y, z], (count == 6).then_some([r, g, b].map(|c| c as f32)))),
+        // What follows a position may be anything.
+        Err(_) => statement.numbers::<3>(file, 3).map(|position| (position, None)),
+    }
+}
+
+/// Reads the corners of a face. A positive index may refer to what the file defines later, a negative one may not.
 fn read_face(
     statement: &Statement<'_>,
     file: &str,
@@ -145,11 +164,11 @@ fn read_face(
             statement.error(file, format!("corner {number} is {}", quoted(word)), expected)
         };
         let mut parts = word.split(|&byte| byte == b'/');
-        let (vertex, _, normal) = (parts.next().unwrap_or_default(), parts.next(), parts.next());
+        let (vertex, uv, normal) = (parts.next().unwrap_or_default(), parts.next(), parts.next());
         if parts.next().is_some() {
             return Err(bad());
         }
-        let [vertices, normals] = total.0;
+        let [vertices, normals, uvs] = total.0;
         let position = match index(vertex, so_far.0[0], vertices) {
             Index::Of(index) => index,
             Index::Beyond(index) => {
@@ -163,7 +182,11 @@ fn read_face(
             Some(_) => ASTRAY,
             None => NONE,
         };
-        corners.push(Corner { position, normal });
+        let uv = match uv.map(|part| index(part, so_far.0[2], uvs)) {
+            Some(Index::Of(index)) => index,
+            _ => NONE,
+        };
+        corners.push(Corner { position, uv, normal });
     }
     if corners.len() < 3 {
         return Err(statement.error(file, format!("a face with {} corners", corners.len()), "at least 3"));
@@ -214,6 +237,7 @@ impl Joined {
             let obj = &mut joined.obj;
             obj.positions.reserve_exact(sum(|obj| obj.positions.len()));
             obj.normals.reserve_exact(sum(|obj| obj.normals.len()));
+            obj.uvs.reserve_exact(sum(|obj| obj.uvs.len()));
             obj.triangles.reserve_exact(sum(|obj| obj.triangles.len()));
             obj.faces.reserve_exact(sum(|obj| obj.faces.len()));
         }
@@ -240,7 +264,13 @@ impl Joined {
                 self.obj.libraries.push((name, line));
             }
         }
+        if !self.obj.colors.is_empty() || !from.colors.is_empty() {
+            from.colors.resize(from.positions.len(), WHITE);
+            self.obj.colors.resize(before as usize, WHITE);
+            self.obj.colors.append(&mut from.colors);
+        }
         append(&mut self.obj.positions, from.positions);
+        append(&mut self.obj.uvs, from.uvs);
         append(&mut self.obj.normals, from.normals);
         append(&mut self.obj.triangles, from.triangles);
         append(&mut self.obj.faces, from.faces);
@@ -285,7 +315,7 @@ mod tests {
 
     /// Statements whose meaning depends on those before them.
     const TEXT: &str = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.5\nvn 0 0 1\nf 1 2 3\nusemtl red\nf 1/1 2/1 3/1\n\
-        v 1 1 \\\n 0\nf -1 -2 -3 -4\n# f 9 9 9 \\\nusemtl\nf 4//1 1//-1 2//1\nusemtl blue\nmtllib a.mtl\nmtllib b.mtl\n\
+        v 1 1 \\\n 0 .5 0 1\nvt 1 2\nf -1 -2 -3 -4\n# f 9 9 9 \\\nusemtl\nf 4//1 1//-1 2//1\nusemtl blue\nmtllib a.mtl\nmtllib b.mtl\n\
         f 5 1 2\nv 2 2 2\nusemtl red\nf 1 2 3\n";
 
     #[test]
@@ -297,6 +327,7 @@ mod tests {
         assert_eq!(whole.positions[3], DVec3::new(1.0, 1.0, 0.0));
         let last = whole.triangles[2].map(|c| c.position);
         assert_eq!(last, [3, 2, 1]);
+        assert_eq!((&whole.colors[3..], whole.uvs.len()), (&[[0.5, 0.0, 1.0], [1.0; 3]][..], 2));
         for count in 2..40 {
             let cut = parse_in(split_lines(TEXT.as_bytes(), count), "a.obj").unwrap();
             assert_eq!(format!("{cut:?}"), format!("{whole:?}"), "{count} parts");

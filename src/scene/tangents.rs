@@ -1,4 +1,4 @@
-//! Tangents where a file has none: those of MikkTSpace, as the specification of glTF demands.
+//! Tangents where a file has none: those of MikkTSpace, as the specification of glTF demands (and as baking tools of OBJ have them).
 
 use bevy_mikktspace::{TangentSpace, generate_tangents};
 use glam::DVec3;
@@ -27,7 +27,7 @@ impl bevy_mikktspace::Geometry for Corners<'_> {
         self.normals[3 * face + vertex].as_vec3().to_array()
     }
 
-    /// glTF's v runs down, that of MikkTSpace up.
+    /// Ours runs down, that of MikkTSpace up.
     fn tex_coord(&self, face: usize, vertex: usize) -> [f32; 2] {
         let [u, v] = self.uvs[3 * face + vertex];
         [u, 1.0 - v]
