@@ -45,6 +45,10 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::ThresholdAlpha => &["materials/coverage"],
         Mutation::LinearSpot | Mutation::NoRange => &["materials/spots"],
         Mutation::TurnedEnvironment | Mutation::FlatEnvironment => &["environment/oracle"],
+        Mutation::FullGrazing => &["materials/specular-textures"],
+        Mutation::ClearWayOut => &["materials/layer-formula", "materials/layer-reciprocity", "materials/layer-furnace"],
+        Mutation::CoatOfBase => &["materials/layer-textures"],
+        Mutation::HalfBoundSheen => &["materials/layer-formula", "materials/layer-reciprocity"],
         Mutation::OwnSampleMap => &["emitters/edges-of-glass"],
     }
 }

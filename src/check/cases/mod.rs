@@ -8,6 +8,7 @@ mod energy;
 mod film;
 mod glass;
 mod hit_points;
+mod layered;
 mod light;
 mod lights;
 mod materials;
@@ -38,6 +39,7 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
         emitters::CASES,
         energy::CASES,
         materials::CASES,
+        layered::CASES,
         scale::CASES,
         cameras::CASES,
         film::CASES,

@@ -90,11 +90,19 @@ pub enum Mutation {
     CentredLens = 38,
     /// Parallel rays are as close as if the image were 2 % narrower.
     NarrowView = 39,
+    /// Textures of specular reflection do not weaken it where light grazes.
+    FullGrazing = 60,
+    /// Coats take nothing from what the base sends out.
+    ClearWayOut = 61,
+    /// Normals of coats are those of the base.
+    CoatOfBase = 62,
+    /// Sheen is divided by its albedo for the direction of view alone.
+    HalfBoundSheen = 63,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 43] = [
+    pub const ALL: [Self; 47] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -138,6 +146,10 @@ impl Mutation {
         Self::FlatEnvironment,
         Self::CentredLens,
         Self::NarrowView,
+        Self::FullGrazing,
+        Self::ClearWayOut,
+        Self::CoatOfBase,
+        Self::HalfBoundSheen,
     ];
 
     /// What is broken, in words.
@@ -186,6 +198,10 @@ impl Mutation {
             Self::FlatEnvironment => "density of environment sampling as if all cells were alike",
             Self::CentredLens => "rays leave the lens more often near its middle",
             Self::NarrowView => "an orthographic view that is 2 % narrower",
+            Self::FullGrazing => "grazing reflection of dielectrics not weakened by textures",
+            Self::ClearWayOut => "coats take nothing from what the base sends out",
+            Self::CoatOfBase => "coats with the normals of the base",
+            Self::HalfBoundSheen => "sheen divided by its albedo for the direction of view alone",
         }
     }
 }
