@@ -59,6 +59,7 @@ mod layers;
 pub mod oracle;
 pub mod render;
 pub mod scene;
+mod sheen_albedo;
 mod spirv;
 
 pub use crate::cache::user_cache;

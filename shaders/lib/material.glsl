@@ -4,7 +4,12 @@
 //
 // Details are what not all materials have, in texels after those of all materials:
 //   metalness, roughness, alpha, coverage: 0 opaque, > 0 where alpha is at least this, < 0 the part alpha;  F0 and F90 of the dielectric;
-//   scale of normals, -, -, -;  textures of base colour, of metalness and roughness, of normals, of emission, or −1
+//   scale of normals, texel of its layers after the first of all details, or −1, -, -;
+//   textures of base colour, of metalness and roughness, of normals, of emission, or −1
+// Layers are what few materials have:
+//   strength and roughness of the coat, scale of its normals, -;  colour and roughness of the sheen;
+//   anisotropy, cosine and sine of its rotation, -;
+//   textures of the coat's strength, roughness and normals, of anisotropy;  of the sheen's colour and roughness, of F90, of F0
 
 #ifndef MATERIAL_GLSL
 #define MATERIAL_GLSL
@@ -34,6 +39,10 @@ struct Material {
     float metallic;     // with details:
     float roughness;
     vec4 dielectric;    // F0 and F90 of the dielectric
+    float coat;         // strength
+    float coat_roughness;
+    vec4 sheen;         // colour and roughness
+    vec3 coat_normal;   // on the front, or, without a coat, 0
 };
 
 const uint MATERIAL_TEXELS = 2u;
@@ -41,10 +50,13 @@ const uint MATERIAL_TEXELS = 2u;
 // First of the texels of details.
 int details_texel(float number) { return int(first_detail) + 4 * int(number); }
 
+// First of the texels of layers, or −1.
+int layers_texel(float number) { return number < 0.0 ? -1 : int(first_detail) + int(number); }
+
 Material fetch_material(uint index) {
     int texel = int(first_material + MATERIAL_TEXELS * index);
     uvec4 a = texelFetch(geometry_texels, texel);
-    Material m = Material(a.w, uintBitsToFloat(a.xyz), vec3(0.0), 1.0, 0.0, 1.0, vec4(0.0));
+    Material m = Material(a.w, uintBitsToFloat(a.xyz), vec3(0.0), 1.0, 0.0, 1.0, vec4(0.0), 0.0, 0.0, vec4(0.0), vec3(0.0));
     if (HAS_EMITTER || HAS_DIELECTRIC || HAS_DETAILS) {
         vec4 b = uintBitsToFloat(texelFetch(geometry_texels, texel + 1));
         m.emission = b.xyz;
@@ -75,7 +87,7 @@ bool shines_from(Material m, bool front) { return front || (HAS_TWO_SIDED && (m.
 
 // How a material scatters light that comes from its front, or from its back, under a cosine `mu`.
 Bsdf bsdf_of(Material m, bool front, float mu) {
-    Bsdf b = Bsdf(HAS_TWO_SIDED || HAS_DETAILS ? m.type & BSDF_TYPE_BITS : m.type, m.reflectance, 1.0, NO_LOBES);
+    Bsdf b = Bsdf(HAS_TWO_SIDED || HAS_DETAILS ? m.type & BSDF_TYPE_BITS : m.type, m.reflectance, 1.0, NO_LOBES, NO_SHEEN, NO_COAT);
     if (HAS_METALLIC_ROUGHNESS && b.type == BSDF_METALLIC_ROUGHNESS) {
         b.lobes = lobes_of(m.reflectance, m.metallic, m.roughness, m.dielectric.xyz, m.dielectric.w, mu);
     }

@@ -89,6 +89,17 @@ float log_accurate(float x) {
     return float(e) * 0.69314718 + 2.0 * (r + r * series) + allowed;
 }
 
+// e to the power x; error < 2e-7 relative + 1e-7·|x|. Vulkan's may be off by (3 + 2|x|) ulp. Of 2 to a fraction in [−½, ½] by a polynomial
+// of degree 6. Below −80 it is next to 0.
+float exp_accurate(float x) {
+    float t = clamp(x, -80.0, 80.0) * 1.442695041;
+    int e = floor_int(t + 0.5);
+    float f = t - float(e);
+    float series = 0.0555032721 + f * (0.0096180256 + f * (0.00134004322 + f * 0.00015469732));
+    series = 1.0 + f * (0.693147207 + f * (0.240226512 + f * series));
+    return uintBitsToFloat(floatBitsToUint(series) + (uint(e) << 23));
+}
+
 // Two unit vectors that make a right-handed orthonormal basis with the unit vector n (Duff et al., JCGT 2017).
 void basis(vec3 n, out vec3 tangent, out vec3 bitangent) {
     float s = n.z >= 0.0 ? 1.0 : -1.0;

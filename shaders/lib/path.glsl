@@ -189,6 +189,22 @@ vec3 emitted_light(Path path, Vertex v, bool met, float t, uint light_samples) {
 
 // ---- a vertex
 
+// Puts layers over the BSDF of a vertex.
+void cover_bsdf(inout Vertex v, vec3 wo) {
+    Material m = v.surface.material;
+    if (HAS_SHEEN && m.sheen.xyz != vec3(0.0)) v.bsdf.sheen = sheen_of(min(m.sheen.xyz, vec3(1.0)), m.sheen.w, dot(v.normal, wo));
+    if (HAS_COAT && m.coat > 0.0) {
+        vec3 normal = v.front ? m.coat_normal : -m.coat_normal;
+        if (MUTATION == MUTATE_COAT_NORMAL) normal = v.normal;
+        if (SMOOTH_NORMALS) {
+            normal = dot(normal, v.up) < 0.0 ? -normal : normal;
+            normal = bent_normal(normal, v.up, wo);
+        }
+        v.bsdf.coat = coat_of(m.coat, m.coat_roughness, normal, wo);
+    }
+    cover(v.bsdf);
+}
+
 // The surface that a ray has met; what a path makes of it is still to be told.
 Vertex vertex_at(inout Hit hit, Ray ray) {
     Vertex v;
@@ -202,6 +218,7 @@ Vertex vertex_at(inout Hit hit, Ray ray) {
         v.normal = bends ? bent_normal(v.normal, v.up, -ray.direction) : v.normal;
     }
     v.bsdf = bsdf_of(v.surface.material, v.front, -dot(v.normal, ray.direction));
+    if (HAS_COVER) cover_bsdf(v, -ray.direction);
     v.outside = v.surface.position + v.up * v.surface.offset;
     v.throughput = vec3(0.0);
     v.last = v.first = v.shareable = false;

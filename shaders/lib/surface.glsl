@@ -126,15 +126,66 @@ Surface surface_of_primitive(inout Hit hit, Ray ray, vec3 p) {
 
 vec3 unit_or_zero(vec3 v) { return v * inversesqrt(max(dot(v, v), 1e-30)); }
 
+// Reflection of a dielectric by textures, if it has some.
+void vary_dielectric(inout Material m, int layers, vec4 uvs) {
+    ivec2 textures = ivec2(uintBitsToFloat(texelFetch(geometry_texels, layers + 4).zw));
+    if (textures.x < 0 && textures.y < 0) return;
+    float grazing = m.dielectric.w;
+    if (textures.x >= 0) m.dielectric.w *= texture_value(uint(textures.x), uvs).w;
+    vec3 color = textures.y >= 0 ? texture_value(uint(textures.y), uvs).xyz : vec3(1.0);
+    m.dielectric.xyz = min(m.dielectric.xyz * color, vec3(1.0)) * m.dielectric.w;
+    if (MUTATION == MUTATE_GRAZING) m.dielectric.w = grazing;
+}
+
+// A normal that a texture gives in the frame of the tangent, the bitangent and the normal n of a triangle.
+vec3 mapped_normal(vec4 value, float scale, uvec3 corners, vec3 b, vec3 n) {
+    vec3 tangent = b.x * vertex_tangent(corners.x) + b.y * vertex_tangent(corners.y) + b.z * vertex_tangent(corners.z);
+    vec3 bitangent = b.x * vertex_bitangent(corners.x) + b.y * vertex_bitangent(corners.y) + b.z * vertex_bitangent(corners.z);
+    vec3 relief = (2.0 * value.xyz - 1.0) * vec3(scale, scale, 1.0);
+    if (MUTATION == MUTATE_TANGENT) relief.y = -relief.y;
+    vec3 mapped = unit_or_zero(tangent) * relief.x + unit_or_zero(bitangent) * relief.y + n * relief.z;
+    return dot(mapped, mapped) > 1e-12 ? normalize(mapped) : n;
+}
+
+// The coat of a material with layers, as the material has it.
+void fetch_coat(inout Material m, int layers, vec3 n) {
+    vec2 coat = uintBitsToFloat(texelFetch(geometry_texels, layers).xy);
+    m.coat = coat.x;
+    m.coat_roughness = coat.y;
+    m.coat_normal = n;
+}
+
+// The same, changed by textures; n is the normal that is not.
+void vary_coat(inout Material m, int layers, vec4 uvs, uvec3 corners, vec3 b, vec3 n) {
+    ivec3 textures = ivec3(uintBitsToFloat(texelFetch(geometry_texels, layers + 3).xyz));
+    if (textures.x >= 0) m.coat *= texture_value(uint(textures.x), uvs).x;
+    if (textures.y >= 0) m.coat_roughness *= texture_value(uint(textures.y), uvs).y;
+    if (HAS_NORMAL_MAPS && textures.z >= 0) {
+        float scale = uintBitsToFloat(texelFetch(geometry_texels, layers).z);
+        m.coat_normal = mapped_normal(texture_value(uint(textures.z), uvs), scale, corners, b, n);
+    }
+}
+
+// Sheen, changed by textures.
+void vary_sheen(inout Material m, int layers, vec4 uvs) {
+    ivec2 textures = ivec2(uintBitsToFloat(texelFetch(geometry_texels, layers + 4).xy));
+    if (textures.x >= 0) m.sheen.xyz *= texture_value(uint(textures.x), uvs).xyz;
+    if (textures.y >= 0) m.sheen.w *= texture_value(uint(textures.y), uvs).w;
+}
+
 // What varies over a surface: its material by textures and the colours of vertices, and its normal.
 void add_details(inout Surface s, int primitive, vec2 barycentrics) {
     Material m = s.material;
     if ((m.type & DETAILED) == 0u) return;
     int texel = details_texel(m.ior);
     vec4 numbers = uintBitsToFloat(texelFetch(geometry_texels, texel));
+    int layers = HAS_LAYERS ? layers_texel(uintBitsToFloat(texelFetch(geometry_texels, texel + 2).y)) : -1;
     m.metallic = numbers.x;
     m.roughness = numbers.y;
     m.dielectric = uintBitsToFloat(texelFetch(geometry_texels, texel + 1));
+    vec3 smooth_normal = s.shading;
+    if (HAS_SHEEN && layers >= 0) m.sheen = uintBitsToFloat(texelFetch(geometry_texels, layers + 1));
+    if (HAS_COAT && layers >= 0) fetch_coat(m, layers, smooth_normal);
     uvec4 shape = primitive_shape(primitive);
     uvec3 corners = shape.xyz;
     bool is_triangle = BVH_TRIANGLES && primitive >= int(CONSTANTS) && !is_sphere(shape);
@@ -146,7 +197,7 @@ void add_details(inout Surface s, int primitive, vec2 barycentrics) {
     }
     if (HAS_TEXTURES && is_triangle) {
         ivec4 textures = ivec4(uintBitsToFloat(texelFetch(geometry_texels, texel + 3)));
-        if (any(greaterThanEqual(textures, ivec4(0)))) {
+        if ((HAS_LAYERS && layers >= 0) || any(greaterThanEqual(textures, ivec4(0)))) {
             vec4 uvs = uvs_at(corners, barycentrics);
             if (textures.x >= 0) m.reflectance *= texture_value(uint(textures.x), uvs).xyz;
             if (textures.y >= 0) {
@@ -156,14 +207,12 @@ void add_details(inout Surface s, int primitive, vec2 barycentrics) {
             }
             if (HAS_NORMAL_MAPS && textures.z >= 0) {
                 float scale = uintBitsToFloat(texelFetch(geometry_texels, texel + 2).x);
-                vec3 tangent = b.x * vertex_tangent(corners.x) + b.y * vertex_tangent(corners.y) + b.z * vertex_tangent(corners.z);
-                vec3 bitangent = b.x * vertex_bitangent(corners.x) + b.y * vertex_bitangent(corners.y) + b.z * vertex_bitangent(corners.z);
-                vec3 relief = (2.0 * texture_value(uint(textures.z), uvs).xyz - 1.0) * vec3(scale, scale, 1.0);
-                if (MUTATION == MUTATE_TANGENT) relief.y = -relief.y;
-                vec3 n = unit_or_zero(tangent) * relief.x + unit_or_zero(bitangent) * relief.y + s.shading * relief.z;
-                s.shading = dot(n, n) > 1e-12 ? normalize(n) : s.shading;
+                s.shading = mapped_normal(texture_value(uint(textures.z), uvs), scale, corners, b, s.shading);
             }
             if (HAS_VARIED_EMISSION && textures.w >= 0) m.emission *= texture_value(uint(textures.w), uvs).xyz;
+            if (HAS_SHEEN && layers >= 0) vary_sheen(m, layers, uvs);
+            if (HAS_COAT && layers >= 0) vary_coat(m, layers, uvs, corners, b, smooth_normal);
+            if (HAS_SPECULAR_TEXTURES && layers >= 0) vary_dielectric(m, layers, uvs);
         }
     }
     // Filtered values of the range end there.

@@ -13,7 +13,7 @@
 #include "../lib/bsdf/diffuse.glsl"
 #include "../lib/bsdf/mirror.glsl"
 #include "../lib/bsdf/dielectric.glsl"
-#include "../lib/bsdf/metallic_roughness.glsl"
+#include "../lib/bsdf/layered.glsl"
 
 const uint PROBE_TWO_SUM = 0u;
 const uint PROBE_TWO_PRODUCT = 1u;
@@ -27,6 +27,21 @@ const uint PROBE_DIELECTRIC = 8u;
 const uint PROBE_SAMPLE_PAIR = 9u;
 const uint PROBE_ATAN = 10u;
 const uint PROBE_LOBES = 11u;
+const uint PROBE_LAYERS = 12u;
+const uint PROBE_LAYER_SAMPLE = 13u;
+
+// A number in [0, 1] from six bits.
+float sixth(uint bits, uint n) { return float((bits >> (6u * n)) & 63u) * (1.0 / 63.0); }
+
+// Of metalness, roughness, a base colour and the cosine of wo, with layers by six bits each: strength and roughness of the coat.
+Bsdf layered_bsdf(vec4 a, uint layers, vec3 wo) {
+    Bsdf b = diffuse_bsdf(vec3(a.z));
+    b.type = BSDF_METALLIC_ROUGHNESS;
+    b.lobes = lobes_of(vec3(a.z), a.x, a.y, vec3(0.04), 1.0, wo.z);
+    if (HAS_COAT && sixth(layers, 0u) > 0.0) b.coat = coat_of(sixth(layers, 0u), sixth(layers, 1u), vec3(0.0, 0.0, 1.0), wo);
+    if (HAS_COVER) cover(b);
+    return b;
+}
 
 void main() {
     uint i = gl_GlobalInvocationID.x;
@@ -51,7 +66,7 @@ void main() {
     if (PROBE == PROBE_DIFFUSE) x.xyz = cosine_sample(a.xyz, b.xy);
     if (PROBE == PROBE_FRESNEL) x.x = fresnel(a.x, a.y, x.y);
     if (PROBE == PROBE_DIELECTRIC) {
-        Bsdf glass = Bsdf(BSDF_DIELECTRIC, vec3(1.0), MUTATION == MUTATE_IOR ? 1.0 / a.w : a.w, NO_LOBES);
+        Bsdf glass = Bsdf(BSDF_DIELECTRIC, vec3(1.0), MUTATION == MUTATE_IOR ? 1.0 / a.w : a.w, NO_LOBES, NO_SHEEN, NO_COAT);
         BsdfSample s = dielectric_sample(glass, b.xyz, -a.xyz, b.ww);
         x = vec4(s.direction, s.crosses ? 1.0 : 0.0);
     }
@@ -60,8 +75,18 @@ void main() {
         Lobes lobes = lobes_of(vec3(a.z), a.x, a.y, vec3(0.04), 1.0, wo.z);
         vec3 value;
         float pdf;
-        lobes_eval(lobes, wo, b.xyz, value, pdf);
+        lobes_eval(lobes, NO_COVER, wo, b.xyz, value, pdf);
         x = vec4(value, pdf);
+    }
+    if (PROBE == PROBE_LAYERS || PROBE == PROBE_LAYER_SAMPLE) {
+        vec3 wo = vec3(sqrt(1.0 - a.w * a.w), 0.0, a.w);
+        Bsdf layered = layered_bsdf(a, probe_in[2u * i + 1u].w, wo);
+        if (PROBE == PROBE_LAYERS) metallic_roughness_both(layered, vec3(0.0, 0.0, 1.0), wo, b.xyz, x.xyz, x.w);
+        if (PROBE == PROBE_LAYER_SAMPLE) {
+            BsdfSample s = metallic_roughness_sample(layered, vec3(0.0, 0.0, 1.0), wo, b.xy);
+            x = vec4(s.direction, s.pdf);
+            y.xyz = s.weight;
+        }
     }
     if (PROBE == PROBE_SAMPLE_PAIR) x.xy = sample_pair(pixel_key(bits.x), bits.y, bits.z, bits.w);
     output_floats(2u * i, x);

@@ -51,6 +51,10 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         | Mutation::QueriedDistance
         | Mutation::QueriedTies => &["query/closest"],
         Mutation::QueriedMask => &["query/closest", "query/image"],
+        Mutation::FullGrazing => &["materials/specular-textures"],
+        Mutation::ClearWayOut => &["materials/layer-formula", "materials/layer-reciprocity", "materials/layer-furnace"],
+        Mutation::CoatOfBase => &["materials/layer-textures"],
+        Mutation::HalfBoundSheen => &["materials/layer-formula", "materials/layer-reciprocity"],
         Mutation::OwnSampleMap => &["emitters/edges-of-glass"],
     }
 }

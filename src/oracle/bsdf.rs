@@ -7,7 +7,8 @@ use std::f64::consts::{FRAC_1_PI, TAU};
 
 use glam::DVec3;
 
-use crate::oracle::{Hit, Pcg64, metallic_roughness};
+use crate::oracle::layered::Local;
+use crate::oracle::{Hit, Pcg64, layered, metallic_roughness};
 use crate::scene::Bsdf;
 
 /// f(wo, wi)·|cos θi|; 0 where single directions are scattered into.
@@ -16,8 +17,8 @@ pub fn eval(bsdf: &Bsdf, hit: &Hit, wo: DVec3, wi: DVec3) -> DVec3 {
         Bsdf::Diffuse { reflectance } => DVec3::from(reflectance) * wi.dot(hit.shading_normal).max(0.0) * FRAC_1_PI,
         Bsdf::Mirror { .. } | Bsdf::Dielectric { .. } | Bsdf::Black => DVec3::ZERO,
         Bsdf::MetallicRoughness(m) => {
-            let frame = Frame::of(hit, wo);
-            metallic_roughness::eval(&m, frame.to_local(wo), frame.to_local(wi))
+            let frames = Frames::of(hit, wo);
+            layered::eval(&m, frames.to_local(wo), frames.to_local(wi))
         }
     }
 }
@@ -28,8 +29,8 @@ pub fn pdf(bsdf: &Bsdf, hit: &Hit, wo: DVec3, wi: DVec3) -> f64 {
         Bsdf::Diffuse { .. } => wi.dot(hit.shading_normal).max(0.0) * FRAC_1_PI,
         Bsdf::Mirror { .. } | Bsdf::Dielectric { .. } | Bsdf::Black => 0.0,
         Bsdf::MetallicRoughness(m) => {
-            let frame = Frame::of(hit, wo);
-            metallic_roughness::pdf(m, frame.to_local(wo), frame.to_local(wi))
+            let frames = Frames::of(hit, wo);
+            layered::pdf(m, frames.to_local(wo), frames.to_local(wi))
         }
     }
 }
@@ -53,14 +54,19 @@ pub fn sample(bsdf: &Bsdf, hit: &Hit, wo: DVec3, rng: &mut Pcg64) -> Option<(DVe
         }
         Bsdf::Black => return None,
         Bsdf::MetallicRoughness(m) => {
-            let frame = Frame::of(hit, wo);
-            let o = frame.to_local(wo);
-            let i = metallic_roughness::sample(&m, o, rng);
-            if i.z <= 0.0 {
+            let frames = Frames::of(hit, wo);
+            let o = frames.to_local(wo);
+            let scattered = if layered::samples_coat(&m, rng) {
+                frames.coat.to_world(metallic_roughness::microfacet_sample(m.coat_roughness, o.coat, rng))
+            } else {
+                frames.base.to_world(metallic_roughness::sample(&m, o.base, rng))
+            };
+            let i = frames.to_local(scattered);
+            let pdf = layered::pdf(&m, o, i);
+            if pdf == 0.0 {
                 return None;
             }
-            let weight = metallic_roughness::eval(&m, o, i) / metallic_roughness::pdf(&m, o, i);
-            (frame.to_world(i), weight, false)
+            (scattered, layered::eval(&m, o, i) / pdf, false)
         }
     };
     let up = if crosses { -hit.normal } else { hit.normal };
@@ -77,11 +83,27 @@ pub fn sample(bsdf: &Bsdf, hit: &Hit, wo: DVec3, rng: &mut Pcg64) -> Option<(DVe
 /// and rendering system", 2017, A.3).
 struct Frame([DVec3; 3]);
 
-impl Frame {
+/// Those of a base and of its coat.
+struct Frames {
+    base: Frame,
+    coat: Frame,
+}
+
+impl Frames {
     fn of(hit: &Hit, wo: DVec3) -> Self {
-        let mirror = reflect(-wo, hit.shading_normal);
+        Self { base: Frame::of(hit.shading_normal, hit, wo), coat: Frame::of(hit.coat_normal, hit, wo) }
+    }
+
+    fn to_local(&self, w: DVec3) -> Local {
+        Local { base: self.base.to_local(w), coat: self.coat.to_local(w) }
+    }
+}
+
+impl Frame {
+    fn of(shading_normal: DVec3, hit: &Hit, wo: DVec3) -> Self {
+        let mirror = reflect(-wo, shading_normal);
         let normal = if mirror.dot(hit.normal) > 0.0 {
-            hit.shading_normal
+            shading_normal
         } else {
             (wo + (mirror.reject_from_normalized(hit.normal) + 1e-6 * hit.normal).normalize()).normalize()
         };

@@ -50,6 +50,24 @@ impl Place<'_> {
                     m.roughness *= value.y;
                     m.metallic *= value.z;
                 }
+                if let Some(value) = self.look_up(scene, material, TextureSlot::Coat) {
+                    m.coat *= value.x;
+                }
+                if let Some(value) = self.look_up(scene, material, TextureSlot::CoatRoughness) {
+                    m.coat_roughness *= value.y;
+                }
+                if let Some(value) = self.look_up(scene, material, TextureSlot::SheenColor) {
+                    m.sheen_color = (DVec3::from(m.sheen_color) * value.truncate()).min(DVec3::ONE).to_array();
+                }
+                if let Some(value) = self.look_up(scene, material, TextureSlot::SheenRoughness) {
+                    m.sheen_roughness *= value.w;
+                }
+                if let Some(value) = self.look_up(scene, material, TextureSlot::Specular) {
+                    m.specular *= value.w;
+                }
+                if let Some(value) = self.look_up(scene, material, TextureSlot::SpecularColor) {
+                    m.specular_color = (DVec3::from(m.specular_color) * value.truncate()).to_array();
+                }
             }
             Bsdf::Dielectric { .. } | Bsdf::Black => {}
         }
@@ -62,12 +80,15 @@ impl Place<'_> {
         surface
     }
 
-    /// The shading normal, given the interpolated one.
-    pub fn normal(&self, scene: &Scene, material: &Material, interpolated: DVec3) -> DVec3 {
-        let Some(value) = self.look_up(scene, material, TextureSlot::Normal) else { return interpolated };
-        let frame = |i: usize| DVec3::from(self.blend(&self.mesh.tangents, |two| two[i])).normalize_or_zero();
-        let relief = (2.0 * value.truncate() - 1.0) * DVec3::new(material.normal_scale, material.normal_scale, 1.0);
-        (frame(0) * relief.x + frame(1) * relief.y + interpolated * relief.z).normalize_or(interpolated)
+    /// The shading normals of the surface and of its coat, given the interpolated one.
+    pub fn normals(&self, scene: &Scene, material: &Material, interpolated: DVec3) -> [DVec3; 2] {
+        let Material { normal_scale, coat_normal_scale, .. } = *material;
+        [(TextureSlot::Normal, normal_scale), (TextureSlot::CoatNormal, coat_normal_scale)].map(|(slot, scale)| {
+            let Some(value) = self.look_up(scene, material, slot) else { return interpolated };
+            let frame = |i: usize| DVec3::from(self.blend(&self.mesh.tangents, |two| two[i])).normalize_or_zero();
+            let relief = (2.0 * value.truncate() - 1.0) * DVec3::new(scale, scale, 1.0);
+            (frame(0) * relief.x + frame(1) * relief.y + interpolated * relief.z).normalize_or(interpolated)
+        })
     }
 
     /// The part of rays that meet the material there; `front`: from its front.

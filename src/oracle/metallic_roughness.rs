@@ -10,20 +10,38 @@ use crate::ggx_albedo::{alpha_of, table};
 use crate::oracle::{Pcg64, cosine_hemisphere};
 use crate::scene::MetallicRoughness;
 
-/// f(wo, wi)·cos θi; 0 unless both are above the surface.
+/// f(wo, wi)·cos θi without layers; 0 unless both are above the surface.
 pub fn eval(m: &MetallicRoughness, wo: DVec3, wi: DVec3) -> DVec3 {
+    let [specular, diffuse] = parts(m, wo, wi);
+    (specular + diffuse) * wi.z
+}
+
+/// f(wo, wi): what microfacets reflect, and the diffuse part.
+pub(super) fn parts(m: &MetallicRoughness, wo: DVec3, wi: DVec3) -> [DVec3; 2] {
     if wo.z <= 0.0 || wi.z <= 0.0 {
-        return DVec3::ZERO;
+        return [DVec3::ZERO; 2];
     }
     let base = DVec3::from(m.base_color);
     let white = White::of(m.roughness);
     let metal = reflection(&white, base, 1.0, wo, wi);
     let (f0, f90) = dielectric(m);
-    let coupled = Albedo::of(&white, f0.max_element(), f90);
+    let coupled = Albedo::of(white, f0.max_element(), f90);
     let diffuse = base * FRAC_1_PI * (1.0 - coupled.at(wo.z)) * (1.0 - coupled.at(wi.z)) / (1.0 - coupled.mean);
-    let plastic = reflection(&white, f0, f90, wo, wi) + diffuse;
+    let plastic = reflection(&white, f0, f90, wo, wi);
     // Metalness mixes what the Fresnel terms are, so that single scattering is that of the mixed terms.
-    (m.metallic * metal + (1.0 - m.metallic) * plastic) * wi.z
+    [m.metallic * metal + (1.0 - m.metallic) * plastic, (1.0 - m.metallic) * diffuse]
+}
+
+/// Reflectance at normal incidence of metal and dielectric, mixed.
+pub(super) fn normal_reflectance(m: &MetallicRoughness) -> DVec3 {
+    dielectric(m).0.lerp(m.base_color.into(), m.metallic)
+}
+
+/// What the dielectric's microfacets let through to the diffuse part of light under a cosine.
+pub(super) fn let_through(m: &MetallicRoughness) -> impl Fn(f64) -> f64 {
+    let (f0, f90) = dielectric(m);
+    let albedo = Albedo::of(White::of(m.roughness), f0.max_element(), f90);
+    move |cosine| 1.0 - albedo.at(cosine)
 }
 
 /// Reflectance of the dielectric at normal and at grazing incidence.
@@ -33,7 +51,7 @@ fn dielectric(m: &MetallicRoughness) -> (DVec3, f64) {
 }
 
 /// Single and multiple scattering by microfacets.
-fn reflection(white: &White, f0: DVec3, f90: f64, wo: DVec3, wi: DVec3) -> DVec3 {
+pub(super) fn reflection(white: &White, f0: DVec3, f90: f64, wo: DVec3, wi: DVec3) -> DVec3 {
     let alpha = alpha_of(white.roughness);
     let half = (wo + wi).normalize();
     let fresnel = f0 + (f90 - f0) * (1.0 - half.dot(wo)).clamp(0.0, 1.0).powi(5);
@@ -43,7 +61,8 @@ fn reflection(white: &White, f0: DVec3, f90: f64, wo: DVec3, wi: DVec3) -> DVec3
 }
 
 /// Microfacets that reflect all.
-struct White {
+#[derive(Clone, Copy)]
+pub(super) struct White {
     roughness: f64,
     /// Mean albedo of single scattering, in its two parts.
     mean: [f64; 2],
@@ -52,7 +71,7 @@ struct White {
 }
 
 impl White {
-    fn of(roughness: f64) -> Self {
+    pub fn of(roughness: f64) -> Self {
         let mean = table().mean_of(roughness);
         Self { roughness, mean, mean_lost: 1.0 - mean[0] - mean[1] }
     }
@@ -72,22 +91,22 @@ impl White {
 }
 
 /// Albedo of single and multiple scattering together, for one channel.
-struct Albedo<'a> {
-    white: &'a White,
+pub(super) struct Albedo {
+    white: White,
     f0: f64,
     f90: f64,
     multiple: f64,
     mean: f64,
 }
 
-impl<'a> Albedo<'a> {
-    fn of(white: &'a White, f0: f64, f90: f64) -> Self {
+impl Albedo {
+    pub fn of(white: White, f0: f64, f90: f64) -> Self {
         let [a, b] = white.mean;
         let multiple = white.multiple(DVec3::splat(f0), f90).x;
         Self { white, f0, f90, multiple, mean: f0 * a + f90 * b + multiple * white.mean_lost }
     }
 
-    fn at(&self, cosine: f64) -> f64 {
+    pub fn at(&self, cosine: f64) -> f64 {
         let [a, b] = table().albedo(cosine, self.white.roughness);
         self.f0 * a + self.f90 * b + self.multiple * (1.0 - a - b)
     }
@@ -110,9 +129,13 @@ pub fn pdf(m: &MetallicRoughness, wo: DVec3, wi: DVec3) -> f64 {
     if wi.z <= 0.0 {
         return 0.0;
     }
+    0.5 * wi.z * FRAC_1_PI + 0.5 * microfacet_pdf(m.roughness, wo, wi)
+}
+
+/// Density of [`microfacet_sample`] per solid angle.
+pub(super) fn microfacet_pdf(roughness: f64, wo: DVec3, wi: DVec3) -> f64 {
     let half = (wo + wi).normalize();
-    let of_normal = distribution(half, alpha_of(m.roughness)) * half.z;
-    0.5 * wi.z * FRAC_1_PI + 0.5 * of_normal / (4.0 * half.dot(wo))
+    distribution(half, alpha_of(roughness)) * half.z / (4.0 * half.dot(wo))
 }
 
 /// A direction: half of them by the cosine, half by a microfacet (Walter et al. 2007, eq. 35 and 36). It may be below the surface.
@@ -120,8 +143,13 @@ pub fn sample(m: &MetallicRoughness, wo: DVec3, rng: &mut Pcg64) -> DVec3 {
     if rng.uniform() < 0.5 {
         return cosine_hemisphere(DVec3::Z, rng);
     }
+    microfacet_sample(m.roughness, wo, rng)
+}
+
+/// The mirror direction about a microfacet. It may be below the surface.
+pub(super) fn microfacet_sample(roughness: f64, wo: DVec3, rng: &mut Pcg64) -> DVec3 {
     let (u, phi) = (rng.uniform(), TAU * rng.uniform());
-    let tangent = alpha_of(m.roughness) * (u / (1.0 - u)).sqrt();
+    let tangent = alpha_of(roughness) * (u / (1.0 - u)).sqrt();
     let half = DVec3::new(tangent * phi.cos(), tangent * phi.sin(), 1.0).normalize();
     2.0 * half.dot(wo) * half - wo
 }

@@ -19,9 +19,11 @@
 pub mod bsdf;
 mod camera;
 mod integrator;
+pub mod layered;
 pub mod material;
 pub mod metallic_roughness;
 mod rng;
+mod sheen;
 pub mod trace;
 
 pub use crate::oracle::bsdf::{cosine_hemisphere, fresnel, reflect, refract};

@@ -47,6 +47,8 @@ pub struct Hit {
     pub normal: DVec3,
     /// Unit shading normal, on the side of `normal`. It decides about cosines.
     pub shading_normal: DVec3,
+    /// The same of a clear coat.
+    pub coat_normal: DVec3,
     /// Whether the ray comes from the front: the side that the untouched normal points to.
     pub front: bool,
     /// What the surface does there.
@@ -65,12 +67,12 @@ impl Hit {
 /// The nearest hit of `ray`. Rays that are not finite, or have no direction, miss.
 pub fn closest_hit(scene: &Scene, ray: &Ray) -> Option<Hit> {
     let (t, primitive, weights) = nearest(scene, ray, f64::INFINITY)?;
-    let (material, position, outward, shading, place) = match primitive {
+    let (material, position, outward, [shading, coat], place) = match primitive {
         Primitive::Sphere(index) => {
             let sphere = &scene.spheres[index];
             let radial = (ray.origin + t * ray.direction - sphere.center).normalize();
             let normal = if sphere.inward { -radial } else { radial };
-            (sphere.material, sphere.center + sphere.radius * radial, normal, normal, None)
+            (sphere.material, sphere.center + sphere.radius * radial, normal, [normal; 2], None)
         }
         Primitive::Triangle(mesh, triangle) => {
             let mesh = &scene.meshes[mesh];
@@ -85,13 +87,14 @@ pub fn closest_hit(scene: &Scene, ray: &Ray) -> Option<Hit> {
             };
             let place = Place { mesh, vertices: mesh.triangles[triangle], weights };
             let index = mesh.triangle_materials[triangle];
-            let shading = place.normal(scene, &scene.materials[index as usize], shading);
-            (index, blend(corners), normal, shading, Some(place))
+            let shadings = place.normals(scene, &scene.materials[index as usize], shading);
+            (index, blend(corners), normal, shadings, Some(place))
         }
     };
     let front = ray.direction.dot(outward) < 0.0;
     let normal = if front { outward } else { -outward };
-    let shading_normal = if shading.dot(normal) < 0.0 { -shading } else { shading };
+    let [shading_normal, coat_normal] =
+        [shading, coat].map(|shading| if shading.dot(normal) < 0.0 { -shading } else { shading });
     let material = material as usize;
     let (surface, coverage) = match place {
         Some(place) => {
@@ -100,7 +103,7 @@ pub fn closest_hit(scene: &Scene, ray: &Ray) -> Option<Hit> {
         }
         None => (scene.materials[material].surface, 1.0),
     };
-    Some(Hit { t, primitive, material, position, normal, shading_normal, front, surface, coverage })
+    Some(Hit { t, primitive, material, position, normal, shading_normal, coat_normal, front, surface, coverage })
 }
 
 /// The part of light that passes along `ray` strictly between distance 0 and `t_max`.

@@ -260,7 +260,15 @@ impl Surface {
     }
 
     pub(crate) fn is_metallic_roughness(&self) -> bool {
-        matches!(self.bsdf, Bsdf::MetallicRoughness(_))
+        self.model().is_some()
+    }
+
+    /// Its numbers, if it is of the metallic-roughness model.
+    pub(crate) fn model(&self) -> Option<&MetallicRoughness> {
+        match &self.bsdf {
+            Bsdf::MetallicRoughness(model) => Some(model),
+            _ => None,
+        }
     }
 
     /// Whether any light leaves it that did not come to it.
@@ -328,6 +336,32 @@ impl Material {
     /// Whether there is more to it than a colour or an index.
     pub(crate) fn has_details(&self) -> bool {
         self.surface.is_metallic_roughness() || !self.textures.is_empty() || self.has_alpha()
+    }
+
+    /// Whether something lies over its base, or makes that other than a constant dielectric or isotropic.
+    pub(crate) fn has_layers(&self) -> bool {
+        self.is_coated() || self.has_sheen() || self.is_anisotropic() || self.has_specular_textures()
+    }
+
+    /// Whether it has a clear coat.
+    pub(crate) fn is_coated(&self) -> bool {
+        self.surface.model().is_some_and(|model| model.coat > 0.0)
+    }
+
+    /// Whether it has sheen.
+    pub(crate) fn has_sheen(&self) -> bool {
+        self.surface.model().is_some_and(|model| model.sheen_color != [0.0; 3])
+    }
+
+    /// Whether it reflects more broadly along one direction of the surface.
+    pub(crate) fn is_anisotropic(&self) -> bool {
+        self.surface.model().is_some_and(|model| model.anisotropy > 0.0)
+    }
+
+    /// Whether the reflection of its dielectric differs from point to point.
+    pub(crate) fn has_specular_textures(&self) -> bool {
+        let has = |slot| self.textures.contains_key(&slot);
+        self.surface.is_metallic_roughness() && (has(TextureSlot::Specular) || has(TextureSlot::SpecularColor))
     }
 
     /// Whether some rays pass it.

@@ -1,20 +1,12 @@
 //! What materials ask for that is not rendered.
 
 use crate::scene::description::{Bsdf, Material};
-use crate::scene::texture::TextureSlot;
 
 /// What of materials is not rendered: names, and what it is.
 pub(super) fn left_out_of(materials: &[Material]) -> impl Iterator<Item = (String, String)> {
     materials.iter().filter_map(|material| {
         let Bsdf::MetallicRoughness(m) = material.surface.bsdf else { return None };
-        let has = |slot| material.textures.contains_key(&slot);
-        let parts = [
-            ("transmission", m.transmission > 0.0),
-            ("clear coat", m.coat > 0.0),
-            ("sheen", m.sheen_color != [0.0; 3]),
-            ("anisotropy", m.anisotropy > 0.0),
-            ("textures of specular reflection", has(TextureSlot::Specular) || has(TextureSlot::SpecularColor)),
-        ];
+        let parts = [("transmission", m.transmission > 0.0), ("anisotropy", m.anisotropy > 0.0)];
         let parts: Vec<_> = parts.iter().filter(|(_, is_there)| *is_there).map(|(what, _)| *what).collect();
         let are = if parts.len() == 1 { "is" } else { "are" };
         (!parts.is_empty()).then(|| (format!("material {:?}", material.name), format!("{} {are}", parts.join(", "))))

@@ -10,8 +10,8 @@ use std::sync::OnceLock;
 use std::time::Duration;
 
 use photolith::check::{
-    CheckError, DeviceReport, Expectations, ExpectationsError, Lab, Report, RunOptions, Verdict, cases, held_by, junit, markdown,
-    provoke_validation, run,
+    CheckError, DeviceReport, Expectations, ExpectationsError, Lab, Report, RunOptions, Verdict, cases, held_by, junit,
+    markdown, provoke_validation, run,
 };
 use photolith::render::Mutation;
 use photolith::{Context, Validation};

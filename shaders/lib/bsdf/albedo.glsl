@@ -14,7 +14,8 @@
 const uint ALBEDO_STEPS = 64u;          // along either axis
 const uint ALBEDO_MEANS = 256u;
 const uint ALBEDO_MEAN_ROW = 2u * ALBEDO_STEPS * ALBEDO_STEPS;
-const uint TEXTURE_ROWS = ALBEDO_MEAN_ROW + ALBEDO_MEANS;   // texels before those of textures
+const uint SHEEN_ROW = ALBEDO_MEAN_ROW + ALBEDO_MEANS;      // two tables more, see sheen.glsl
+const uint TEXTURE_ROWS = SHEEN_ROW + 2u * ALBEDO_STEPS * ALBEDO_STEPS;    // texels before those of textures
 
 // Smaller values are raised: the image of a mirror differs by less than 0.06 degrees.
 const float MIN_ALPHA = 1e-3;

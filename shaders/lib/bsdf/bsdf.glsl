@@ -18,7 +18,7 @@
 #include "closure.glsl"
 #include "dielectric.glsl"
 #include "diffuse.glsl"
-#include "metallic_roughness.glsl"
+#include "layered.glsl"
 #include "mirror.glsl"
 
 // Scatters into single directions: light sampling cannot contribute, and paths keep their state.

@@ -26,14 +26,50 @@ struct Lobes {
 
 const Lobes NO_LOBES = Lobes(vec3(0.0), 0.0, 1.0, 0.0, vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), 0.0);
 
+// A clear coat: what does not depend on wi.
+struct Coat {
+    float strength;     // 0: none
+    float alpha;        // of GGX
+    float row;          // in the table of albedos
+    vec3 normal;        // its own, on the side of wo
+    float multiple;     // share that is reflected after more than one scattering, of what is lost after one
+    float spread;       // of (1 − E1(μi)) cos θi/π
+    float albedo;       // the part that it reflects of light from wo's direction
+    float share;        // of directions that are sampled by its microfacets
+};
+
+const Coat NO_COAT = Coat(0.0, 1.0, 0.0, vec3(0.0), 0.0, 0.0, 0.0, 0.0);
+
+// Sheen: what does not depend on wi.
+struct Sheen {
+    vec3 color;         // 0: none
+    float alpha;
+    float row;          // in the tables of albedos
+    float lambda;       // Λ of wo
+    float bound;        // by which it is divided for wo
+    float albedo;       // the part that it keeps from what is below of light from wo's direction
+};
+
+const Sheen NO_SHEEN = Sheen(vec3(0.0), 1.0, 0.0, 0.0, 1.0, 0.0);
+
+// What is left of light by what lies over a surface.
+struct Cover {
+    vec3 specular;      // of what its microfacets reflect
+    float diffuse;      // of what reaches its diffuse part from wi
+};
+
+const Cover NO_COVER = Cover(vec3(1.0), 1.0);
+
 struct Bsdf {
     uint type;
     vec3 reflectance;   // 1 of a dielectric
     float eta;          // of a dielectric: index of refraction beyond the surface over that on the side of wo
     Lobes lobes;        // of BSDF_METALLIC_ROUGHNESS
+    Sheen sheen;        // over these
+    Coat coat;          // over both
 };
 
-Bsdf diffuse_bsdf(vec3 reflectance) { return Bsdf(BSDF_DIFFUSE, reflectance, 1.0, NO_LOBES); }
+Bsdf diffuse_bsdf(vec3 reflectance) { return Bsdf(BSDF_DIFFUSE, reflectance, 1.0, NO_LOBES, NO_SHEEN, NO_COAT); }
 
 struct BsdfSample {
     vec3 direction;

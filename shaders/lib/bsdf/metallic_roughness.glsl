@@ -49,8 +49,8 @@ Lobes lobes_of(vec3 base, float metallic, float roughness, vec3 dielectric_f0, f
     return l;
 }
 
-// In the frame of the normal. Sets f·cos θi and the density.
-void lobes_eval(Lobes l, vec3 wo, vec3 wi, out vec3 value, out float pdf) {
+// In the frame of the normal. Sets f·cos θi, of which what lies over it takes its part, and the density.
+void lobes_eval(Lobes l, Cover over, vec3 wo, vec3 wi, out vec3 value, out float pdf) {
     value = vec3(0.0);
     pdf = 0.0;
     if (wo.z <= 0.0 || wi.z <= 0.0) return;
@@ -61,46 +61,18 @@ void lobes_eval(Lobes l, vec3 wo, vec3 wi, out vec3 value, out float pdf) {
     vec2 e = ggx_albedo(wi.z, l.alpha, l.row);
     float lost = 1.0 - (e.x + e.y);
     float let_through = MUTATION == MUTATE_COUPLING ? 1.0 : 1.0 - dot(l.specular, vec3(e, lost));
-    value = fresnel * single + (l.multiple * lost + l.diffuse * let_through) * cosine_pdf(wi.z);
+    vec3 multiple = l.multiple;
+    if (HAS_COVER) {
+        fresnel *= over.specular;
+        multiple *= over.specular;
+        let_through *= over.diffuse;
+    }
+    value = fresnel * single + (multiple * lost + l.diffuse * let_through) * cosine_pdf(wi.z);
     float of_single = MUTATION == MUTATE_VISIBLE_NORMALS ? ggx_distribution(wo + wi, l.alpha) / (2.0 * (wo.z + ggx_root(wo, l.alpha)))
                                                          : ggx_pdf(wo, wi, l.alpha);
     pdf = mix(cosine_pdf(wi.z), of_single, l.single_share);
 }
 
 vec3 to_frame(vec3 w, vec3 tangent, vec3 bitangent, vec3 n) { return vec3(dot(w, tangent), dot(w, bitangent), dot(w, n)); }
-
-// About the normal n.
-void metallic_roughness_both(Bsdf b, vec3 n, vec3 wo, vec3 wi, out vec3 value, out float pdf) {
-    vec3 tangent, bitangent;
-    basis(n, tangent, bitangent);
-    lobes_eval(b.lobes, to_frame(wo, tangent, bitangent, n), to_frame(wi, tangent, bitangent, n), value, pdf);
-}
-
-vec3 metallic_roughness_eval(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
-    vec3 value;
-    float pdf;
-    metallic_roughness_both(b, n, wo, wi, value, pdf);
-    return value;
-}
-
-float metallic_roughness_pdf(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
-    vec3 value;
-    float pdf;
-    metallic_roughness_both(b, n, wo, wi, value, pdf);
-    return pdf;
-}
-
-BsdfSample metallic_roughness_sample(Bsdf b, vec3 n, vec3 wo, vec2 u) {
-    vec3 tangent, bitangent;
-    basis(n, tangent, bitangent);
-    vec3 o = to_frame(wo, tangent, bitangent, n);
-    bool single = takes_first(b.lobes.single_share, u.x);
-    vec3 i = single ? ggx_sample(o, b.lobes.alpha, u) : cosine_sample(u);
-    vec3 value;
-    float pdf;
-    lobes_eval(b.lobes, o, i, value, pdf);
-    vec3 direction = normalize(tangent * i.x + bitangent * i.y + n * i.z);
-    return BsdfSample(direction, pdf > 0.0 ? value / pdf : vec3(0.0), pdf, false);
-}
 
 #endif

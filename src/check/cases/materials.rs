@@ -177,13 +177,13 @@ fn constant_map(lab: &Lab) -> Result<Measured, CheckError> {
     Ok(Measured::new(off, "3 spheres, 1024 pixels each"))
 }
 
-fn pbr(base: [f64; 3], metallic: f64, roughness: f64) -> Surface {
+pub(super) fn pbr(base: [f64; 3], metallic: f64, roughness: f64) -> Surface {
     let model = MetallicRoughness { base_color: base, metallic, roughness, ..MetallicRoughness::default() };
     Surface { bsdf: Bsdf::MetallicRoughness(model), ..diffuse(0.0) }
 }
 
 /// A random model, and two directions above it of which the first has azimuth 0; some of them grazing.
-fn random_pair(rng: &mut Rng) -> (MetallicRoughness, f32, [f32; 3]) {
+pub(super) fn random_pair(rng: &mut Rng) -> (MetallicRoughness, f32, [f32; 3]) {
     let number = |rng: &mut Rng| (rng.bits() >> 8) as f32 * 2f32.powi(-24);
     let cosine = |rng: &mut Rng| 0.05 + 0.95 * number(rng).powi(2);
     let (mu, z) = (cosine(rng), cosine(rng));
@@ -279,7 +279,7 @@ fn lights() -> Scene {
     scene
 }
 
-fn smooth_ball(scene: &mut Scene, center: DVec3, radius: f64, surface: Surface) {
+pub(super) fn smooth_ball(scene: &mut Scene, center: DVec3, radius: f64, surface: Surface) {
     let (positions, triangles) = icosphere(center, radius, 1);
     let mesh = scene.mesh(&positions, &triangles, surface);
     mesh.vertex_normals = positions.iter().map(|p| (*p - center).normalize().as_vec3().as_dvec3()).collect();
@@ -287,13 +287,13 @@ fn smooth_ball(scene: &mut Scene, center: DVec3, radius: f64, surface: Surface) 
 }
 
 /// A picture of random codes.
-fn noise(rng: &mut Rng, width: u32, height: u32, least: u8) -> Vec<[u8; 4]> {
+pub(super) fn noise(rng: &mut Rng, width: u32, height: u32, least: u8) -> Vec<[u8; 4]> {
     let code = |rng: &mut Rng| ((rng.bits() >> 8) as u8).max(least);
     (0..width * height).map(|_| [code(rng), code(rng), code(rng), code(rng)]).collect()
 }
 
 /// A vertical square with coordinates of textures, tangents along x and y.
-fn card(scene: &mut Scene, at: DVec3, size: f64, surface: Surface) -> usize {
+pub(super) fn card(scene: &mut Scene, at: DVec3, size: f64, surface: Surface) -> usize {
     let corners =
         [v(0.0, 0.0, 0.0), v(size, 0.0, 0.0), v(size, size, 0.0), v(0.0, size, 0.0)].map(|corner| at + corner);
     let mesh = scene.mesh(&corners, &[[0, 1, 2], [0, 2, 3]], surface);

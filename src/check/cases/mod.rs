@@ -9,6 +9,7 @@ mod environment;
 mod film;
 mod glass;
 mod hit_points;
+mod layered;
 mod light;
 mod lights;
 mod materials;
@@ -42,6 +43,7 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
         energy::CASES,
         materials::CASES,
         environment::CASES,
+        layered::CASES,
         scale::CASES,
         cameras::CASES,
         film::CASES,

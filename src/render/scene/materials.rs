@@ -5,11 +5,25 @@ use crate::scene::{Bsdf, Coverage, Material, MetallicRoughness, Surface, Texture
 
 use crate::render::kernel::layout::{bsdf as kind, flag};
 
-/// The textures of a material's details, in the order of their texel.
-pub(crate) const SLOTS: [TextureSlot; 4] =
-    [TextureSlot::BaseColor, TextureSlot::MetallicRoughness, TextureSlot::Normal, TextureSlot::Emission];
+/// The textures of a material, in the order of their texels: those of its details, then those of its layers.
+pub(crate) const SLOTS: [TextureSlot; 12] = [
+    TextureSlot::BaseColor,
+    TextureSlot::MetallicRoughness,
+    TextureSlot::Normal,
+    TextureSlot::Emission,
+    TextureSlot::Coat,
+    TextureSlot::CoatRoughness,
+    TextureSlot::CoatNormal,
+    TextureSlot::Anisotropy,
+    TextureSlot::SheenColor,
+    TextureSlot::SheenRoughness,
+    TextureSlot::Specular,
+    TextureSlot::SpecularColor,
+];
 /// Texels of a material's details.
 const DETAIL_TEXELS: usize = 4;
+/// Texels of what lies over its base or makes that anisotropic.
+const LAYER_TEXELS: usize = 5;
 
 /// Records of all materials, and details.
 #[derive(Debug, Default)]
@@ -23,15 +37,23 @@ impl MaterialTexels {
     ///
     /// A triangle with vertex colours needs details of its material; `all` gives some to each.
     pub fn of(materials: &[Material], all: bool, texture_of: impl Fn(usize, TextureSlot) -> Option<u32>) -> Self {
-        let mut details: Vec<[f32; 4]> = Vec::new();
+        let (mut details, mut layers): (Vec<[f32; 4]>, Vec<(usize, [[f32; 4]; LAYER_TEXELS])>) = Default::default();
         let mut records = Vec::with_capacity(materials.len());
         for (index, material) in materials.iter().enumerate() {
             let number = (details.len() / DETAIL_TEXELS) as f32;
             let is_detailed = (all || material.has_details()) && !material.surface.is_dielectric();
             records.push(record(material, is_detailed.then_some(number)));
             if is_detailed {
+                if material.has_layers() {
+                    layers.push((details.len(), layer_texels(material, |slot| texture_of(index, slot))));
+                }
                 details.extend(detail_texels(material, |slot| texture_of(index, slot)));
             }
+        }
+        // After the details of all materials, which say where.
+        for (of_material, texels) in layers {
+            details[of_material + 2][1] = details.len() as f32;
+            details.extend(texels);
         }
         let details = details.into_iter().map(|texel| texel.map(f32::to_bits)).collect();
         Self { records, details }
@@ -68,19 +90,43 @@ fn detail_texels(material: &Material, texture_of: impl Fn(TextureSlot) -> Option
         Coverage::Mask(least) => least.max(0.0) as f32,
         Coverage::Blend => -1.0,
     };
-    let (f0, f90) = dielectric_fresnel(&model);
+    let textures = numbers(&texture_of);
     [
         [model.metallic as f32, model.roughness as f32, material.alpha as f32, coverage],
-        rgb(f0, f90 as f32),
-        [material.normal_scale as f32, 0.0, 0.0, 0.0],
-        SLOTS.map(|slot| texture_of(slot).map_or(-1.0, |number| number as f32)),
+        dielectric_fresnel(&model, material.has_specular_textures()),
+        [material.normal_scale as f32, -1.0, 0.0, 0.0],
+        [textures[0], textures[1], textures[2], textures[3]],
     ]
 }
 
-/// Reflectance of the dielectric at normal and at grazing incidence (KHR_materials_ior, KHR_materials_specular).
-fn dielectric_fresnel(model: &MetallicRoughness) -> ([f64; 3], f64) {
+/// The numbers of the textures of a material, or −1.
+fn numbers(texture_of: impl Fn(TextureSlot) -> Option<u32>) -> [f32; SLOTS.len()] {
+    SLOTS.map(|slot| texture_of(slot).map_or(-1.0, |number| number as f32))
+}
+
+fn layer_texels(material: &Material, texture_of: impl Fn(TextureSlot) -> Option<u32>) -> [[f32; 4]; LAYER_TEXELS] {
+    let model = match material.surface.bsdf {
+        Bsdf::MetallicRoughness(model) => model,
+        _ => MetallicRoughness::default(),
+    };
+    let (sin, cos) = model.anisotropy_rotation.sin_cos();
+    let textures = numbers(texture_of);
+    [
+        [model.coat as f32, model.coat_roughness as f32, material.coat_normal_scale as f32, 0.0],
+        rgb(model.sheen_color, model.sheen_roughness as f32),
+        [model.anisotropy as f32, cos as f32, sin as f32, 0.0],
+        [textures[4], textures[5], textures[6], textures[7]],
+        [textures[8], textures[9], textures[10], textures[11]],
+    ]
+}
+
+/// Reflectance of the dielectric at normal and at grazing incidence (KHR_materials_ior, KHR_materials_specular). Of one with textures
+/// the first before it is limited to 1 and weakened.
+fn dielectric_fresnel(model: &MetallicRoughness, has_textures: bool) -> [f32; 4] {
     let normal = ((model.ior - 1.0) / (model.ior + 1.0)).powi(2);
-    (model.specular_color.map(|color| (normal * color).min(1.0) * model.specular), model.specular)
+    let f0 = model.specular_color.map(|color| normal * color);
+    let f0 = if has_textures { f0 } else { f0.map(|x| x.min(1.0) * model.specular) };
+    rgb(f0, model.specular as f32)
 }
 
 /// A texel of a colour and another number.

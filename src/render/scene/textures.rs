@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use crate::accel::Texel;
 use crate::ggx_albedo;
 use crate::scene::{Material, Scene, Texels, Texture, TextureImage, TextureSlot};
+use crate::sheen_albedo;
 
 use crate::render::kernel::layout::texture::*;
 use crate::render::scene::materials::SLOTS;
@@ -106,7 +107,7 @@ fn in_blocks<P: Copy + Sync>(
     (0..height.div_ceil(BLOCK)).into_par_iter().map(|y| row(BLOCK * y)).flatten_iter().collect()
 }
 
-/// Both parts of the table, a texel for a cell, and means.
+/// Both parts of the table, a texel for a cell, and means; then the tables of sheen.
 static ALBEDO_TEXELS: LazyLock<Vec<Texel>> = LazyLock::new(|| {
     let cells = |table: &[f32]| {
         let value =
@@ -120,11 +121,14 @@ static ALBEDO_TEXELS: LazyLock<Vec<Texel>> = LazyLock::new(|| {
     let table = ggx_albedo::table();
     let mut texels = cells(&table.sum);
     texels.extend(cells(&table.grazing));
+    let sheen = sheen_albedo::tables();
     let last = ALBEDO_MEANS - 1;
     let mean = |i: usize| table.mean(i.min(last) as f64 / last as f64).map(|x| (x as f32).to_bits());
     texels.extend((0..=last).map(|i| {
         let ([a, b], [c, d]) = (mean(i), mean(i + 1));
         [a, b, c, d]
     }));
+    texels.extend(cells(&sheen.raw));
+    texels.extend(cells(&sheen.bounded));
     texels
 });

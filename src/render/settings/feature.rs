@@ -44,7 +44,8 @@ impl<'a> Needs<'a> {
     }
 
     fn normal_maps(&self) -> bool {
-        self.uses_material(|material| material.textures.contains_key(&TextureSlot::Normal))
+        let has = |material: &Material, slot| material.textures.contains_key(&slot);
+        self.uses_material(|m| has(m, TextureSlot::Normal) || (m.is_coated() && has(m, TextureSlot::CoatNormal)))
     }
 
     fn vertex_colors(&self) -> bool {
@@ -156,6 +157,16 @@ features! {
     /// Textures.
     textures Textures, "textures", 51 HAS_TEXTURES: |n| n.uses_material(|m| !m.textures.is_empty());
         "a material has some"; "no material has any";
+    /// Reflection of dielectrics from textures.
+    specular_textures SpecularTextures, "specular-textures", 100 HAS_SPECULAR_TEXTURES:
+        |n| n.uses_material(Material::has_specular_textures);
+        "a material has some"; "no material has any";
+    /// Clear coats.
+    coat Coat, "clear-coat", 101 HAS_COAT: |n| n.uses_material(Material::is_coated);
+        "a material has one"; "no material has one";
+    /// Sheen.
+    sheen Sheen, "sheen", 102 HAS_SHEEN: |n| n.uses_material(Material::has_sheen);
+        "a material has it"; "no material has it";
     /// Colours of vertices.
     vertex_colors VertexColors, "vertex-colors", 52 HAS_VERTEX_COLORS: |n| n.vertex_colors();
         "a mesh has them"; "no mesh has them";
@@ -187,10 +198,12 @@ impl Feature {
     /// minutes and gigabytes to compile: general kernels are without.
     pub(crate) fn is_of_models(self) -> bool {
         use Feature::{
-            Coverage, Details, Environment, MetallicRoughness, NormalMaps, Textures, VariedEmission, VertexColors,
+            Coat, Coverage, Details, Environment, MetallicRoughness, NormalMaps, Sheen, SpecularTextures, Textures,
+            VariedEmission, VertexColors,
         };
         let of_surfaces = matches!(self, Details | MetallicRoughness | NormalMaps | Textures | VertexColors);
-        of_surfaces || matches!(self, Coverage | Environment | VariedEmission)
+        let of_layers = matches!(self, Coat | Sheen | SpecularTextures);
+        of_surfaces || of_layers || matches!(self, Coverage | Environment | VariedEmission)
     }
 
     /// Its name.

@@ -102,11 +102,19 @@ pub enum Mutation {
     QueriedTies = 48,
     /// Ray queries with a mask that no instance has.
     QueriedMask = 49,
+    /// Textures of specular reflection do not weaken it where light grazes.
+    FullGrazing = 60,
+    /// Coats take nothing from what the base sends out.
+    ClearWayOut = 61,
+    /// Normals of coats are those of the base.
+    CoatOfBase = 62,
+    /// Sheen is divided by its albedo for the direction of view alone.
+    HalfBoundSheen = 63,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 49] = [
+    pub const ALL: [Self; 53] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -156,6 +164,10 @@ impl Mutation {
         Self::QueriedDistance,
         Self::QueriedTies,
         Self::QueriedMask,
+        Self::FullGrazing,
+        Self::ClearWayOut,
+        Self::CoatOfBase,
+        Self::HalfBoundSheen,
     ];
 
     /// What is broken, in words.
@@ -210,6 +222,10 @@ impl Mutation {
             Self::QueriedDistance => "distances as a ray query has committed them",
             Self::QueriedTies => "of equal distances, what a ray query proposes first",
             Self::QueriedMask => "ray queries with a mask that no instance has",
+            Self::FullGrazing => "grazing reflection of dielectrics not weakened by textures",
+            Self::ClearWayOut => "coats take nothing from what the base sends out",
+            Self::CoatOfBase => "coats with the normals of the base",
+            Self::HalfBoundSheen => "sheen divided by its albedo for the direction of view alone",
         }
     }
 }

@@ -1,0 +1,124 @@
+// The metallic-roughness model with what lies over it: sheen, and a clear coat over both.
+//
+// Layers take light both on its way in and on its way out. With t(μ) = 1 − E(μ) for what a layer of albedo E lets through, and B(μ) for
+// what microfacets of the base let through to its diffuse part, the parts of the base become
+//
+//   specular   f · tc(μo) tc(μi) / (1 − F0 min(Ec(μo), Ec(μi))) · min(ts(μo), ts(μi))
+//   sheen      f · min(tc(μo), tc(μi))
+//   diffuse    base/π · t(μo) B(μo) t(μi) B(μi) / (mean of t B),  t = tc ts
+//
+// All are reciprocal. The first includes what the coat throws back onto a smooth metal; the last makes a white base below any layers
+// return all that it gets. Together they never return more than what arrives, and all of it over a white diffuse base.
+
+#ifndef LAYERED_GLSL
+#define LAYERED_GLSL
+
+#include "../math.glsl"
+#include "albedo.glsl"
+#include "clearcoat.glsl"
+#include "closure.glsl"
+#include "diffuse.glsl"
+#include "ggx.glsl"
+#include "metallic_roughness.glsl"
+#include "sheen.glsl"
+
+// What layers and the microfacets of the base let through of light under one cosine.
+float let_through_all(Bsdf b, float mu) {
+    vec2 e = ggx_albedo(mu, b.lobes.alpha, b.lobes.row);
+    float t = 1.0 - dot(b.lobes.specular, vec3(e, 1.0 - (e.x + e.y)));
+    if (HAS_SHEEN) t *= 1.0 - sheen_albedo(b.sheen, mu);
+    if (HAS_COAT) t *= 1.0 - coat_albedo(b.coat, mu);
+    return t;
+}
+
+// Its mean over the hemisphere, weighted with the cosine: Gauss's rule for the weight 4x³ with x = √μ.
+float mean_let_through_all(Bsdf b) {
+    return 0.00608276 * let_through_all(b, 0.03849915) + 0.0678293 * let_through_all(b, 0.17397258)
+           + 0.2417798 * let_through_all(b, 0.42064304) + 0.401266 * let_through_all(b, 0.71504806)
+           + 0.28304214 * let_through_all(b, 0.93980557);
+}
+
+// Takes from the base what layers keep from it. To be called when these are set.
+void cover(inout Bsdf b) {
+    if (b.coat.strength == 0.0 && b.sheen.albedo == 0.0) return;
+    vec2 mean = ggx_mean_albedo(b.lobes.row);
+    float of_base = 1.0 - dot(b.lobes.specular, vec3(mean, 1.0 - (mean.x + mean.y)));
+    float passes = (1.0 - b.sheen.albedo) * (1.0 - b.coat.albedo);
+    b.lobes.diffuse *= passes * of_base / mean_let_through_all(b);
+    // The estimates, with sheen sampled by the cosine.
+    vec3 below = b.lobes.albedo * passes;
+    if (HAS_SHEEN) {
+        vec3 of_sheen = b.sheen.color * (b.sheen.albedo * (1.0 - b.coat.albedo) / fast_max(largest(b.sheen.color), 1e-7));
+        float base = brightness(below);
+        below += of_sheen;
+        b.lobes.single_share = fast_max(b.lobes.single_share * base / fast_max(brightness(below), 1e-7), 0.05);
+    }
+    b.lobes.albedo = below + vec3(b.coat.albedo);
+    if (HAS_COAT && b.coat.strength > 0.0) {
+        b.coat.share = clamp(3.0 * b.coat.albedo / fast_max(brightness(b.lobes.albedo), 1e-7), 0.05, 0.95);
+    }
+}
+
+// f·cos θi and the density; o and i are the directions about the normal of the base.
+void layered_eval(Bsdf b, vec3 wo, vec3 wi, vec3 o, vec3 i, out vec3 value, out float pdf) {
+    Cover over = NO_COVER;
+    vec3 of_layers = vec3(0.0);
+    float coat_density = 0.0;
+    if (HAS_SHEEN && b.sheen.albedo > 0.0) {
+        of_layers = sheen_eval(b.sheen, o, i);
+        over.diffuse = 1.0 - sheen_albedo(b.sheen, i.z);
+        over.specular = vec3(fast_min(1.0 - b.sheen.albedo, over.diffuse));
+    }
+    if (HAS_COAT && b.coat.strength > 0.0) {
+        float albedo = MUTATION == MUTATE_WAY_OUT ? 0.0 : coat_albedo(b.coat, dot(b.coat.normal, wi));
+        float of_coat;
+        coat_eval(b.coat, wo, wi, of_coat, coat_density);
+        of_layers = of_layers * (1.0 - fast_max(albedo, b.coat.albedo)) + vec3(of_coat);
+        over.diffuse *= 1.0 - albedo;
+        over.specular *= vec3((1.0 - b.coat.albedo) * (1.0 - albedo)) / (1.0 - b.lobes.f0 * fast_min(albedo, b.coat.albedo));
+    }
+    lobes_eval(b.lobes, over, o, i, value, pdf);
+    if (HAS_COVER) value += of_layers;
+    if (HAS_COAT) pdf = mix(pdf, coat_density, b.coat.share);
+}
+
+// About the normal n.
+void metallic_roughness_both(Bsdf b, vec3 n, vec3 wo, vec3 wi, out vec3 value, out float pdf) {
+    vec3 tangent, bitangent;
+    basis(n, tangent, bitangent);
+    layered_eval(b, wo, wi, to_frame(wo, tangent, bitangent, n), to_frame(wi, tangent, bitangent, n), value, pdf);
+}
+
+vec3 metallic_roughness_eval(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
+    vec3 value;
+    float pdf;
+    metallic_roughness_both(b, n, wo, wi, value, pdf);
+    return value;
+}
+
+float metallic_roughness_pdf(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
+    vec3 value;
+    float pdf;
+    metallic_roughness_both(b, n, wo, wi, value, pdf);
+    return pdf;
+}
+
+BsdfSample metallic_roughness_sample(Bsdf b, vec3 n, vec3 wo, vec2 u) {
+    bool of_coat = HAS_COAT && takes_first(b.coat.share, u.x);
+    vec3 tangent, bitangent;
+    basis(n, tangent, bitangent);
+    vec3 o = to_frame(wo, tangent, bitangent, n);
+    bool single = takes_first(b.lobes.single_share, u.x);
+    vec3 i = single ? ggx_sample(o, b.lobes.alpha, u) : cosine_sample(u);
+    vec3 direction = normalize(tangent * i.x + bitangent * i.y + n * i.z);
+    if (HAS_COAT && of_coat) {
+        direction = coat_sample(b.coat, wo, u);
+        i = to_frame(direction, tangent, bitangent, n);
+    }
+    vec3 value;
+    float pdf;
+    layered_eval(b, wo, direction, o, i, value, pdf);
+    return BsdfSample(direction, pdf > 0.0 ? value / pdf : vec3(0.0), pdf, false);
+}
+
+#endif
