@@ -43,10 +43,10 @@ int details_texel(float number) { return int(first_detail) + 4 * int(number); }
 
 Material fetch_material(uint index) {
     int texel = int(first_material + MATERIAL_TEXELS * index);
-    uvec4 a = texelFetch(geometry_texels, texel);
+    uvec4 a = geometry_texel(texel);
     Material m = Material(a.w, uintBitsToFloat(a.xyz), vec3(0.0), 1.0, 0.0, 1.0, vec4(0.0));
     if (HAS_EMITTER || HAS_DIELECTRIC || HAS_DETAILS) {
-        vec4 b = uintBitsToFloat(texelFetch(geometry_texels, texel + 1));
+        vec4 b = uintBitsToFloat(geometry_texel(texel + 1));
         m.emission = b.xyz;
         m.ior = b.w;
     }

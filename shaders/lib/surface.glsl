@@ -131,10 +131,10 @@ void add_details(inout Surface s, int primitive, vec2 barycentrics) {
     Material m = s.material;
     if ((m.type & DETAILED) == 0u) return;
     int texel = details_texel(m.ior);
-    vec4 numbers = uintBitsToFloat(texelFetch(geometry_texels, texel));
+    vec4 numbers = uintBitsToFloat(geometry_texel(texel));
     m.metallic = numbers.x;
     m.roughness = numbers.y;
-    m.dielectric = uintBitsToFloat(texelFetch(geometry_texels, texel + 1));
+    m.dielectric = uintBitsToFloat(geometry_texel(texel + 1));
     uvec4 shape = primitive_shape(primitive);
     uvec3 corners = shape.xyz;
     bool is_triangle = BVH_TRIANGLES && primitive >= int(CONSTANTS) && !is_sphere(shape);
@@ -145,7 +145,7 @@ void add_details(inout Surface s, int primitive, vec2 barycentrics) {
         if ((m.type & UNLIT) != 0u) m.emission *= color;
     }
     if (HAS_TEXTURES && is_triangle) {
-        ivec4 textures = ivec4(uintBitsToFloat(texelFetch(geometry_texels, texel + 3)));
+        ivec4 textures = ivec4(uintBitsToFloat(geometry_texel(texel + 3)));
         if (any(greaterThanEqual(textures, ivec4(0)))) {
             vec4 uvs = uvs_at(corners, barycentrics);
             if (textures.x >= 0) m.reflectance *= texture_value(uint(textures.x), uvs).xyz;
@@ -155,7 +155,7 @@ void add_details(inout Surface s, int primitive, vec2 barycentrics) {
                 m.metallic *= value.z;
             }
             if (HAS_NORMAL_MAPS && textures.z >= 0) {
-                float scale = uintBitsToFloat(texelFetch(geometry_texels, texel + 2).x);
+                float scale = uintBitsToFloat(geometry_texel(texel + 2).x);
                 vec3 tangent = b.x * vertex_tangent(corners.x) + b.y * vertex_tangent(corners.y) + b.z * vertex_tangent(corners.z);
                 vec3 bitangent = b.x * vertex_bitangent(corners.x) + b.y * vertex_bitangent(corners.y) + b.z * vertex_bitangent(corners.z);
                 vec3 relief = (2.0 * texture_value(uint(textures.z), uvs).xyz - 1.0) * vec3(scale, scale, 1.0);

@@ -28,10 +28,7 @@ pub fn markdown(reports: &[Report]) -> String {
             if d.full { "full" } else { "quick" },
             d.count(Verdict::Pass),
             d.cases.len(),
-            match d.count(Verdict::NotRun) {
-                0 => String::new(),
-                not_run => format!(", {not_run} not run"),
-            },
+            d.others(),
             d.seconds
         );
     }

@@ -50,7 +50,7 @@ impl DeviceOptions {
     /// How to open the device.
     pub fn context_options(&self) -> ContextOptions {
         let shader_folder = user_cache().map(|cache| cache.join("shaders"));
-        ContextOptions { device: self.device.clone(), validation: self.validation(), shader_folder }
+        ContextOptions { device: self.device.clone(), validation: self.validation(), shader_folder, capture: false }
     }
 }
 

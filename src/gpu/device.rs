@@ -4,13 +4,14 @@ use std::ffi::{CStr, CString};
 use std::mem::{ManuallyDrop, forget};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock};
 use std::time::Duration;
 
-use ash::{ext, vk};
+use ash::{ext, khr, vk};
 use gpu_allocator::AllocationSizes;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 
+use crate::gpu::capture::{Capture, Captures};
 use crate::gpu::error::{GpuError, check};
 use crate::gpu::instance::{Instance, Validation};
 use crate::gpu::messages::Messages;
@@ -21,10 +22,13 @@ use crate::gpu::required;
 use crate::gpu::select;
 use crate::gpu::select::DeviceInfo;
 use crate::gpu::shader_objects::ShaderObjects;
+use crate::gpu::subgroups;
 use crate::gpu::timestamps::Timestamps;
 
 /// How long a wait may last before the device is given up.
 pub(super) const WAIT_LIMIT: Duration = Duration::from_secs(600);
+
+const PORTABILITY: &CStr = khr::portability_subset::NAME;
 
 /// How to make a [`Context`].
 #[derive(Debug, Clone, Default)]
@@ -36,6 +40,8 @@ pub struct ContextOptions {
     /// A folder, made if it is not there, in which to keep shaders: as the driver has compiled them, if it is one that compiles them
     /// slowly each time that a program starts and can hand them over (lavapipe from Mesa 23.1 on), else as the driver gets them.
     pub shader_folder: Option<PathBuf>,
+    /// Keep what the driver is given, see [`Context::take_capture`].
+    pub capture: bool,
 }
 
 /// A Vulkan device that is ready to compute. Cheap to clone; the device lives until the last clone,
@@ -74,6 +80,7 @@ impl Context {
             device: Some(device),
             validation: self.validation(),
             shader_folder: self.0.shader_folder.clone(),
+            capture: self.0.captures.is_some(),
         }
     }
 
@@ -109,6 +116,11 @@ impl Context {
         self.0.instance.validation
     }
 
+    /// What the driver was given since this was last asked: nothing without [`ContextOptions::capture`].
+    pub fn take_capture(&self) -> Capture {
+        self.0.captures.as_ref().map(Captures::take).unwrap_or_default()
+    }
+
     /// Bytes of device memory in use, and the most that were in use at one time.
     pub fn memory(&self) -> (u64, u64) {
         let memory = self.0.memory();
@@ -142,6 +154,10 @@ pub(crate) struct Device {
     pub reconverges: bool,
     /// Shaders without pipelines, kept there as the driver hands them over.
     pub shader_objects: Option<Arc<ShaderObjects>>,
+    /// What the driver was given, if that is wanted.
+    pub captures: Option<Captures>,
+    /// After how many iterations the driver ends loops, once that was probed.
+    pub(super) loop_limit: OnceLock<Option<u32>>,
     /// Pipelines that nobody has at the moment.
     pub(super) pipelines: PipelinePool<RawPipeline>,
     memory: Mutex<Memory>,
@@ -175,6 +191,8 @@ impl Device {
         let mut features_objects = vk::PhysicalDeviceShaderObjectFeaturesEXT::default().shader_object(true);
         let mut features_reconvergence =
             vk::PhysicalDeviceShaderMaximalReconvergenceFeaturesKHR::default().shader_maximal_reconvergence(true);
+        let mut features_subgroups =
+            vk::PhysicalDeviceSubgroupSizeControlFeatures::default().subgroup_size_control(true);
         let mut create = vk::DeviceCreateInfo::default().queue_create_infos(&queues).push_next(&mut features12);
         if store.is_some() {
             extensions.extend(ShaderObjects::EXTENSIONS.map(CStr::as_ptr));
@@ -183,6 +201,14 @@ impl Device {
         if reconverges {
             extensions.push(reconvergence::EXTENSION.as_ptr());
             create = create.push_next(&mut features_reconvergence);
+        }
+        if info.pins_subgroups {
+            extensions.push(subgroups::EXTENSION.as_ptr());
+            create = create.push_next(&mut features_subgroups);
+        }
+        // Who does not do all that Vulkan asks for (MoltenVK) wants to be told that this is known.
+        if select::has_extension(&instance, physical, PORTABILITY) {
+            extensions.push(PORTABILITY.as_ptr());
         }
         let create = create.enabled_extension_names(&extensions);
         // SAFETY: the queue family exists, and `select` has checked the features.
@@ -223,6 +249,8 @@ impl Device {
             shader_folder: options.shader_folder.clone(),
             reconverges,
             shader_objects,
+            captures: options.capture.then(Captures::default),
+            loop_limit: OnceLock::new(),
             pipelines: PipelinePool::default(),
             memory: Mutex::new(Memory { allocator: ManuallyDrop::new(allocator), bytes: 0, peak: 0 }),
             given_up: AtomicBool::new(false),

@@ -1,15 +1,19 @@
 //! The cases, by topic. The numbers of their rows in the literature of renderer tests are not kept: names are.
 
+mod barriers;
 mod bvh;
 mod cameras;
+mod constants;
 mod determinism;
 mod emitters;
 mod energy;
 mod film;
 mod glass;
 mod hit_points;
+mod lanes;
 mod light;
 mod lights;
+mod loops;
 mod materials;
 mod oracle;
 mod reuse;
@@ -18,6 +22,7 @@ mod scale;
 mod slivers;
 mod spawn;
 mod spheres;
+mod timelines;
 mod triangles;
 
 use crate::check::Case;
@@ -25,6 +30,11 @@ use crate::check::Case;
 /// All cases, in the order in which they run: what others build on comes first.
 pub fn cases() -> impl Iterator<Item = &'static Case> {
     [
+        constants::CASES,
+        loops::CASES,
+        lanes::CASES,
+        barriers::CASES,
+        timelines::CASES,
         sampling::CASES,
         spheres::CASES,
         triangles::CASES,
