@@ -17,7 +17,7 @@
 #include "lib/counting.glsl"
 #include "lib/scene.glsl"
 
-layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
+layout(local_size_x_id = 61, local_size_y = 1, local_size_z = 1) in;
 
 // Light, and its pixel (as bits): the first splats of all light paths of the dispatch, then the second ones, and so on, MAX_SPLATS of each.
 layout(rgba32ui, binding = 10) uniform uimageBuffer splat_texels;

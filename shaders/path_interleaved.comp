@@ -22,7 +22,7 @@
 #include "lib/path.glsl"
 #include "lib/film.glsl"
 
-layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
+layout(local_size_x_id = 61, local_size_y = 1, local_size_z = 1) in;
 
 #include "lib/pixel_order.glsl"
 #include "lib/work.glsl"

@@ -38,7 +38,7 @@
 #include "lib/counting.glsl"
 #include "lib/film.glsl"
 
-layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
+layout(local_size_x_id = 61, local_size_y = 1, local_size_z = 1) in;
 
 #include "lib/intersect/bvh/bvh.glsl"
 #include "lib/scene.glsl"

@@ -33,7 +33,7 @@ float alpha_at(uvec3 corners, vec2 barycentrics, int details, float alpha) {
                + barycentrics.y * vertex_color(corners.z).w;
     }
     if (HAS_TEXTURES) {
-        float base = uintBitsToFloat(texelFetch(geometry_texels, details + 3).x);
+        float base = uintBitsToFloat(geometry_texel(details + 3).x);
         if (base >= 0.0) alpha *= texture_value(uint(base), uvs_at(corners, barycentrics)).w;
     }
     return alpha;
@@ -48,9 +48,9 @@ vec3 emission_part(int primitive, vec2 barycentrics, vec3 normal) {
     Material m = fetch_material(material_index(shape.w));
     if ((m.type & DETAILED) == 0u || is_sphere(shape) || primitive < int(CONSTANTS)) return part;
     int details = details_texel(m.ior);
-    float texture_ = uintBitsToFloat(texelFetch(geometry_texels, details + 3).w);
+    float texture_ = uintBitsToFloat(geometry_texel(details + 3).w);
     if (HAS_TEXTURES && texture_ >= 0.0) part = texture_value(uint(texture_), uvs_at(shape.xyz, barycentrics)).xyz;
-    vec2 alpha = uintBitsToFloat(texelFetch(geometry_texels, details).zw);
+    vec2 alpha = uintBitsToFloat(geometry_texel(details).zw);
     if (HAS_COVERAGE && alpha.y != 0.0) {
         float covered = alpha_at(shape.xyz, barycentrics, details, alpha.x);
         part *= alpha.y > 0.0 ? (covered >= alpha.y ? 1.0 : 0.0) : covered;
@@ -67,7 +67,7 @@ bool stops_ray(int primitive, vec3 origin, vec3 direction) {
     if ((m.type & CULLS_BACK) != 0u && dot(direction, normal) > 0.0) return false;
     if ((m.type & DETAILED) == 0u) return true;
     int details = details_texel(m.ior);
-    vec2 alpha = uintBitsToFloat(texelFetch(geometry_texels, details).zw);
+    vec2 alpha = uintBitsToFloat(geometry_texel(details).zw);
     if (alpha.y == 0.0) return true;
     vec2 barycentrics = barycentrics_of(origin, direction, triangle_of(shape)).yz;
     float part = alpha_at(shape.xyz, barycentrics, details, alpha.x);

@@ -20,16 +20,16 @@ const uint MATERIAL_BITS = 0x1fffffffu;
 // Constant spheres and polygons: they come first.
 const uint CONSTANTS = SPHERE_COUNT + POLYGON_COUNT;
 
-uvec4 primitive_shape(int primitive) { return texelFetch(geometry_texels, 2 * primitive); }
-uvec4 primitive_attributes(int primitive) { return texelFetch(geometry_texels, 2 * primitive + 1); }
+uvec4 primitive_shape(int primitive) { return geometry_texel(2 * primitive); }
+uvec4 primitive_attributes(int primitive) { return geometry_texel(2 * primitive + 1); }
 
-vec3 vertex_position(uint vertex) { return uintBitsToFloat(texelFetch(geometry_texels, int(first_position + vertex)).xyz); }
-vec3 vertex_normal(uint vertex) { return uintBitsToFloat(texelFetch(geometry_texels, int(first_normal + vertex)).xyz); }
+vec3 vertex_position(uint vertex) { return uintBitsToFloat(geometry_texel(int(first_position + vertex)).xyz); }
+vec3 vertex_normal(uint vertex) { return uintBitsToFloat(geometry_texel(int(first_normal + vertex)).xyz); }
 
-vec4 vertex_uvs(uint vertex) { return uintBitsToFloat(texelFetch(geometry_texels, int(first_uv + vertex))); }
-vec4 vertex_color(uint vertex) { return uintBitsToFloat(texelFetch(geometry_texels, int(first_color + vertex))); }
-vec3 vertex_tangent(uint vertex) { return uintBitsToFloat(texelFetch(geometry_texels, int(first_tangent + 2u * vertex)).xyz); }
-vec3 vertex_bitangent(uint vertex) { return uintBitsToFloat(texelFetch(geometry_texels, int(first_tangent + 2u * vertex) + 1).xyz); }
+vec4 vertex_uvs(uint vertex) { return uintBitsToFloat(geometry_texel(int(first_uv + vertex))); }
+vec4 vertex_color(uint vertex) { return uintBitsToFloat(geometry_texel(int(first_color + vertex))); }
+vec3 vertex_tangent(uint vertex) { return uintBitsToFloat(geometry_texel(int(first_tangent + 2u * vertex)).xyz); }
+vec3 vertex_bitangent(uint vertex) { return uintBitsToFloat(geometry_texel(int(first_tangent + 2u * vertex) + 1).xyz); }
 
 // Of a primitive with such a word.
 uint material_index(uint word) { return word & MATERIAL_BITS; }

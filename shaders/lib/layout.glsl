@@ -72,6 +72,7 @@ layout(constant_id = 59) const bool SINGLE_POINT = false;   // the only light is
 layout(constant_id = 100) const bool HAS_SPECULAR_TEXTURES = false;  // reflection of dielectrics
 layout(constant_id = 101) const bool HAS_COAT = false;       // clear coats
 layout(constant_id = 102) const bool HAS_SHEEN = false;
+layout(constant_id = 62) const bool TABLES_IN_ARRAYS = false;    // see the bindings
 layout(constant_id = 48) const uint MUTATION = 0u;          // tests only: breaks one thing, see src/render/settings/mutation.rs
 // Simple operands: glslang makes control flow of others, for which there is no place here.
 const bool HAS_DENSITIES = HAS_DIFFUSE || HAS_METALLIC_ROUGHNESS;   // some BSDF is no distribution of single directions
@@ -135,6 +136,7 @@ const uint MUTATE_SHEEN = 63u;
 // ---- bindings
 // All texels are bits, of numbers too: lavapipe compiles five functions for each format that it meets, and small integers
 // among numbers cannot be taken for denormal ones.
+// Tables are texels or, where a device has texel buffers that are too small for them, arrays at the same bindings.
 layout(binding = 0) uniform usamplerBuffer bvh_texels;    // 3 texels a record, then 2 numbers a record, see intersect/bvh/; a number a leaf
 layout(binding = 1) uniform usamplerBuffer geometry_texels;    // primitives, materials and vertices, see geometry.glsl
 layout(binding = 2) uniform usamplerBuffer sobol_texels;   // see sampler.glsl
@@ -143,7 +145,19 @@ layout(binding = 14) uniform usamplerBuffer texture_texels;    // see texture.gl
 #ifdef RAY_QUERY
 layout(binding = 15) uniform accelerationStructureEXT leaf_boxes;   // a box for each leaf of the BVH, see intersect/query.glsl
 #endif
-vec4 light_texel(int row) { return uintBitsToFloat(texelFetch(light_texels, row)); }
+layout(std430, binding = 0) readonly buffer BvhArray { uvec4 bvh_array[]; };
+layout(std430, binding = 1) readonly buffer GeometryArray { uvec4 geometry_array[]; };
+layout(std430, binding = 2) readonly buffer SobolArray { uvec4 sobol_array[]; };
+layout(std430, binding = 3) readonly buffer LightArray { uvec4 light_array[]; };
+layout(std430, binding = 14) readonly buffer TextureArray { uvec4 texture_array[]; };
+#define TABLE(NAME, GET) \
+    uvec4 GET(int i) { if (TABLES_IN_ARRAYS) return NAME##_array[i]; return texelFetch(NAME##_texels, i); }
+TABLE(bvh, bvh_texel)
+TABLE(geometry, geometry_texel)
+TABLE(sobol, sobol_texel)
+TABLE(light, light_bits)
+TABLE(texture, texture_texel)
+vec4 light_texel(int row) { return uintBitsToFloat(light_bits(row)); }
 // What kernels both read and write is texels to read and an array to write. On lavapipe a vec4 of an array is 4 scalar accesses for
 // each lane, all of them unrolled: much to compile, so that such a write should be in one place. A texel is one call, which
 // takes six times as long where it writes.

@@ -55,10 +55,10 @@ int layers_texel(float number) { return number < 0.0 ? -1 : int(first_detail) + 
 
 Material fetch_material(uint index) {
     int texel = int(first_material + MATERIAL_TEXELS * index);
-    uvec4 a = texelFetch(geometry_texels, texel);
+    uvec4 a = geometry_texel(texel);
     Material m = Material(a.w, uintBitsToFloat(a.xyz), vec3(0.0), 1.0, 0.0, 1.0, vec4(0.0), 0.0, 0.0, vec4(0.0), vec3(0.0));
     if (HAS_EMITTER || HAS_DIELECTRIC || HAS_DETAILS) {
-        vec4 b = uintBitsToFloat(texelFetch(geometry_texels, texel + 1));
+        vec4 b = uintBitsToFloat(geometry_texel(texel + 1));
         m.emission = b.xyz;
         m.ior = b.w;
     }

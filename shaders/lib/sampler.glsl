@@ -68,14 +68,14 @@ uint lowest_rows() { return REUSE ? LEVEL_ROWS << MEMBER_BITS : LEVEL_ROWS; }
 uvec2 sobol_reversed(uint index, uint pair) {
     uint column = (pair >> 1) * (lowest_rows() + (SOBOL_LEVELS - 1u) * LEVEL_ROWS + COLUMN_GAP);
     uint lowest = REUSE ? index << MEMBER_BITS | index >> MEMBER_SHIFT : index;
-    uvec4 row = texelFetch(sobol_texels, int(column + (lowest & (lowest_rows() - 1u))));
+    uvec4 row = sobol_texel(int(column + (lowest & (lowest_rows() - 1u))));
     uint higher = column + lowest_rows();
     if (SOBOL_LEVELS > 1u) {
-        row ^= texelFetch(sobol_texels, int(higher + ((index >> LEVEL_BITS) & (LEVEL_ROWS - 1u))));
+        row ^= sobol_texel(int(higher + ((index >> LEVEL_BITS) & (LEVEL_ROWS - 1u))));
     }
     if (SOBOL_LEVELS > 2u) {
         uint third = index_of_sample(index) >> 2u * LEVEL_BITS;
-        row ^= texelFetch(sobol_texels, int(higher + LEVEL_ROWS + third));
+        row ^= sobol_texel(int(higher + LEVEL_ROWS + third));
     }
     return (pair & 1u) == 0u ? row.xy : row.zw;
 }

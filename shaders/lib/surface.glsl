@@ -128,7 +128,7 @@ vec3 unit_or_zero(vec3 v) { return v * inversesqrt(max(dot(v, v), 1e-30)); }
 
 // Reflection of a dielectric by textures, if it has some.
 void vary_dielectric(inout Material m, int layers, vec4 uvs) {
-    ivec2 textures = ivec2(uintBitsToFloat(texelFetch(geometry_texels, layers + 4).zw));
+    ivec2 textures = ivec2(uintBitsToFloat(geometry_texel(layers + 4).zw));
     if (textures.x < 0 && textures.y < 0) return;
     float grazing = m.dielectric.w;
     if (textures.x >= 0) m.dielectric.w *= texture_value(uint(textures.x), uvs).w;
@@ -149,7 +149,7 @@ vec3 mapped_normal(vec4 value, float scale, uvec3 corners, vec3 b, vec3 n) {
 
 // The coat of a material with layers, as the material has it.
 void fetch_coat(inout Material m, int layers, vec3 n) {
-    vec2 coat = uintBitsToFloat(texelFetch(geometry_texels, layers).xy);
+    vec2 coat = uintBitsToFloat(geometry_texel(layers).xy);
     m.coat = coat.x;
     m.coat_roughness = coat.y;
     m.coat_normal = n;
@@ -157,18 +157,18 @@ void fetch_coat(inout Material m, int layers, vec3 n) {
 
 // The same, changed by textures; n is the normal that is not.
 void vary_coat(inout Material m, int layers, vec4 uvs, uvec3 corners, vec3 b, vec3 n) {
-    ivec3 textures = ivec3(uintBitsToFloat(texelFetch(geometry_texels, layers + 3).xyz));
+    ivec3 textures = ivec3(uintBitsToFloat(geometry_texel(layers + 3).xyz));
     if (textures.x >= 0) m.coat *= texture_value(uint(textures.x), uvs).x;
     if (textures.y >= 0) m.coat_roughness *= texture_value(uint(textures.y), uvs).y;
     if (HAS_NORMAL_MAPS && textures.z >= 0) {
-        float scale = uintBitsToFloat(texelFetch(geometry_texels, layers).z);
+        float scale = uintBitsToFloat(geometry_texel(layers).z);
         m.coat_normal = mapped_normal(texture_value(uint(textures.z), uvs), scale, corners, b, n);
     }
 }
 
 // Sheen, changed by textures.
 void vary_sheen(inout Material m, int layers, vec4 uvs) {
-    ivec2 textures = ivec2(uintBitsToFloat(texelFetch(geometry_texels, layers + 4).xy));
+    ivec2 textures = ivec2(uintBitsToFloat(geometry_texel(layers + 4).xy));
     if (textures.x >= 0) m.sheen.xyz *= texture_value(uint(textures.x), uvs).xyz;
     if (textures.y >= 0) m.sheen.w *= texture_value(uint(textures.y), uvs).w;
 }
@@ -178,13 +178,13 @@ void add_details(inout Surface s, int primitive, vec2 barycentrics) {
     Material m = s.material;
     if ((m.type & DETAILED) == 0u) return;
     int texel = details_texel(m.ior);
-    vec4 numbers = uintBitsToFloat(texelFetch(geometry_texels, texel));
-    int layers = HAS_LAYERS ? layers_texel(uintBitsToFloat(texelFetch(geometry_texels, texel + 2).y)) : -1;
+    vec4 numbers = uintBitsToFloat(geometry_texel(texel));
+    int layers = HAS_LAYERS ? layers_texel(uintBitsToFloat(geometry_texel(texel + 2).y)) : -1;
     m.metallic = numbers.x;
     m.roughness = numbers.y;
-    m.dielectric = uintBitsToFloat(texelFetch(geometry_texels, texel + 1));
+    m.dielectric = uintBitsToFloat(geometry_texel(texel + 1));
     vec3 smooth_normal = s.shading;
-    if (HAS_SHEEN && layers >= 0) m.sheen = uintBitsToFloat(texelFetch(geometry_texels, layers + 1));
+    if (HAS_SHEEN && layers >= 0) m.sheen = uintBitsToFloat(geometry_texel(layers + 1));
     if (HAS_COAT && layers >= 0) fetch_coat(m, layers, smooth_normal);
     uvec4 shape = primitive_shape(primitive);
     uvec3 corners = shape.xyz;
@@ -196,7 +196,7 @@ void add_details(inout Surface s, int primitive, vec2 barycentrics) {
         if ((m.type & UNLIT) != 0u) m.emission *= color;
     }
     if (HAS_TEXTURES && is_triangle) {
-        ivec4 textures = ivec4(uintBitsToFloat(texelFetch(geometry_texels, texel + 3)));
+        ivec4 textures = ivec4(uintBitsToFloat(geometry_texel(texel + 3)));
         if ((HAS_LAYERS && layers >= 0) || any(greaterThanEqual(textures, ivec4(0)))) {
             vec4 uvs = uvs_at(corners, barycentrics);
             if (textures.x >= 0) m.reflectance *= texture_value(uint(textures.x), uvs).xyz;
@@ -206,7 +206,7 @@ void add_details(inout Surface s, int primitive, vec2 barycentrics) {
                 m.metallic *= value.z;
             }
             if (HAS_NORMAL_MAPS && textures.z >= 0) {
-                float scale = uintBitsToFloat(texelFetch(geometry_texels, texel + 2).x);
+                float scale = uintBitsToFloat(geometry_texel(texel + 2).x);
                 s.shading = mapped_normal(texture_value(uint(textures.z), uvs), scale, corners, b, s.shading);
             }
             if (HAS_VARIED_EMISSION && textures.w >= 0) m.emission *= texture_value(uint(textures.w), uvs).xyz;

@@ -67,12 +67,12 @@ vec4 image_pixel(uvec4 head, int i, int j) {
     int first = int(head.x);
     vec4 value;
     if ((head.z & TEXTURE_FLOATS) != 0u) {
-        value = uintBitsToFloat(texelFetch(texture_texels, first + 4 * block + 2 * (j & 1) + (i & 1)));
+        value = uintBitsToFloat(texture_texel(first + 4 * block + 2 * (j & 1) + (i & 1)));
     } else if ((head.z & TEXTURE_CODES_16) != 0u) {
-        uvec4 row = texelFetch(texture_texels, first + 2 * block + (j & 1));
+        uvec4 row = texture_texel(first + 2 * block + (j & 1));
         value = codes_of_words((i & 1) != 0 ? row.zw : row.xy);
     } else {
-        uvec4 four = texelFetch(texture_texels, first + block);
+        uvec4 four = texture_texel(first + block);
         uvec2 two = (j & 1) != 0 ? four.zw : four.xy;
         value = codes_of_word((i & 1) != 0 ? two.y : two.x);
     }
@@ -83,9 +83,9 @@ vec4 image_pixel(uvec4 head, int i, int j) {
 // A texture's value at the coordinates of both sets.
 vec4 texture_value(uint number, vec4 uvs) {
     int row = int(TEXTURE_ROWS + 3u * number);
-    uvec4 head = texelFetch(texture_texels, row);
-    vec3 to_u = uintBitsToFloat(texelFetch(texture_texels, row + 1).xyz);
-    vec3 to_v = uintBitsToFloat(texelFetch(texture_texels, row + 2).xyz);
+    uvec4 head = texture_texel(row);
+    vec3 to_u = uintBitsToFloat(texture_texel(row + 1).xyz);
+    vec3 to_v = uintBitsToFloat(texture_texel(row + 2).xyz);
     vec3 uv = vec3((head.z & TEXTURE_SECOND_UV) != 0u ? uvs.zw : uvs.xy, 1.0);
     uint wrap_u = head.z & 3u;
     uint wrap_v = (head.z >> TEXTURE_WRAP_V) & 3u;

@@ -6,7 +6,7 @@
 
 #include "../lib/layout.glsl"
 
-layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
+layout(local_size_x_id = 61, local_size_y = 1, local_size_z = 1) in;
 layout(constant_id = 240) const uint PROBE = 0u;
 
 // Words of integers: floats that hold NaN or integer bits pass unchanged.

@@ -15,9 +15,9 @@ pub enum CheckError {
     /// The driver does not map memory that the host writes or reads.
     #[error("the driver does not map memory for uploads and read-backs")]
     Unmapped,
-    /// The device lacks what the case is about.
-    #[error("not supported: the device lacks {0}")]
-    NotSupported(&'static str),
+    /// The device lacks what the case asks for.
+    #[error("{0}")]
+    NotSupported(String),
     /// The case panicked.
     #[error("panicked: {0}")]
     Panic(String),
@@ -27,6 +27,12 @@ pub enum CheckError {
 }
 
 impl CheckError {
+    /// Whether the device lacks something, or allows less of it than the case needs: that tells nothing of how exact it is.
+    pub fn is_lack(&self) -> bool {
+        let is_limit = |error: &GpuError| matches!(error, GpuError::TooLarge { .. } | GpuError::KernelTooLarge { .. });
+        matches!(self, Self::NotSupported(_)) || self.gpu().is_some_and(is_limit)
+    }
+
     /// The Vulkan error behind it, if there is one.
     pub fn gpu(&self) -> Option<&GpuError> {
         match self {

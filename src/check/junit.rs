@@ -12,9 +12,7 @@ pub fn junit(report: &Report) -> String {
     let host = host_name().unwrap_or_else(|| "localhost".to_owned());
     for (id, device) in report.devices.iter().enumerate() {
         let failures = device.count(Verdict::Fail) + device.count(Verdict::UnexpectedPass);
-        let skipped =
-            [Verdict::NotRun, Verdict::ExpectedFail, Verdict::NotSupported].map(|verdict| device.count(verdict));
-        let skipped: usize = skipped.into_iter().sum();
+        let skipped = device.cases.iter().filter(|case| case.verdict.is_skip()).count();
         let errors = device.cases.len() - failures - skipped - device.count(Verdict::Pass);
         let suite = escape(&format!("{} [{}]", device.device, device.driver));
         // Writing to a String cannot fail.
@@ -30,12 +28,19 @@ pub fn junit(report: &Report) -> String {
         xml.push_str("    <properties>\n");
         for (name, value) in [
             ("photolith", report.version.as_str()),
+            ("device", &device.device),
+            ("driver", &device.driver),
+            ("lanes", &device.lanes.to_string()),
             ("vulkan", &device.api_version),
             ("cpu", &device.host_cpu),
             ("sizes", if device.full { "full" } else { "quick" }),
             ("validation", if device.validation { "on" } else { "off" }),
         ] {
             let _ = writeln!(xml, "      <property name=\"{name}\" value=\"{}\"/>", escape(value));
+        }
+        for fact in &device.facts {
+            let (name, value) = (escape(&fact.name), escape(&fact.value));
+            let _ = writeln!(xml, "      <property name=\"fact: {name}\" value=\"{value}\"/>");
         }
         xml.push_str("    </properties>\n");
         let mut details = String::new();
@@ -58,8 +63,9 @@ pub fn junit(report: &Report) -> String {
             let message = escape(&message);
             let _ = match case.verdict {
                 Verdict::Pass => writeln!(xml, "/>"),
-                Verdict::ExpectedFail | Verdict::NotSupported | Verdict::NotRun => {
-                    writeln!(xml, "><skipped message=\"{message}\"/></testcase>")
+                verdict if verdict.is_skip() => {
+                    let message = format!("{}: {message}", verdict.word());
+                    writeln!(xml, "><skipped message=\"{message}\">{message}</skipped></testcase>")
                 }
                 verdict => {
                     let is_failure = matches!(verdict, Verdict::Fail | Verdict::UnexpectedPass);
@@ -121,6 +127,7 @@ fn escape(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::check::Fact;
     use crate::check::report::{CaseReport, DeviceReport};
 
     #[test]
@@ -165,18 +172,19 @@ mod tests {
             case("a/fail", Verdict::Fail),
             case("b/error", Verdict::DeviceLost),
             case("b/known", Verdict::ExpectedFail),
-            case("b/lacking", Verdict::NotSupported),
             case("b/later", Verdict::NotRun),
+            case("b/lacking", Verdict::NotSupported),
         ];
         let device = DeviceReport {
             device: "lavapipe".to_owned(),
             driver: "Mesa".to_owned(),
             kind: "CPU".to_owned(),
+            lanes: 8,
             api_version: "1.3.0".to_owned(),
             host_cpu: "a < b".to_owned(),
             full: false,
             validation: true,
-            facts: Vec::new(),
+            facts: vec![Fact { name: "a \"fact\"".to_owned(), value: "0".to_owned() }],
             cases,
             started: 1_700_000_000,
             seconds: 1e-9,
@@ -186,7 +194,7 @@ mod tests {
         let suite =
             ["package", "id", "name", "timestamp", "hostname", "tests", "failures", "errors", "skipped", "time"];
         assert_eq!(attributes(&xml, "testsuite"), [suite, suite]);
-        assert_eq!(attributes(&xml, "property").len(), 10);
+        assert_eq!(attributes(&xml, "property").len(), 18);
         assert!(attributes(&xml, "property").iter().all(|names| *names == ["name", "value"]));
         assert!(attributes(&xml, "testcase").iter().all(|names| *names == ["classname", "name", "time"]));
         assert_eq!(attributes(&xml, "failure"), [["type", "message"]; 2]);
@@ -198,6 +206,8 @@ mod tests {
             "tests=\"6\" failures=\"1\" errors=\"1\" skipped=\"3\" time=\"0.000\"",
             "classname=\"a\" name=\"pass\" time=\"0.250\"/>",
             "a/pass: 5 rays &amp; &lt;more&gt;",
+            "name=\"fact: a &quot;fact&quot;\" value=\"0\"",
+            ">unsupported: error 5e-1, allowed 1e-3",
         ] {
             assert!(xml.contains(words), "{words}: {xml}");
         }

@@ -1,6 +1,8 @@
 //! Where cases are measured: a device, a size, and maybe a deliberate error.
 
+use std::mem::take;
 use std::ops::ControlFlow;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use bytemuck::Pod;
 use glam::DVec3;
@@ -13,7 +15,7 @@ use crate::check::probe::{
     Function, HitRecord, Kernel, OcclusionRecord, PathInput, PathRecord, Probe, RayInput, RayProbe, Words, tables_of,
 };
 use crate::check::scenes;
-use crate::check::{CheckError, Measured};
+use crate::check::{CheckError, Evidence, Measured};
 
 /// The device under test.
 #[derive(Clone)]
@@ -25,6 +27,8 @@ pub struct Lab {
     pub mutation: Option<Mutation>,
     /// How triangles are found, where a case does not decide that itself.
     pub accel: Accel,
+    /// What cases have found that differs, where they can tell it word by word.
+    pub(crate) evidence: Arc<Mutex<Vec<Evidence>>>,
 }
 
 /// A film and what it took.
@@ -80,7 +84,24 @@ impl Rendered {
 impl Lab {
     /// A lab on a device, for the quick sizes and without a mutation.
     pub fn new(context: &Context) -> Self {
-        Self { context: context.clone(), full: false, mutation: None, accel: Accel::default() }
+        let accel = Accel::default();
+        Self { context: context.clone(), full: false, mutation: None, accel, evidence: Arc::default() }
+    }
+
+    /// How many words of a kernel are not as they should be, which is kept for those who are to mend it.
+    pub(crate) fn differing(&self, name: &str, expected: &[u32], actual: &[u32]) -> usize {
+        let lacking = expected.len().abs_diff(actual.len());
+        let differ = lacking + expected.iter().zip(actual).filter(|(e, a)| e != a).count();
+        if differ > 0 {
+            let evidence = Evidence { name: name.to_owned(), expected: expected.to_vec(), actual: actual.to_vec() };
+            self.evidence.lock().unwrap_or_else(PoisonError::into_inner).push(evidence);
+        }
+        differ
+    }
+
+    /// What cases have found that differs since this was last asked.
+    pub(crate) fn take_evidence(&self) -> Vec<Evidence> {
+        take(&mut *self.evidence.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// `quick`, or `full` where that is asked for.

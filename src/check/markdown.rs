@@ -28,12 +28,7 @@ pub fn markdown(reports: &[Report]) -> String {
             if d.full { "full" } else { "quick" },
             d.count(Verdict::Pass),
             d.cases.len(),
-            [Verdict::NotSupported, Verdict::NotRun]
-                .map(|verdict| match d.count(verdict) {
-                    0 => String::new(),
-                    count => format!(", {count} {}", verdict.word()),
-                })
-                .concat(),
+            d.others(),
             d.seconds
         );
     }

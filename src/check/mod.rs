@@ -4,6 +4,7 @@
 //! [`cases()`] lists them, [`run`] runs them on a device and gives a [`DeviceReport`], which prints as a table, JSON,
 //! JUnit XML or Markdown. Failures of a driver that are known are declared in [`Expectations`].
 
+mod bundle;
 mod case;
 mod cases;
 mod error;
@@ -20,10 +21,13 @@ mod runner;
 pub(crate) mod scenes;
 mod statistics;
 
+pub use crate::check::bundle::Evidence;
 pub use crate::check::case::{Case, Measured};
 pub use crate::check::cases::cases;
 pub use crate::check::error::CheckError;
-pub use crate::check::expectations::{Expectation, Expectations, ExpectationsError};
+pub use crate::check::expectations::{
+    Expectation, Expectations, ExpectationsError, Kind, VersionRange, written_expectations,
+};
 pub use crate::check::facts::{Fact, facts};
 pub use crate::check::junit::junit;
 pub use crate::check::lab::Lab;

@@ -27,16 +27,37 @@ pub enum Verdict {
     Timeout,
     /// The device was lost.
     DeviceLost,
-    /// The device lacks what the case is about: neither a pass nor a failure.
-    NotSupported,
     /// Not begun, because the device was lost or hangs, or the run was interrupted.
     NotRun,
+    /// The device lacks what the case asks for.
+    NotSupported,
+    /// Not begun, as declared for this driver.
+    Skipped,
+    /// Beyond the threshold now and then: declared so for this driver, or seen to pass when it was run again.
+    Flake,
 }
 
 impl Verdict {
     /// Whether the suite may pass with it.
     pub fn is_good(self) -> bool {
-        matches!(self, Self::Pass | Self::ExpectedFail | Self::NotSupported)
+        matches!(self, Self::Pass | Self::ExpectedFail | Self::NotSupported | Self::Skipped | Self::Flake)
+    }
+
+    /// Whether it tells nothing against the driver, nor for it: neither measured to the end nor failed.
+    pub fn is_skip(self) -> bool {
+        matches!(self, Self::ExpectedFail | Self::NotRun | Self::NotSupported | Self::Skipped | Self::Flake)
+    }
+
+    /// What people are told of how many cases have it, beside those that pass; none of a plain failure.
+    pub fn counted_as(self) -> Option<&'static str> {
+        match self {
+            Self::ExpectedFail => Some("failed as declared"),
+            Self::Flake => Some("flaky"),
+            Self::NotSupported => Some("not supported"),
+            Self::Skipped => Some("skipped as declared"),
+            Self::NotRun => Some("not run"),
+            _ => None,
+        }
     }
 
     /// One or two words.
@@ -50,8 +71,10 @@ impl Verdict {
             Self::Validation => "VALIDATION",
             Self::Timeout => "TIMEOUT",
             Self::DeviceLost => "DEVICE LOST",
-            Self::NotSupported => "unsupported",
             Self::NotRun => "not run",
+            Self::NotSupported => "unsupported",
+            Self::Skipped => "skipped",
+            Self::Flake => "flaky",
         }
     }
 }
@@ -90,6 +113,9 @@ pub struct DeviceReport {
     pub driver: String,
     /// Discrete, integrated, virtual or CPU.
     pub kind: String,
+    /// Lanes of a subgroup (0 in reports of versions that did not tell).
+    #[serde(default)]
+    pub lanes: u32,
     /// Vulkan version.
     pub api_version: String,
     /// The host's processor: CPU drivers give other bits on other ones.
@@ -118,6 +144,16 @@ impl DeviceReport {
     /// Number of cases with a verdict.
     pub fn count(&self, verdict: Verdict) -> usize {
         self.cases.iter().filter(|c| c.verdict == verdict).count()
+    }
+
+    /// How many cases neither pass nor plainly fail, for people: a comma before each number.
+    pub fn others(&self) -> String {
+        let others = [Verdict::ExpectedFail, Verdict::Flake, Verdict::NotSupported, Verdict::Skipped, Verdict::NotRun];
+        let counted = others.into_iter().filter_map(|verdict| {
+            let count = self.count(verdict);
+            verdict.counted_as().filter(|_| count > 0).map(|words| format!(", {count} {words}"))
+        });
+        counted.collect()
     }
 }
 

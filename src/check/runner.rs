@@ -2,6 +2,7 @@
 
 use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
@@ -10,9 +11,17 @@ use crate::gpu::{Context, GpuError, Validation, Violation};
 use crate::host::cpu_model;
 use crate::render::{Accel, Mutation};
 
-use crate::check::expectations::Expectations;
+use crate::check::bundle::Bundle;
+use crate::check::expectations::{Expectation, Expectations, Kind};
 use crate::check::report::{CaseReport, DeviceReport, Verdict};
 use crate::check::{Case, CheckError, Lab, Measured, cases, facts};
+
+/// How long a case that runs may go on when all is to end.
+const PATIENCE: Duration = Duration::from_secs(15);
+/// How often it is looked whether all is to end.
+const LOOK_AROUND: Duration = Duration::from_millis(200);
+/// Of cases that did not come to their end for that.
+const INTERRUPTED: &str = "interrupted";
 
 /// How to run the suite.
 #[derive(Debug, Clone)]
@@ -29,8 +38,12 @@ pub struct RunOptions {
     pub accel: Accel,
     /// Cases at a time, each on a device of its own: what a validation layer says is known to be said of one case.
     pub jobs: NonZeroUsize,
-    /// Once this is set, from another thread, no further case begins.
+    /// Once this is set, from another thread, no further case begins, and those that run have a little time to end.
     pub interrupted: Arc<AtomicBool>,
+    /// How many times a case that fails is run again: if it passes then it is a flake.
+    pub retries: u32,
+    /// A folder for all that is known of cases that do not pass.
+    pub bundle: Option<PathBuf>,
 }
 
 impl Default for RunOptions {
@@ -43,6 +56,8 @@ impl Default for RunOptions {
             accel: Accel::default(),
             jobs: NonZeroUsize::MIN,
             interrupted: Arc::default(),
+            retries: 0,
+            bundle: None,
         }
     }
 }
@@ -71,8 +86,11 @@ pub fn run(
 ) -> Result<DeviceReport, CheckError> {
     let start = Instant::now();
     let started = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
-    let RunOptions { full, mutation, accel, .. } = *options;
-    let lab = |context: &Context| Lab { context: context.clone(), full, mutation, accel };
+    let lab = |context: &Context| {
+        let mut lab = Lab::new(context);
+        (lab.full, lab.mutation, lab.accel) = (options.full, options.mutation, options.accel);
+        lab
+    };
     let facts = facts(&lab(context))?;
     let cases = options.selected();
     let mut labs = vec![lab(context)];
@@ -97,6 +115,7 @@ pub fn run(
         device: info.name.clone(),
         driver: info.driver.clone(),
         kind: info.kind.to_string(),
+        lanes: info.subgroup_size,
         api_version: info.api_version.clone(),
         host_cpu: host_cpu(),
         full: options.full,
@@ -123,10 +142,13 @@ impl<F: FnMut(&CaseReport)> Queue<'_, F> {
         loop {
             let index = self.next.fetch_add(1, Ordering::Relaxed);
             let Some(&case) = self.cases.get(index) else { return };
+            let declared = expectations.of(lab.context.info(), case.name);
             let report = if options.interrupted.load(Ordering::Relaxed) {
-                CaseReport { message: Some("interrupted".to_owned()), ..report_of(case, Verdict::NotRun) }
+                CaseReport { message: Some(INTERRUPTED.to_owned()), ..report_of(case, Verdict::NotRun) }
+            } else if let Some(skipped) = declared.filter(|declared| declared.kind == Kind::Skip) {
+                CaseReport { message: Some(skipped.reason.clone()), ..report_of(case, Verdict::Skipped) }
             } else if self.usable.load(Ordering::Relaxed) {
-                run_case(case, lab, options, expectations)
+                run_case(case, lab, options, declared)
             } else {
                 report_of(case, Verdict::NotRun)
             };
@@ -156,16 +178,65 @@ fn report_of(case: &Case, verdict: Verdict) -> CaseReport {
     }
 }
 
-fn run_case(case: &'static Case, lab: &Lab, options: &RunOptions, expectations: &Expectations) -> CaseReport {
+/// Runs a case, again if it fails and may, and writes down what is known of it if it does not pass.
+fn run_case(case: &'static Case, lab: &Lab, options: &RunOptions, declared: Option<&Expectation>) -> CaseReport {
+    let _ = (lab.context.take_capture(), lab.take_evidence());
+    let mut report = measure(case, lab, options);
+    let mut tries = 1;
+    let is_settled = |report: &CaseReport| !matches!(report.verdict, Verdict::Fail | Verdict::Error);
+    let first = report.clone();
+    while declared.is_none() && !is_settled(&report) && tries <= options.retries {
+        tries += 1;
+        report = measure(case, lab, options);
+    }
+    if tries > 1 && report.verdict == Verdict::Pass {
+        let why = first.message.unwrap_or_else(|| format!("measured {:e}", first.measured.unwrap_or(f64::NAN)));
+        report.message = Some(format!("passes at try {tries}; the first: {why}"));
+        report.verdict = Verdict::Flake;
+    }
+    if let Some(declared) = declared {
+        judge(&mut report, declared);
+    }
+    let told =
+        !matches!(report.verdict, Verdict::Pass | Verdict::NotRun | Verdict::NotSupported | Verdict::UnexpectedPass);
+    if let (Some(folder), true) = (&options.bundle, told) {
+        let (capture, evidence) = (lab.context.take_capture(), lab.take_evidence());
+        let device = lab.context.info();
+        let bundle = Bundle { device, case: &report, capture: &capture, evidence: &evidence, full: options.full };
+        match bundle.write(folder) {
+            Ok(place) => log::info!("{}: {}", case.name, place.display()),
+            Err(error) => {
+                log::error!("{}: what is known of {} cannot be written: {error}", folder.display(), case.name)
+            }
+        }
+    }
+    report
+}
+
+/// What was declared of a case changes what its result means.
+fn judge(report: &mut CaseReport, declared: &Expectation) {
+    let reason = &declared.reason;
+    (report.verdict, report.message) = match (declared.kind, report.verdict) {
+        (Kind::Fail, Verdict::Fail | Verdict::Error) => (Verdict::ExpectedFail, Some(reason.clone())),
+        (Kind::Fail, Verdict::Pass) => {
+            (Verdict::UnexpectedPass, Some(format!("passes, but is declared to fail: {reason}")))
+        }
+        (Kind::Flake, Verdict::Fail | Verdict::Error) => (Verdict::Flake, Some(reason.clone())),
+        (_, verdict) => (verdict, report.message.take()),
+    };
+}
+
+/// Runs a case once.
+fn measure(case: &'static Case, lab: &Lab, options: &RunOptions) -> CaseReport {
     let start = Instant::now();
     let messages = lab.context.messages();
     let _ = messages.take();
-    let result = with_timeout(case, lab, options.timeout);
+    let result = with_timeout(case, lab, options);
     let mut report = report_of(case, Verdict::Error);
     report.seconds = start.elapsed().as_secs_f64();
     let heard = messages.take();
     match result {
-        Ok(measured) => {
+        Some(Ok(measured)) => {
             report.verdict = if case.passes(&measured) { Verdict::Pass } else { Verdict::Fail };
             report.measured = Some(measured.value).filter(|v| v.is_finite());
             report.detail = measured.detail;
@@ -173,25 +244,16 @@ fn run_case(case: &'static Case, lab: &Lab, options: &RunOptions, expectations: 
                 report.message = Some(format!("measured {}: {}", measured.value, report.detail));
             }
         }
-        Err(error) => {
+        Some(Err(error)) => {
             report.verdict = match error.gpu() {
                 Some(GpuError::DeviceLost(_)) => Verdict::DeviceLost,
                 Some(GpuError::Timeout { .. }) => Verdict::Timeout,
-                _ if matches!(error, CheckError::NotSupported(_)) => Verdict::NotSupported,
+                _ if error.is_lack() => Verdict::NotSupported,
                 _ => Verdict::Error,
             };
             report.message = Some(error.to_string());
         }
-    }
-    if let Some(declared) = expectations.of(&lab.context.info().driver, case.name) {
-        match report.verdict {
-            Verdict::Fail => (report.verdict, report.message) = (Verdict::ExpectedFail, Some(declared.reason.clone())),
-            Verdict::Pass => {
-                report.verdict = Verdict::UnexpectedPass;
-                report.message = Some(format!("passes, but is declared to fail: {}", declared.reason));
-            }
-            _ => {}
-        }
+        None => (report.verdict, report.message) = (Verdict::NotRun, Some(INTERRUPTED.to_owned())),
     }
     // Whatever was measured: a message is a failure, and no declaration excuses it.
     if let (Some(first), true) = (heard.first(), !matches!(report.verdict, Verdict::DeviceLost | Verdict::Timeout)) {
@@ -201,8 +263,9 @@ fn run_case(case: &'static Case, lab: &Lab, options: &RunOptions, expectations: 
     report
 }
 
-/// Runs on another thread. A case that takes too long keeps its thread, which ends with the process.
-fn with_timeout(case: &'static Case, lab: &Lab, timeout: Duration) -> Result<Measured, CheckError> {
+/// Runs on another thread. A case that takes too long, or that does not end when all is to end, keeps its thread, which ends with the
+/// process; `None` in the second case.
+fn with_timeout(case: &'static Case, lab: &Lab, options: &RunOptions) -> Option<Result<Measured, CheckError>> {
     let (sender, receiver) = mpsc::channel();
     let lab = lab.clone();
     let body = move || {
@@ -211,13 +274,31 @@ fn with_timeout(case: &'static Case, lab: &Lab, timeout: Duration) -> Result<Mea
         // Nobody listens any more after a timeout.
         let _ = sender.send(result.unwrap_or_else(|panic| Err(CheckError::Panic(panic_text(panic.as_ref())))));
     };
-    let thread = std::thread::Builder::new().name(case.name.to_owned()).spawn(body).map_err(CheckError::Thread)?;
-    let Ok(result) = receiver.recv_timeout(timeout) else {
-        return Err(GpuError::Timeout { what: "a case", limit: timeout }.into());
+    let thread = match std::thread::Builder::new().name(case.name.to_owned()).spawn(body) {
+        Ok(thread) => thread,
+        Err(error) => return Some(Err(CheckError::Thread(error))),
+    };
+    let start = Instant::now();
+    let mut interrupted: Option<Instant> = None;
+    let result = loop {
+        let left = options.timeout.saturating_sub(start.elapsed());
+        match receiver.recv_timeout(left.min(LOOK_AROUND)) {
+            Ok(result) => break result,
+            // It ends without a word only if the thread is gone.
+            Err(_) if left <= LOOK_AROUND => {
+                return Some(Err(GpuError::Timeout { what: "a case", limit: options.timeout }.into()));
+            }
+            Err(_) => {}
+        }
+        if options.interrupted.load(Ordering::Relaxed)
+            && interrupted.get_or_insert_with(Instant::now).elapsed() > PATIENCE
+        {
+            return None;
+        }
     };
     // It still has a device to close: not while the process ends and unloads the driver.
     let _ = thread.join();
-    result
+    Some(result)
 }
 
 fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {

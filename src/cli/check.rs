@@ -11,7 +11,7 @@ use anyhow::{Context as _, anyhow, bail};
 use clap::Args;
 use photolith::check::{
     DeviceReport, Expectations, Report, RunOptions, SCHEMA, Verdict, junit, markdown, provoke_validation,
-    run as run_suite,
+    run as run_suite, written_expectations,
 };
 use photolith::files;
 use photolith::gpu::DeviceKind;
@@ -28,8 +28,10 @@ mod table;
 /// Measure the accuracy of this renderer on a Vulkan device, case by case against oracles
 ///
 /// Exits with 0 when every case passes, 1 when one fails (or passes although it is declared to fail), 3 without a
-/// device, 4 on a validation message, 5 when the device is lost, 6 when a case takes too long. Ctrl-C lets the running
-/// cases end, reports the others as not run, and exits with 130.
+/// device, 4 on a validation message, 5 when the device is lost, 6 when a case takes too long. Cases that fail, are
+/// skipped or are flaky as declared, or that the device does not support, are counted apart: with --strict all but
+/// declared failures make it 1 too. Ctrl-C gives the running cases 15 s, reports the others as not run, and exits with
+/// 130.
 #[derive(Args)]
 pub struct CheckArgs {
     #[command(flatten)]
@@ -48,7 +50,7 @@ pub struct CheckArgs {
     filter: Vec<String>,
 
     /// List the cases and run none
-    #[arg(long, conflicts_with_all = ["junit", "markdown", "expectations", "device", "validate"])]
+    #[arg(long, conflicts_with_all = ["junit", "markdown", "expectations", "write_expectations", "bundle", "device", "validate"])]
     list: bool,
 
     /// Print one line of JSON (schema photolith-check-1) instead of the table
@@ -68,13 +70,29 @@ pub struct CheckArgs {
     #[arg(long, value_name = "FILE", requires = "markdown")]
     with: Vec<PathBuf>,
 
-    /// Known failures of drivers (TOML: [[expected]] driver, case, reason)
+    /// Cases that fail, must not be run or are flaky on a driver (TOML, see docs/ci.md); it comes before what is built in
     #[arg(long, value_name = "FILE")]
     expectations: Option<PathBuf>,
 
     /// How triangles are found: ray-query runs the cases through the device's ray queries
     #[arg(long, value_name = "NAME", default_value = "bvh", value_parser = ["bvh", "ray-query"])]
     accel: String,
+    /// Write declarations (TOML) by which this run would pass
+    #[arg(long, value_name = "FILE")]
+    write_expectations: Option<PathBuf>,
+
+    /// Run a case that fails so many times again; one that passes then is flaky
+    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true)]
+    retries: u32,
+
+    /// Cases that are flaky, skipped or not supported fail the run too
+    #[arg(long)]
+    strict: bool,
+
+    /// For each case that does not pass, write a folder in DIR with what a driver's maintainers need: SPIR-V, constants, buffers,
+    /// expected and actual values
+    #[arg(long, value_name = "DIR")]
+    bundle: Option<PathBuf>,
 
     /// How long a case may take; default 120, or 1800 with --full
     #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
@@ -92,6 +110,8 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<ExitCode> {
         filter: args.filter.clone(),
         accel: Accel::named(&args.accel).unwrap_or_default(),
         timeout: args.timeout.unwrap_or(Duration::from_secs(if args.full { 1800 } else { 120 })),
+        retries: args.retries,
+        bundle: args.bundle.clone(),
         ..RunOptions::default()
     };
     if options.selected().is_empty() {
@@ -102,11 +122,15 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<ExitCode> {
         return Ok(ExitCode::from(exit::OK));
     }
     let inputs = args.with.iter().chain(&args.expectations);
-    let outputs = [("--junit", &args.junit), ("--markdown", &args.markdown)];
+    let outputs =
+        [("--junit", &args.junit), ("--markdown", &args.markdown), ("--write-expectations", &args.write_expectations)];
     paths::check_apart(inputs, outputs.into_iter().filter_map(|(option, path)| Some((option, path.as_ref()?))))?;
     // Before minutes of measuring, not after.
-    for path in args.junit.iter().chain(&args.markdown) {
+    for path in args.junit.iter().chain(&args.markdown).chain(&args.write_expectations) {
         files::check_writable(path)?;
+    }
+    if let Some(folder) = &args.bundle {
+        std::fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
     }
     let expectations = match &args.expectations {
         Some(path) => Expectations::load(path)?,
@@ -127,7 +151,7 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<ExitCode> {
     // What was measured is not lost by a device that could not be.
     let written = if report.devices.is_empty() { Ok(()) } else { write(args, &report, &earlier, table) };
     match checked {
-        Ok(()) => exit::with(code(&report, &interrupt), written),
+        Ok(()) => exit::with(code(&report, args.strict, &interrupt), written),
         Err(error) => exit::with(exit::code_of(&error), written).and(Err(error)),
     }
 }
@@ -143,8 +167,13 @@ fn write(args: &CheckArgs, report: &Report, earlier: &[Report], table: table::Ta
         false => Ok(()),
     };
     let side_by_side = || markdown(&earlier.iter().chain([report]).cloned().collect::<Vec<_>>());
-    let results =
-        [table.finish(), json(), to_file(&args.junit, &|| junit(report)), to_file(&args.markdown, &side_by_side)];
+    let results = [
+        table.finish(),
+        json(),
+        to_file(&args.junit, &|| junit(report)),
+        to_file(&args.markdown, &side_by_side),
+        to_file(&args.write_expectations, &|| written_expectations(report)),
+    ];
     results.into_iter().collect()
 }
 
@@ -171,7 +200,9 @@ fn check_device(
     table: &mut table::Table,
 ) -> anyhow::Result<DeviceReport> {
     let validation = args.device.validation();
-    let context = Context::new(&ContextOptions { device, validation, ray_query: true, ..ContextOptions::default() })?;
+    let capture = args.bundle.is_some();
+    let options = ContextOptions { device, validation, capture, ray_query: true, ..ContextOptions::default() };
+    let context = Context::new(&options)?;
     if validation != Validation::Off && provoke_validation(&context)?.is_empty() {
         // Silence would prove nothing.
         return Err(anyhow!("the validation layer did not report a deliberate violation")).context(exit::Deaf);
@@ -184,7 +215,8 @@ fn check_device(
     let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
     let by_kind = || if context.info().kind == DeviceKind::Cpu { cores() } else { NonZeroUsize::MIN };
     let options = RunOptions { jobs: args.jobs.unwrap_or_else(by_kind), ..options.clone() };
-    let report = run_suite(&context, &options, expectations, |case| table.case(case))?;
+    let expectations = expectations.clone().or(Expectations::built_in(context.info().driver_id)?);
+    let report = run_suite(&context, &options, &expectations, |case| table.case(case))?;
     table.end(&report);
     Ok(report)
 }
@@ -222,7 +254,10 @@ fn read_report(path: &Path) -> anyhow::Result<Report> {
 }
 
 /// The gravest finding decides; whether cases pass is not known after an interruption.
-fn code(report: &Report, interrupt: &Interrupt) -> u8 {
+fn code(report: &Report, strict: bool, interrupt: &Interrupt) -> u8 {
+    let all_count = |d: &DeviceReport| {
+        !strict || d.cases.iter().all(|c| matches!(c.verdict, Verdict::Pass | Verdict::ExpectedFail))
+    };
     let any = |verdict| report.devices.iter().any(|d| d.count(verdict) > 0);
     if any(Verdict::DeviceLost) {
         exit::DEVICE_LOST
@@ -232,7 +267,7 @@ fn code(report: &Report, interrupt: &Interrupt) -> u8 {
         exit::VALIDATION
     } else if interrupt.requested() {
         exit::INTERRUPTED
-    } else if report.devices.iter().all(DeviceReport::passes) {
+    } else if report.devices.iter().all(|d| d.passes() && all_count(d)) {
         exit::OK
     } else {
         exit::WRONG_IMAGE

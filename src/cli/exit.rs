@@ -86,7 +86,10 @@ fn of_gpu(error: &GpuError) -> u8 {
         | GpuError::NoValidationLayer => NO_DEVICE,
         GpuError::DeviceLost(_) => DEVICE_LOST,
         GpuError::Timeout { .. } => TIMEOUT,
-        GpuError::TooLarge { .. } | GpuError::TooManyBoxes { .. } | GpuError::OutOfMemory { .. } => BAD_INPUT,
+        GpuError::TooLarge { .. }
+        | GpuError::TooManyBoxes { .. }
+        | GpuError::KernelTooLarge { .. }
+        | GpuError::OutOfMemory { .. } => BAD_INPUT,
         GpuError::Call { .. } => VALIDATION,
     }
 }

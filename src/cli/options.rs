@@ -50,7 +50,13 @@ impl DeviceOptions {
     /// How to open the device, for ray queries or not.
     pub fn context_options(&self, ray_query: bool) -> ContextOptions {
         let shader_folder = user_cache().map(|cache| cache.join("shaders"));
-        ContextOptions { device: self.device.clone(), validation: self.validation(), shader_folder, ray_query }
+        ContextOptions {
+            device: self.device.clone(),
+            validation: self.validation(),
+            shader_folder,
+            ray_query,
+            capture: false,
+        }
     }
 }
 

@@ -21,6 +21,7 @@ use super::interrupt::Interrupt;
 use super::numbers::seconds;
 use super::options::{DeviceOptions, SceneOptions, check_memory};
 use super::progress::Bar;
+use super::signals::Deadline;
 use super::{exit, heading, input, output, paths};
 
 /// Arguments of `photolith render`.
@@ -46,6 +47,9 @@ pub struct RenderArgs {
     noise: Option<f64>,
 
     /// Stop after so many seconds and write what there is, which is a sample of every pixel at least
+    ///
+    /// They begin when the scene is loaded: to compile kernels counts. A driver that takes more than these, and more than 30, for that is
+    /// given up, with exit code 6.
     #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true, help_heading = heading::QUALITY)]
     time_limit: Option<Duration>,
 
@@ -96,6 +100,11 @@ pub struct RenderArgs {
 /// Seconds that the driver takes for a kernel that it finds in its cache: what is not there it compiles, and drivers may still be
 /// writing that to the cache when the image is done.
 const LITTLE_TO_COMPILE: f64 = 0.1;
+
+/// How long a driver may compile, unless there is a limit of time, and with one that is shorter than what many drivers need: there is to
+/// be a sample of every pixel.
+const COMPILE_LIMIT: Duration = Duration::from_secs(600);
+const LEAST_TO_COMPILE: Duration = Duration::from_secs(30);
 
 /// Independent images behind a film's variance.
 const HALVES: u32 = 2;
@@ -151,7 +160,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     })
     .context("starting a thread")?;
     let context = context?;
+    let compiling = Deadline::after(args.time_limit.map_or(COMPILE_LIMIT, |limit| limit.max(LEAST_TO_COMPILE)));
     let mut renderer = Renderer::with(&context, prepared?).map_err(|error| told_of_shaders(args, error))?;
+    drop(compiling);
     if renderer.hidden_lights() > 0 {
         log::warn!("{} light(s) left out: an opaque sphere keeps them from all that is seen", renderer.hidden_lights());
         args.scene_options.check_warnings(1)?;
@@ -160,6 +171,8 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         keeper.describe(&identity(&scene, &settings, &context))?;
     }
     let setup = started.elapsed().as_secs_f64();
+    // What was needed to get ready counts.
+    renderer.set_time_limit(args.time_limit.map(|limit| limit.saturating_sub(started.elapsed())));
     let bar = Bar::new();
     let on_progress = |progress: &Progress| {
         bar.set(progress);

@@ -8,7 +8,7 @@ use crate::gpu::acceleration_structure::AccelerationStructure;
 use crate::gpu::buffer::Buffer;
 use crate::gpu::device::Device;
 use crate::gpu::error::{GpuError, check};
-use crate::gpu::required::STORAGE_BUFFERS;
+use crate::gpu::required::most_storage_buffers;
 
 /// What a binding is to shaders.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,6 +27,17 @@ pub(crate) enum BindingKind {
 
 impl BindingKind {
     const ALL: [Self; 5] = [Self::Array, Self::Values, Self::Texels, Self::StorageTexels, Self::AccelerationStructure];
+
+    /// What Vulkan calls it.
+    pub(super) fn word(self) -> &'static str {
+        match self {
+            Self::Array => "storage buffer",
+            Self::Values => "uniform buffer",
+            Self::Texels => "uniform texel buffer, R32G32B32A32_UINT",
+            Self::StorageTexels => "storage texel buffer, R32G32B32A32_UINT",
+            Self::AccelerationStructure => "acceleration structure",
+        }
+    }
 
     fn raw(self) -> vk::DescriptorType {
         match self {
@@ -75,7 +86,7 @@ impl BindingLayout {
     /// Makes the layout from the bindings' numbers and kinds, at least one.
     pub fn new(device: &Arc<Device>, bindings: &[(u32, BindingKind)], push_bytes: u32) -> Result<Arc<Self>, GpuError> {
         let arrays = bindings.iter().filter(|&&(_, kind)| kind == BindingKind::Array).count();
-        debug_assert!(arrays <= STORAGE_BUFFERS as usize, "devices are chosen for fewer arrays");
+        debug_assert!(arrays <= most_storage_buffers(&device.limits) as usize, "devices are chosen for fewer arrays");
         let layout_bindings: Vec<_> = bindings
             .iter()
             .map(|&(number, kind)| {

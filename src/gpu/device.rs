@@ -4,13 +4,14 @@ use std::ffi::{CStr, CString};
 use std::mem::{ManuallyDrop, forget};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock};
 use std::time::Duration;
 
-use ash::{ext, vk};
+use ash::{ext, khr, vk};
 use gpu_allocator::AllocationSizes;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 
+use crate::gpu::capture::{Capture, Captures};
 use crate::gpu::error::{GpuError, check};
 use crate::gpu::instance::{Instance, Validation};
 use crate::gpu::messages::Messages;
@@ -23,10 +24,13 @@ use crate::gpu::required;
 use crate::gpu::select;
 use crate::gpu::select::DeviceInfo;
 use crate::gpu::shader_objects::ShaderObjects;
+use crate::gpu::subgroups;
 use crate::gpu::timestamps::Timestamps;
 
 /// How long a wait may last before the device is given up.
 pub(super) const WAIT_LIMIT: Duration = Duration::from_secs(600);
+
+const PORTABILITY: &CStr = khr::portability_subset::NAME;
 
 /// How to make a [`Context`].
 #[derive(Debug, Clone, Default)]
@@ -40,6 +44,8 @@ pub struct ContextOptions {
     pub shader_folder: Option<PathBuf>,
     /// Opens the device for [`Accel::RayQuery`](crate::render::Accel::RayQuery), if it has ray queries.
     pub ray_query: bool,
+    /// Keep what the driver is given, see [`Context::take_capture`].
+    pub capture: bool,
 }
 
 /// A Vulkan device that is ready to compute. Cheap to clone; the device lives until the last clone,
@@ -79,6 +85,7 @@ impl Context {
             validation: self.validation(),
             shader_folder: self.0.shader_folder.clone(),
             ray_query: self.0.wants_ray_queries,
+            capture: self.0.captures.is_some(),
         }
     }
 
@@ -122,6 +129,11 @@ impl Context {
         self.0.ray_queries().map(drop)
     }
 
+    /// What the driver was given since this was last asked: nothing without [`ContextOptions::capture`].
+    pub fn take_capture(&self) -> Capture {
+        self.0.captures.as_ref().map(Captures::take).unwrap_or_default()
+    }
+
     /// Bytes of device memory in use, and the most that were in use at one time.
     pub fn memory(&self) -> (u64, u64) {
         let memory = self.0.memory();
@@ -158,6 +170,10 @@ pub(crate) struct Device {
     ray_queries: Option<RayQueries>,
     /// Shaders without pipelines, kept there as the driver hands them over.
     pub shader_objects: Option<Arc<ShaderObjects>>,
+    /// What the driver was given, if that is wanted.
+    pub captures: Option<Captures>,
+    /// After how many iterations the driver ends loops, once that was probed.
+    pub(super) loop_limit: OnceLock<Option<u32>>,
     /// Pipelines that nobody has at the moment.
     pub(super) pipelines: PipelinePool<RawPipeline>,
     memory: Mutex<Memory>,
@@ -192,6 +208,8 @@ impl Device {
             let mut features_objects = vk::PhysicalDeviceShaderObjectFeaturesEXT::default().shader_object(true);
             let mut features_reconvergence =
                 vk::PhysicalDeviceShaderMaximalReconvergenceFeaturesKHR::default().shader_maximal_reconvergence(true);
+            let mut features_subgroups =
+                vk::PhysicalDeviceSubgroupSizeControlFeatures::default().subgroup_size_control(true);
             let mut features_queries = vk::PhysicalDeviceRayQueryFeaturesKHR::default().ray_query(true);
             let mut features_structures =
                 vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default().acceleration_structure(true);
@@ -204,6 +222,14 @@ impl Device {
             if reconverges {
                 extensions.push(reconvergence::EXTENSION.as_ptr());
                 create = create.push_next(&mut features_reconvergence);
+            }
+            if info.pins_subgroups {
+                extensions.push(subgroups::EXTENSION.as_ptr());
+                create = create.push_next(&mut features_subgroups);
+            }
+            // Who does not do all that Vulkan asks for (MoltenVK) wants to be told that this is known.
+            if select::has_extension(&instance, physical, PORTABILITY) {
+                extensions.push(PORTABILITY.as_ptr());
             }
             if with_ray_queries {
                 extensions.extend(ray_query::EXTENSIONS.map(CStr::as_ptr));
@@ -261,6 +287,8 @@ impl Device {
             wants_ray_queries: options.ray_query,
             ray_queries,
             shader_objects,
+            captures: options.capture.then(Captures::default),
+            loop_limit: OnceLock::new(),
             pipelines: PipelinePool::default(),
             memory: Mutex::new(Memory { allocator: ManuallyDrop::new(allocator), bytes: 0, peak: 0 }),
             given_up: AtomicBool::new(false),

@@ -68,6 +68,21 @@ pub enum GpuError {
         /// Name of the device.
         device: String,
     },
+    /// A kernel is larger than what a driver compiles within minutes.
+    #[error(
+        "the kernel {kernel} has {instructions} instructions where calls are inlined, as device '{device}' does \
+         with all, but that compiles for minutes beyond {limit}"
+    )]
+    KernelTooLarge {
+        /// Which kernel.
+        kernel: String,
+        /// Its instructions, each function's as many times as it is called.
+        instructions: u64,
+        /// With how many the driver is known to come to an end.
+        limit: u64,
+        /// Name of the device.
+        device: String,
+    },
     /// Memory could not be had, of the device or of the host.
     #[error("no memory for {what}: {reason}")]
     OutOfMemory {

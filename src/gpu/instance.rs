@@ -3,7 +3,7 @@
 use std::ffi::{CStr, c_char};
 use std::sync::Arc;
 
-use ash::{ext, vk};
+use ash::{ext, khr, vk};
 
 use crate::gpu::error::{GpuError, check};
 use crate::gpu::messages::Messages;
@@ -47,6 +47,15 @@ impl Instance {
         let mut layers: Vec<*const c_char> = Vec::new();
         let mut extensions: Vec<*const c_char> = Vec::new();
         let mut layer_version = None;
+        // SAFETY: plain enumeration.
+        let known = unsafe { entry.enumerate_instance_extension_properties(None) }.unwrap_or_default();
+        // Drivers that do not do all that Vulkan asks for (MoltenVK) are seen only by who asks for them.
+        let sees_all = known.iter().any(|e| e.extension_name_as_c_str() == Ok(khr::portability_enumeration::NAME));
+        let mut flags = vk::InstanceCreateFlags::empty();
+        if sees_all {
+            extensions.push(khr::portability_enumeration::NAME.as_ptr());
+            flags |= vk::InstanceCreateFlags::ENUMERATE_PORTABILITY_KHR;
+        }
         if validation != Validation::Off {
             // SAFETY: plain enumeration.
             let known =
@@ -72,6 +81,7 @@ impl Instance {
         // Chained here too, so that messages about creating and destroying the instance are heard.
         let mut messenger_info = messages.create_info();
         let mut info = vk::InstanceCreateInfo::default()
+            .flags(flags)
             .application_info(&application)
             .enabled_layer_names(&layers)
             .enabled_extension_names(&extensions);

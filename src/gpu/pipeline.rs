@@ -2,6 +2,7 @@
 
 use std::mem::take;
 use std::sync::Arc;
+use std::time::Instant;
 
 use ash::vk;
 
@@ -10,6 +11,7 @@ use crate::gpu::bindings::BindingLayout;
 use crate::gpu::code::{Code, pruned};
 use crate::gpu::device::Device;
 use crate::gpu::error::{GpuError, check};
+use crate::gpu::inlined::check_size;
 use crate::gpu::prune;
 use crate::gpu::raw_pipeline::RawPipeline;
 use crate::gpu::reconvergence::as_promised;
@@ -35,13 +37,14 @@ impl Pipeline {
     ) -> Result<Self, GpuError> {
         let spirv = &as_promised(spirv, device.reconverges);
         let identity = identity(spirv, specialization, layout);
+        let push = layout.push_ranges();
+        let code = Code { name, spirv, specialization, identity: &identity, set: layout.set, push: &push };
+        if let Some(captures) = &device.captures {
+            captures.shader(&code, layout);
+        }
         let raw = match device.pipelines.take(&identity) {
             Some(spare) => spare,
-            None => {
-                let (identity, push) = (&identity, &layout.push_ranges());
-                let code = Code { name, spirv, specialization, identity, set: layout.set, push };
-                compile(device, &code, layout.raw)?
-            }
+            None => compile(device, &code, layout.raw)?,
         };
         Ok(Self { raw, identity, device: Arc::clone(device) })
     }
@@ -115,6 +118,7 @@ fn pruned_once(device: &Device, code: &Code<'_>) -> Vec<u32> {
 fn create(device: &Device, code: &Code<'_>, layout: vk::PipelineLayout) -> Result<vk::Pipeline, GpuError> {
     let Code { name, specialization, .. } = code;
     let words = pruned_once(device, code);
+    check_size(&device.info, name, &words)?;
     let info = vk::ShaderModuleCreateInfo::default().code(&words);
     // SAFETY: the SPIR-V was made by glslang in the build script, or is the user's own (`spirv_folder`), who
     // answers for it.
@@ -122,17 +126,24 @@ fn create(device: &Device, code: &Code<'_>, layout: vk::PipelineLayout) -> Resul
     device.name(module, name);
     let (map, data) = specialization.raw();
     let values = vk::SpecializationInfo::default().map_entries(&map).data(&data);
-    let stage = vk::PipelineShaderStageCreateInfo::default()
+    let mut lanes = vk::PipelineShaderStageRequiredSubgroupSizeCreateInfo::default()
+        .required_subgroup_size(device.info.subgroup_size);
+    let mut stage = vk::PipelineShaderStageCreateInfo::default()
         .stage(vk::ShaderStageFlags::COMPUTE)
         .module(module)
         .name(c"main")
         .specialization_info(&values);
+    if device.info.pins_subgroups {
+        stage = stage.push_next(&mut lanes);
+    }
+    let start = Instant::now();
     let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout)];
     // SAFETY: module, layout and the specialization data live for the call.
     let made = unsafe { device.raw.create_compute_pipelines(vk::PipelineCache::null(), &info, None) };
     // SAFETY: a module may go once its pipelines are made.
     unsafe { device.raw.destroy_shader_module(module, None) };
     let raw = check("vkCreateComputePipelines", made.map_err(|(_, e)| e))?[0];
+    log::debug!("{name}: compiled in {:.3} s", start.elapsed().as_secs_f64());
     device.name(raw, name);
     Ok(raw)
 }

@@ -50,6 +50,7 @@ pub(super) fn prune(words: &[u32], specialization: &Specialization) -> Option<Ve
     }
     keep_called(&mut module);
     keep_needed(&mut module);
+    keep_used_variables(&mut module);
     let defined = module.all_inst_iter().filter_map(|i| i.result_id).collect();
     keep_described(&mut module, &defined);
     is_closed(&module, &defined).then(|| module.assemble())
@@ -120,6 +121,25 @@ fn drop_ray_query_types(module: &mut Module) {
     });
     for entry in &mut module.entry_points {
         entry.operands.retain(|operand| operand.id_ref_any().is_none_or(|id| !dropped.contains(&id)));
+    }
+}
+
+/// Drops global variables that no function names: of a table that is seen as texels or as an array, one is left.
+fn keep_used_variables(module: &mut Module) {
+    let in_functions = module.functions.iter().flat_map(Function::all_inst_iter);
+    let used: HashSet<Word> = in_functions.flat_map(|i| &i.operands).filter_map(Operand::id_ref_any).collect();
+    let is_unused =
+        |i: &Instruction| i.class.opcode == Op::Variable && i.result_id.is_some_and(|id| !used.contains(&id));
+    let unused: HashSet<Word> =
+        module.types_global_values.iter().filter(|i| is_unused(i)).filter_map(|i| i.result_id).collect();
+    module.types_global_values.retain(|i| !is_unused(i));
+    for entry in &mut module.entry_points {
+        // Model, function and name come first, then the variables.
+        let (mut place, interface) = (0, 3);
+        entry.operands.retain(|operand| {
+            place += 1;
+            place <= interface || operand.id_ref_any().is_none_or(|id| !unused.contains(&id))
+        });
     }
 }
 

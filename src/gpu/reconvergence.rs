@@ -88,9 +88,10 @@ mod tests {
     }
 
     #[test]
-    fn kernels_of_paths_and_light_paths_ask_for_it() {
+    fn kernels_whose_lanes_work_together_ask_for_it() {
         for (name, spirv) in kernels() {
-            assert_eq!(asks(spirv), name.starts_with("path_") || name == "light_trace", "{name}");
+            let works_together = name.starts_with("path_") || ["light_trace", "lanes"].contains(&name);
+            assert_eq!(asks(spirv), works_together, "{name}");
         }
     }
 

@@ -14,6 +14,10 @@ const FEATURES: [Feature; 2] = [
 
 /// Storage buffers that a kernel sees at most. (Vulkan allows at least 4.)
 pub(super) const STORAGE_BUFFERS: u32 = 5;
+/// Tables of a scene, which are storage buffers too where texel buffers are too small.
+const TABLES: u32 = 5;
+/// Texels that tables may need: a scene of a million triangles has some ten million. (Vulkan allows at least 65,536.)
+const ENOUGH_TEXELS: u32 = 1 << 20;
 
 /// Lanes of a subgroup, a power of two. (Vulkan allows 1 and 2, where nothing was tested; lavapipe, which takes any number that its
 /// environment asks for, crashes with these and renders something else with 14.)
@@ -26,6 +30,17 @@ pub(super) fn features() -> vk::PhysicalDeviceVulkan12Features<'static> {
         *of(&mut features) = vk::TRUE;
     }
     features
+}
+
+/// Whether texel buffers are too small for tables, which there is room for as arrays.
+pub(super) fn tables_in_arrays(limits: &vk::PhysicalDeviceLimits) -> bool {
+    limits.max_texel_buffer_elements < ENOUGH_TEXELS && most_storage_buffers(limits) > STORAGE_BUFFERS
+}
+
+/// Storage buffers that a kernel sees at most on a device.
+pub(super) fn most_storage_buffers(limits: &vk::PhysicalDeviceLimits) -> u32 {
+    let all = STORAGE_BUFFERS + TABLES;
+    if limits.max_per_stage_descriptor_storage_buffers < all { STORAGE_BUFFERS } else { all }
 }
 
 /// What a device of Vulkan 1.2 with these features, subgroups and limits lacks.
@@ -97,6 +112,17 @@ mod tests {
             "5 storage buffers in a shader (it has 4)",
         ];
         assert_eq!(missing(Default::default(), &Default::default(), &limits), expected);
+    }
+
+    #[test]
+    fn tables_are_arrays_where_texels_are_few_and_buffers_many() {
+        let limits = |max_texel_buffer_elements, max_per_stage_descriptor_storage_buffers| vk::PhysicalDeviceLimits {
+            max_texel_buffer_elements,
+            max_per_stage_descriptor_storage_buffers,
+            ..Default::default()
+        };
+        let found = [(1 << 16, 10), (1 << 16, 9), (1 << 27, 30)].map(|(t, b)| tables_in_arrays(&limits(t, b)));
+        assert_eq!(found, [true, false, false]);
     }
 
     #[test]

@@ -9,6 +9,7 @@ use crate::gpu::instance::Instance;
 use crate::gpu::ray_query;
 use crate::gpu::ray_query::RayQueryLimits;
 use crate::gpu::required;
+use crate::gpu::subgroups;
 
 /// What a physical device is and whether it can be used.
 #[derive(Debug, Clone)]
@@ -19,6 +20,8 @@ pub struct DeviceInfo {
     pub name: String,
     /// The driver's name and version text.
     pub driver: String,
+    /// Which driver it is (`VkDriverId`), whatever it calls itself.
+    pub driver_id: i32,
     /// Discrete, integrated, virtual or CPU.
     pub kind: DeviceKind,
     /// Vulkan version of the device, `major.minor.patch`.
@@ -27,8 +30,10 @@ pub struct DeviceInfo {
     pub uuid: String,
     /// Lanes of a subgroup.
     pub subgroup_size: u32,
-    /// Whether all subgroups have that size. (Intel's GPUs may report one and run another.)
+    /// Whether all subgroups have that size. (Intel's GPUs may report one and run another, unless it is asked for.)
     pub same_subgroups: bool,
+    /// Whether that size can be asked for.
+    pub pins_subgroups: bool,
     /// Whether lanes of a subgroup can read each other's values.
     pub shuffles: bool,
     /// Bytes of the largest storage buffer binding.
@@ -37,6 +42,8 @@ pub struct DeviceInfo {
     pub max_texel_elements: u64,
     /// What it tells of ray queries, if it has them.
     pub ray_query: Option<RayQueryLimits>,
+    /// Whether texel buffers are too small for tables, which shaders then see as arrays.
+    pub tables_in_arrays: bool,
     /// Bytes of device-local memory.
     pub memory: u64,
     /// What photolith requires and the device lacks; empty if it can be used.
@@ -107,17 +114,18 @@ fn describe(instance: &Instance, device: vk::PhysicalDevice, index: usize) -> De
     if compute_queue_family(instance, device).is_none() {
         missing.push("a compute queue".to_owned());
     }
-    let driver = [v12.driver_name_as_c_str(), v12.driver_info_as_c_str()]
-        .into_iter()
-        .filter_map(|s| s.ok().map(|s| s.to_string_lossy().into_owned()))
-        .filter(|s| !s.is_empty())
-        .collect::<Vec<_>>()
-        .join(" ");
-    let version = basic.api_version;
+    let pins_subgroups = at_least_12 && subgroups::can_be_pinned(instance, device, v11.subgroup_size);
+    let text = |text: Result<&CStr, _>| text.ok().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    let (driver_name, mut driver_info) = (text(v12.driver_name_as_c_str()), text(v12.driver_info_as_c_str()));
+    if driver_info.is_empty() && v12.driver_id == vk::DriverId::GOOGLE_SWIFTSHADER {
+        driver_info = dotted(basic.driver_version);
+    }
+    let driver = format!("{driver_name} {driver_info}").trim().to_owned();
     DeviceInfo {
         index,
         name: basic.device_name_as_c_str().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default(),
         driver,
+        driver_id: v12.driver_id.as_raw(),
         kind: match basic.device_type {
             vk::PhysicalDeviceType::DISCRETE_GPU => DeviceKind::Discrete,
             vk::PhysicalDeviceType::INTEGRATED_GPU => DeviceKind::Integrated,
@@ -125,19 +133,18 @@ fn describe(instance: &Instance, device: vk::PhysicalDevice, index: usize) -> De
             vk::PhysicalDeviceType::CPU => DeviceKind::Cpu,
             _ => DeviceKind::Other,
         },
-        api_version: format!(
-            "{}.{}.{}",
-            vk::api_version_major(version),
-            vk::api_version_minor(version),
-            vk::api_version_patch(version)
-        ),
+        api_version: dotted(basic.api_version),
         uuid: format_uuid(&v11.device_uuid),
         subgroup_size: v11.subgroup_size,
-        same_subgroups: basic.device_type == vk::PhysicalDeviceType::CPU || has_same_subgroups(instance, device),
+        same_subgroups: pins_subgroups
+            || basic.device_type == vk::PhysicalDeviceType::CPU
+            || subgroups::have_one_size(instance, device),
+        pins_subgroups,
         shuffles: v11.subgroup_supported_operations.contains(vk::SubgroupFeatureFlags::SHUFFLE),
         max_storage_range: u64::from(basic.limits.max_storage_buffer_range),
         max_texel_elements: u64::from(basic.limits.max_texel_buffer_elements),
         ray_query,
+        tables_in_arrays: required::tables_in_arrays(&basic.limits),
         memory: memory
             .memory_heaps_as_slice()
             .iter()
@@ -148,23 +155,17 @@ fn describe(instance: &Instance, device: vk::PhysicalDevice, index: usize) -> De
     }
 }
 
+/// A version as Vulkan packs it, in words.
+fn dotted(version: u32) -> String {
+    let (major, minor) = (vk::api_version_major(version), vk::api_version_minor(version));
+    format!("{major}.{minor}.{}", vk::api_version_patch(version))
+}
+
 /// Whether a device knows an extension.
 pub(super) fn has_extension(instance: &Instance, device: vk::PhysicalDevice, name: &CStr) -> bool {
     // SAFETY: plain enumeration; `device` comes from this instance.
     let known = unsafe { instance.raw.enumerate_device_extension_properties(device) }.unwrap_or_default();
     known.iter().any(|e| e.extension_name_as_c_str() == Ok(name))
-}
-
-/// Whether a device says that its subgroups have one size only (VK_EXT_subgroup_size_control).
-fn has_same_subgroups(instance: &Instance, device: vk::PhysicalDevice) -> bool {
-    if !has_extension(instance, device, ash::ext::subgroup_size_control::NAME) {
-        return false;
-    }
-    let mut sizes = vk::PhysicalDeviceSubgroupSizeControlProperties::default();
-    let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut sizes);
-    // SAFETY: the device knows the extension that the structure is of.
-    unsafe { instance.raw.get_physical_device_properties2(device, &mut properties) };
-    sizes.min_subgroup_size == sizes.max_subgroup_size
 }
 
 fn format_uuid(bytes: &[u8; 16]) -> String {
@@ -241,15 +242,18 @@ mod tests {
             index,
             name: name.to_owned(),
             driver: String::new(),
+            driver_id: 0,
             kind,
             api_version: "1.3.0".to_owned(),
             uuid: format_uuid(&[index as u8; 16]),
             subgroup_size: 8,
             same_subgroups: true,
+            pins_subgroups: false,
             shuffles: false,
             max_storage_range: 1 << 27,
             max_texel_elements: 1 << 27,
             ray_query: None,
+            tables_in_arrays: false,
             memory: 1 << 30,
             missing: Vec::new(),
         }

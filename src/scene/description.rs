@@ -182,15 +182,6 @@ pub struct MetallicRoughness {
     pub anisotropy_rotation: f64,
 }
 
-impl MetallicRoughness {
-    /// The model; diffuse where it is no more than that, which is simpler to sample and can share paths.
-    pub fn bsdf(self) -> Bsdf {
-        let layers = [self.metallic, self.specular, self.transmission, self.coat];
-        let is_diffuse = layers.iter().chain(&self.sheen_color).all(|&x| x == 0.0);
-        if is_diffuse { Bsdf::Diffuse { reflectance: self.base_color } } else { Bsdf::MetallicRoughness(self) }
-    }
-}
-
 impl Default for MetallicRoughness {
     /// What glTF says of a material that states nothing.
     fn default() -> Self {

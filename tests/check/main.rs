@@ -118,6 +118,10 @@ fn bad_expectation_files_are_refused() {
     assert!(unknown.to_string().contains("file.toml"));
     assert!(matches!(parse("[[expected]]\ndriver = \"x\""), ExpectationsError::Syntax { .. }));
     assert!(matches!(parse("[[expekted]]"), ExpectationsError::Syntax { .. }));
+    assert!(matches!(
+        parse("[[expected]]\ndriver = \"x\"\ncase = \"energy/black\"\nversion = \"new\"\nreason = \"y\""),
+        ExpectationsError::Syntax { .. }
+    ));
     let empty = parse("[[expected]]\ndriver = \" \"\ncase = \"energy/black\"\nreason = \"y\"");
     assert!(matches!(empty, ExpectationsError::Empty { field: "driver", .. }));
     assert!(Expectations::parse("", "empty").is_ok());

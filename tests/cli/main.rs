@@ -7,6 +7,8 @@ mod common;
 
 mod bench;
 mod checkpoint;
+#[cfg(unix)]
+mod ci;
 mod compare;
 mod errors;
 mod noise;

@@ -31,7 +31,7 @@ float albedo_row(float roughness) {
 float albedo_cell(uint table, float x, float y) {
     int i = floor_int(fast_min(x, float(ALBEDO_STEPS) - 1.5));
     int j = floor_int(fast_min(y, float(ALBEDO_STEPS) - 1.5));
-    vec4 four = uintBitsToFloat(texelFetch(texture_texels, int(table + uint(j) * ALBEDO_STEPS + uint(i))));
+    vec4 four = uintBitsToFloat(texture_texel(int(table + uint(j) * ALBEDO_STEPS + uint(i))));
     vec2 two = mix(four.xy, four.zw, y - float(j));
     return mix(two.x, two.y, x - float(i));
 }
@@ -50,7 +50,7 @@ vec2 ggx_albedo(float mu, float alpha, float row) {
 vec2 ggx_mean_albedo(float row) {
     float y = row * float(ALBEDO_MEANS - 1u);
     int j = floor_int(fast_min(y, float(ALBEDO_MEANS) - 1.5));
-    vec4 two = uintBitsToFloat(texelFetch(texture_texels, int(ALBEDO_MEAN_ROW) + j));
+    vec4 two = uintBitsToFloat(texture_texel(int(ALBEDO_MEAN_ROW) + j));
     return mix(two.xy, two.zw, y - float(j));
 }
 

@@ -19,7 +19,7 @@ const uint MASK = MUTATION == MUTATE_QUERY_MASK ? 2u : 1u;
 // The record of a leaf. Leaves are numbered depth first, which suits builders that divide them in this order.
 int record_of_leaf(int leaf) {
     int first = 3 * int(record_count) + int((record_count + 1u) >> 1);
-    uvec4 four = texelFetch(bvh_texels, first + (leaf >> 2));
+    uvec4 four = bvh_texel(first + (leaf >> 2));
     return int(four[leaf & 3]);
 }
 

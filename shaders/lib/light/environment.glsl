@@ -44,7 +44,7 @@ vec3 environment_pixel(int i, int j) {
     i = i < 0 ? i + width : i;
     i = i >= width ? i - width : i;
     j = clamp(j, 0, int(environment_map.z) - 1);
-    return uintBitsToFloat(texelFetch(texture_texels, int(environment_map.x) + j * width + i).xyz);
+    return uintBitsToFloat(texture_texel(int(environment_map.x) + j * width + i).xyz);
 }
 
 vec3 environment_radiance(vec3 direction) {
@@ -71,7 +71,7 @@ float environment_pdf(vec3 direction) {
     vec2 place = environment_place(direction);
     uvec2 cell = uvec2(clamp(place, vec2(0.0), vec2(0.9999999)) * vec2(512.0, 256.0));
     uint level = ENVIRONMENT_LEVELS - 1u;
-    vec4 quarters = uintBitsToFloat(texelFetch(texture_texels, density_texel(level, cell.x >> 1, cell.y >> 1)));
+    vec4 quarters = uintBitsToFloat(texture_texel(density_texel(level, cell.x >> 1, cell.y >> 1)));
     vec2 row = (cell.y & 1u) != 0u ? quarters.zw : quarters.xy;
     return environment_density((cell.x & 1u) != 0u ? row.y : row.x, sqrt(max(1.0 - direction.y * direction.y, 0.0)));
 }
@@ -81,7 +81,7 @@ LightSample environment_sample(vec2 u) {
     uvec2 cell = uvec2(takes_first(environment_half, u.x) ? 0u : 1u, 0u);
     float part = 0.0;
     for (uint level = 0u; level < ENVIRONMENT_LEVELS; ++level) {
-        vec4 quarters = uintBitsToFloat(texelFetch(texture_texels, density_texel(level, cell.x, cell.y)));
+        vec4 quarters = uintBitsToFloat(texture_texel(density_texel(level, cell.x, cell.y)));
         vec2 rows = quarters.xz + quarters.yw;
         bool upper = takes_first(rows.x / (rows.x + rows.y), u.y);
         vec2 row = upper ? quarters.xy : quarters.zw;

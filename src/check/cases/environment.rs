@@ -97,7 +97,7 @@ fn irradiance([width, height]: [u32; 2], hot: [u32; 2], turn: f64, normal: DVec3
             }
             let clamped = row.clamp(0.5, f64::from(height) - 0.5) - 0.5 - f64::from(hot[1]);
             let place = [(f64::from(hot[0]) + 0.5 + x) / f64::from(width), row / f64::from(height)];
-            let turned = DVec3::from(glam::DQuat::from_rotation_y(turn) * direction(place));
+            let turned = glam::DQuat::from_rotation_y(turn) * direction(place);
             let solid_angle = (PI * place[1]).sin() * (TAU / f64::from(width)) * (PI / f64::from(height)) * step * step;
             sum += hat(x) * hat(clamped) * solid_angle * normal.dot(turned).max(0.0);
         }

@@ -1,7 +1,9 @@
 //! The cases, by topic. The numbers of their rows in the literature of renderer tests are not kept: names are.
 
+mod barriers;
 mod bvh;
 mod cameras;
+mod constants;
 mod determinism;
 mod emitters;
 mod energy;
@@ -9,9 +11,11 @@ mod environment;
 mod film;
 mod glass;
 mod hit_points;
+mod lanes;
 mod layered;
 mod light;
 mod lights;
+mod loops;
 mod materials;
 mod oracle;
 mod query;
@@ -21,6 +25,7 @@ mod scale;
 mod slivers;
 mod spawn;
 mod spheres;
+mod timelines;
 mod triangles;
 
 use crate::check::Case;
@@ -28,6 +33,11 @@ use crate::check::Case;
 /// All cases, in the order in which they run: what others build on comes first.
 pub fn cases() -> impl Iterator<Item = &'static Case> {
     [
+        constants::CASES,
+        loops::CASES,
+        lanes::CASES,
+        barriers::CASES,
+        timelines::CASES,
         sampling::CASES,
         spheres::CASES,
         triangles::CASES,

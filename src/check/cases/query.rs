@@ -82,7 +82,7 @@ pub(super) const CASES: &[Case] = &[
 
 /// The same lab with ray queries.
 fn by_queries(lab: &Lab) -> Result<Lab, CheckError> {
-    lab.context.check_ray_queries().map_err(|_| CheckError::NotSupported("ray queries"))?;
+    lab.context.check_ray_queries().map_err(|_| CheckError::NotSupported("it has no ray queries".to_owned()))?;
     Ok(Lab { accel: Accel::RayQuery, ..lab.clone() })
 }
 

@@ -3,6 +3,7 @@
 
 mod functions;
 mod lights;
+mod plain;
 mod rays;
 mod traversal;
 
@@ -12,7 +13,7 @@ use std::time::Instant;
 
 use bytemuck::{AnyBitPattern, NoUninit, Zeroable};
 
-use crate::gpu::{Access, BindingKind, BindingSet, Buffer, Context, Pipeline, Timeline, Usage};
+use crate::gpu::{Access, BindingKind, BindingSet, Buffer, Context, Pipeline, Timeline, Usage, loop_limit};
 use crate::render::kernel::bindings;
 use crate::render::kernel::bindings::TableBuffers;
 use crate::render::kernel::driver_traits::DriverTraits;
@@ -28,6 +29,7 @@ use crate::check::CheckError;
 
 pub(crate) use crate::check::probe::functions::{Function, Operations, Words};
 pub(crate) use crate::check::probe::lights::{Density, DensityQuery, LightPoint, LightQuery};
+pub(crate) use crate::check::probe::plain::{FUNCTION, PlainKernel, WORKGROUP, workgroups};
 pub(crate) use crate::check::probe::rays::{
     HitRecord, INSIDE, OcclusionRecord, PathInput, PathRecord, RayInput, RayProbe,
 };
@@ -79,6 +81,7 @@ impl Kernel {
 
 /// A kernel ready to run over inputs `I`, each giving an `O`. Both are whole 16-byte words.
 pub(crate) struct Probe<I, O> {
+    context: Context,
     timeline: Timeline,
     pipeline: Pipeline,
     set: BindingSet,
@@ -125,13 +128,14 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
         ]);
         let set = BindingSet::new(&layout, &bound)?;
         let counting = RenderSettings { count_steps: kernel.counts_steps, ..settings.clone() };
-        let traits = DriverTraits::of(&device.info).with(settings);
+        let traits = DriverTraits::of(&device.info, loop_limit(device)?).with(settings);
         let launch = LaunchConstants {
             workgroup: kernel.workgroup,
             loop_budget: kernel.loop_budget,
             enough_lanes: kernel.workgroup - kernel.workgroup / 4,
             threads: traits.threads,
             shuffles: traits.shuffles,
+            tables_in_arrays: traits.tables_in_arrays,
             ..LaunchConstants::default()
         };
         let mut specialization = Compiled { features: &features, tables, settings: &counting, launch }.specialization();
@@ -145,6 +149,7 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
         timeline.wait(&ticket)?;
         let push = Push { width: 64, height: 64, seed: settings.seed, ..Push::zeroed() };
         Ok(Self {
+            context: context.clone(),
             timeline,
             pipeline,
             set,
@@ -181,6 +186,11 @@ impl<I: NoUninit, O: AnyBitPattern> Probe<I, O> {
             })?;
             self.timeline.wait(&ticket)?;
             let bytes = self.readback.mapped().ok_or(CheckError::Unmapped)?;
+            if let Some(captures) = &self.context.0.captures {
+                captures.buffer("push constants", bytemuck::bytes_of(&push));
+                captures.buffer(&format!("binding {INPUT}, input"), bytemuck::cast_slice(batch));
+                captures.buffer(&format!("binding {OUTPUT}, output of {groups} workgroups"), &bytes[..bytes_out]);
+            }
             outputs.extend(bytes[..bytes_out].chunks_exact(size_of::<O>()).map(bytemuck::pod_read_unaligned::<O>));
         }
         Ok(outputs)

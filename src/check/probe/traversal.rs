@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::gpu::Context;
+use crate::gpu::{Context, loop_limit};
 use crate::render::kernel;
 use crate::render::kernel::TRAVERSE;
 use crate::render::kernel::driver_traits::DriverTraits;
@@ -52,7 +52,7 @@ impl Traversal {
     pub fn new(context: &Context, scene: &Scene, settings: &RenderSettings) -> Result<Self, CheckError> {
         let (_, tables) = tables_of(scene, settings);
         let info = context.info();
-        let traits = DriverTraits::of(info);
+        let traits = DriverTraits::of(info, loop_limit(&context.0)?);
         let kernel = Kernel {
             spirv: kernel::spirv(&TRAVERSE, settings)?,
             workgroup: info.subgroup_size,

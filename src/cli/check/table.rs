@@ -36,7 +36,7 @@ impl Table {
         let word = format!("{:<12}", case.verdict.word());
         let word = match (self.color, case.verdict) {
             (true, Verdict::Pass) => format!("\x1b[32m{word}\x1b[0m"),
-            (true, Verdict::ExpectedFail | Verdict::NotSupported | Verdict::NotRun) => format!("\x1b[33m{word}\x1b[0m"),
+            (true, verdict) if verdict.is_skip() => format!("\x1b[33m{word}\x1b[0m"),
             (true, _) => format!("\x1b[31m{word}\x1b[0m"),
             (false, _) => word,
         };
@@ -56,18 +56,14 @@ impl Table {
             self.line(&format!("{:<48} {}", fact.name, fact.value));
         }
         self.line("");
-        let not_run = report.count(Verdict::NotRun);
-        let bad = report.cases.iter().filter(|c| !c.verdict.is_good()).count() - not_run;
-        let lacking = report.count(Verdict::NotSupported);
-        let expected = report.count(Verdict::ExpectedFail);
-        let declared = if expected > 0 { format!(", {expected} failed as declared") } else { String::new() };
+        let bad =
+            report.cases.iter().filter(|c| c.verdict != Verdict::Pass && c.verdict.counted_as().is_none()).count();
         self.line(&format!(
-            "{} of {} cases pass{declared}{}{}{} in {:.1} s",
+            "{} of {} cases pass{}{} in {:.1} s",
             report.count(Verdict::Pass),
             report.cases.len(),
             if bad > 0 { format!(", {bad} do not") } else { String::new() },
-            if lacking > 0 { format!(", {lacking} are not supported") } else { String::new() },
-            if not_run > 0 { format!(", {not_run} were not run") } else { String::new() },
+            report.others(),
             report.seconds
         ));
     }

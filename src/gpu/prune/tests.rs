@@ -1,7 +1,8 @@
 use rspirv::binary::Assemble;
 use rspirv::dr::{Builder, Module, Operand, load_words};
 use rspirv::spirv::{
-    AddressingModel, Capability, Decoration, ExecutionModel, FunctionControl, MemoryModel, Op, SelectionControl, Word,
+    AddressingModel, Capability, Decoration, ExecutionModel, FunctionControl, MemoryModel, Op, SelectionControl,
+    StorageClass, Word,
 };
 
 use crate::gpu::prune::prune;
@@ -212,4 +213,31 @@ fn what_is_no_spirv_is_left_to_the_driver() {
     ] {
         assert_eq!(prune(&[&header, instruction].concat(), &Specialization::default()), None, "{instruction:x?}");
     }
+}
+
+#[test]
+fn variables_that_nothing_names_any_more_go() {
+    let mut made = Made::new(2);
+    let (boolean, uint) = (made.boolean, made.uint);
+    let condition = made.builder.spec_constant_true(boolean);
+    let condition = made.specialized(condition, 7);
+    let pointer = made.builder.type_pointer(None, StorageClass::Private, uint);
+    let [kept, dropped] = [(); 2].map(|()| made.builder.variable(pointer, None, StorageClass::Private, None));
+    for (variable, name) in [(kept, "kept"), (dropped, "dropped")] {
+        made.builder.name(variable, name);
+    }
+    made.main();
+    made.builder.module_mut().entry_points[0].operands.extend([kept, dropped].map(Operand::IdRef));
+    let [yes, no, end] = [(); 3].map(|()| made.builder.id());
+    made.builder.selection_merge(end, SelectionControl::NONE).unwrap();
+    made.builder.branch_conditional(condition, yes, no, []).unwrap();
+    for (label, variable) in [(yes, kept), (no, dropped)] {
+        made.builder.begin_block(Some(label)).unwrap();
+        made.builder.load(uint, None, variable, None, []).unwrap();
+        made.builder.branch(end).unwrap();
+    }
+    made.builder.begin_block(Some(end)).unwrap();
+    let pruned = load_words(prune(&made.words(), &Specialization::default()).unwrap()).unwrap();
+    assert_eq!(names(&pruned), ["kept"]);
+    assert_eq!(pruned.entry_points[0].operands[3..], [Operand::IdRef(kept)]);
 }

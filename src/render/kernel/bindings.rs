@@ -12,12 +12,9 @@ use crate::render::kernel::layout::{Push, binding};
 use crate::render::kernel::upload::upload;
 use crate::render::scene::tables::Tables;
 
-const COMMON: [(u32, BindingKind); 9] = [
-    (binding::BVH, BindingKind::Texels),
-    (binding::GEOMETRY, BindingKind::Texels),
-    (binding::SOBOL, BindingKind::Texels),
-    (binding::LIGHTS, BindingKind::Texels),
-    (binding::TEXTURES, BindingKind::Texels),
+/// The tables of a scene, and the sampler's.
+const TABLES: [u32; 5] = [binding::BVH, binding::GEOMETRY, binding::SOBOL, binding::LIGHTS, binding::TEXTURES];
+const COMMON: [(u32, BindingKind); 4] = [
     (binding::FILM, BindingKind::StorageTexels),
     (binding::FILM_ROWS, BindingKind::Array),
     (binding::COUNTERS, BindingKind::Array),
@@ -36,7 +33,9 @@ pub(crate) fn layout(
     own: &[(u32, BindingKind)],
     ray_query: bool,
 ) -> Result<Arc<BindingLayout>, GpuError> {
-    let mut bindings = [&COMMON, own].concat();
+    let kind = if device.info.tables_in_arrays { BindingKind::Array } else { BindingKind::Texels };
+    let tables = TABLES.map(|number| (number, kind));
+    let mut bindings = [&tables[..], &COMMON, own].concat();
     if ray_query {
         device.ray_queries()?;
         bindings.push(OF_RAY_QUERIES);
@@ -62,14 +61,20 @@ impl TableBuffers {
         sobol: &[Texel],
     ) -> Result<Self, RenderError> {
         let values = tables.values();
+        let usage = if device.info.tables_in_arrays { Usage::Storage } else { Usage::Texel };
         let sources: [(u32, &str, &[u8], Usage); 6] = [
-            (binding::BVH, "BVH", bytemuck::cast_slice(&tables.packed.texels), Usage::Texel),
-            (binding::GEOMETRY, "geometry", bytemuck::cast_slice(&tables.geometry.texels), Usage::Texel),
-            (binding::SOBOL, "sobol", bytemuck::cast_slice(sobol), Usage::Texel),
-            (binding::LIGHTS, "lights", bytemuck::cast_slice(&tables.lights.texels), Usage::Texel),
-            (binding::TEXTURES, "textures", bytemuck::cast_slice(&tables.textures), Usage::Texel),
+            (binding::BVH, "BVH", bytemuck::cast_slice(&tables.packed.texels), usage),
+            (binding::GEOMETRY, "geometry", bytemuck::cast_slice(&tables.geometry.texels), usage),
+            (binding::SOBOL, "sobol", bytemuck::cast_slice(sobol), usage),
+            (binding::LIGHTS, "lights", bytemuck::cast_slice(&tables.lights.texels), usage),
+            (binding::TEXTURES, "textures", bytemuck::cast_slice(&tables.textures), usage),
             (binding::SCENE, "scene", bytemuck::bytes_of(&values), Usage::Values),
         ];
+        if let Some(captures) = &device.captures {
+            sources
+                .iter()
+                .for_each(|(number, name, bytes, _)| captures.buffer(&format!("binding {number}, {name}"), bytes));
+        }
         let mut uploads = Vec::new();
         for (_, name, bytes, usage) in sources {
             uploads.push((Buffer::new(device, name, bytes.len() as u64, usage)?, bytes));

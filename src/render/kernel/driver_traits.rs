@@ -39,22 +39,23 @@ pub(crate) struct DriverTraits {
     pub groups_fit: bool,
     /// Invocations that keep the device busy; 0: any number. (An H100 holds 2¹⁸ of them, with few registers.)
     pub invocations: u64,
+    /// Tables are arrays for shaders, not texels.
+    pub tables_in_arrays: bool,
     /// Regions for the records of paths, which the workgroups that run share: a workgroup that finds none free waits.
     pub queue_regions: u32,
 }
 
 impl DriverTraits {
-    pub fn of(device: &DeviceInfo) -> Self {
-        let old_lavapipe =
-            device.kind == DeviceKind::Cpu && mesa_version(&device.driver).is_some_and(|version| version < (23, 1));
+    /// Of a device, which ends loops after so many iterations if that was found.
+    pub fn of(device: &DeviceInfo, loop_limit: Option<u32>) -> Self {
         let groups_fit = device.subgroup_size.is_multiple_of(MEMBERS as u32);
         Self {
-            // lavapipe before Mesa 23.1 silently ends all loops of a subgroup after 65,535 iterations in total.
-            // Elsewhere the budget bounds a dispatch, so that no watchdog ends it.
-            loop_budget: match mesa_version(&device.driver) {
-                Some(_) if old_lavapipe => 50_000,
-                Some(_) if device.kind == DeviceKind::Cpu => 0,
-                _ => 1 << 20,
+            // Of what a driver allows, some is for what is not counted. Elsewhere the budget bounds a dispatch, so that no watchdog ends it:
+            // CPUs have none.
+            loop_budget: match (loop_limit, device.kind) {
+                (Some(limit), _) => limit - limit / 4,
+                (None, DeviceKind::Cpu) => 0,
+                (None, _) => 1 << 20,
             },
             workgroup_size: if device.kind == DeviceKind::Cpu { 64 } else { 128 },
             queue: device.kind == DeviceKind::Cpu,
@@ -67,6 +68,7 @@ impl DriverTraits {
             threads: device.kind != DeviceKind::Cpu,
             shuffles: device.shuffles && (device.kind != DeviceKind::Cpu || lanes_permute(device)),
             groups_fit,
+            tables_in_arrays: device.tables_in_arrays,
             invocations: if device.kind == DeviceKind::Cpu { 0 } else { 1 << 18 },
             queue_regions: if device.kind == DeviceKind::Cpu { 64 } else { 1024 },
         }
@@ -88,24 +90,4 @@ impl DriverTraits {
 /// loop of any other.
 fn lanes_permute(device: &DeviceInfo) -> bool {
     device.driver.starts_with("llvmpipe") && device.subgroup_size == 8 && permutes_lanes()
-}
-
-/// Major and minor version in a driver text such as "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)".
-fn mesa_version(driver: &str) -> Option<(u32, u32)> {
-    let text = driver.split("Mesa ").nth(1)?;
-    let mut parts = text.split(|c: char| !c.is_ascii_digit()).map(str::parse);
-    Some((parts.next()?.ok()?, parts.next()?.ok()?))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn reads_mesa_versions() {
-        assert_eq!(mesa_version("llvmpipe Mesa 22.3.6 (LLVM 15.0.6)"), Some((22, 3)));
-        assert_eq!(mesa_version("Mesa 25.0.7-2~bpo12+1 (LLVM 15.0.6)"), Some((25, 0)));
-        assert_eq!(mesa_version("NVIDIA 580.159"), None);
-        assert_eq!(mesa_version("Mesa git"), None);
-    }
 }

@@ -41,6 +41,7 @@ pub(crate) struct LaunchConstants {
     pub sample_map: bool,
     pub threads: bool,
     pub shuffles: bool,
+    pub tables_in_arrays: bool,
 }
 
 impl Default for LaunchConstants {
@@ -60,6 +61,7 @@ impl Default for LaunchConstants {
             sample_map: false,
             threads: false,
             shuffles: false,
+            tables_in_arrays: false,
         }
     }
 }
@@ -121,7 +123,8 @@ macro_rules! constants {
 }
 
 constants! {
-    0 WORKGROUP: u32 = |c| c.launch.workgroup;
+    61 WORKGROUP: u32 = |c| c.launch.workgroup;
+    62 TABLES_IN_ARRAYS: bool = |c| c.launch.tables_in_arrays;
     1 FILTER: u32 = |c| u32::from(c.features.gaussian),
         "gaussian filter": |f| why(f.gaussian, "film.filter is gaussian", "film.filter is box");
     2 SAMPLER: u32 = |c| match c.features.sampler {

@@ -205,6 +205,7 @@ impl Launch {
             sample_map: self.kernel.sample_map,
             threads: traits.threads,
             shuffles: traits.shuffles,
+            tables_in_arrays: traits.tables_in_arrays,
         };
         Compiled { features, tables, settings, launch }.specialization()
     }

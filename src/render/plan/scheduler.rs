@@ -100,6 +100,7 @@ mod tests {
         threads: true,
         shuffles: true,
         groups_fit: true,
+        tables_in_arrays: false,
         invocations: 1 << 19,
         queue_regions: 1024,
     };

@@ -11,7 +11,7 @@ use std::time::Duration;
 use std::time::Instant;
 
 use crate::accel::{BvhStatistics, MAX_RECORDS};
-use crate::gpu::{Context, GpuError};
+use crate::gpu::{Context, GpuError, loop_limit};
 use crate::scene::Scene;
 
 use crate::render::engine::Engine;
@@ -98,7 +98,7 @@ impl Renderer {
         check_size(&prepared)?;
         let device = &context.0;
         let settings = prepared.settings;
-        let traits = DriverTraits::of(&device.info).with(settings);
+        let traits = DriverTraits::of(&device.info, loop_limit(device)?).with(settings);
         let (mut techniques, options) = Techniques::new(&prepared, &traits);
         let launch = Launch::new(device, traits, &prepared, options)?;
         let ray_query = prepared.features.ray_query;
@@ -163,6 +163,11 @@ impl Renderer {
     pub fn set_seed(&mut self, seed: u32) {
         self.settings.seed = seed;
         self.engine.push.seed = seed;
+    }
+
+    /// Stops by another limit of time from now on; whether there is one was decided when it was made.
+    pub fn set_time_limit(&mut self, limit: Option<Duration>) {
+        self.settings.time_limit = self.settings.time_limit.and(limit);
     }
 
     /// Renders another number of samples per pixel from now on.

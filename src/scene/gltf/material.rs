@@ -264,7 +264,7 @@ impl Document<'_> {
             Surface { bsdf: Bsdf::Black, emission: model.base_color, two_sided: material.double_sided }
         } else {
             let emission = positive(emission);
-            Surface { bsdf: model.bsdf(), emission, two_sided: material.double_sided }
+            Surface { bsdf: Bsdf::MetallicRoughness(model), emission, two_sided: material.double_sided }
         };
         let name = material.name.clone().filter(|name| !name.is_empty()).unwrap_or_else(|| format!("material {index}"));
         Ok(Material {

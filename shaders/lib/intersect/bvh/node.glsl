@@ -48,8 +48,8 @@ struct BvhRecord {
 };
 
 BvhRecord bvh_record(int record) {
-    return BvhRecord(texelFetch(bvh_texels, 3 * record), texelFetch(bvh_texels, 3 * record + 1),
-                      texelFetch(bvh_texels, 3 * record + 2));
+    return BvhRecord(bvh_texel(3 * record), bvh_texel(3 * record + 1),
+                      bvh_texel(3 * record + 2));
 }
 
 // No coordinate is negative and as large as this is as a float: 2^125.

@@ -16,7 +16,7 @@ const int BVH_ID = 0x01000000;     // ids from here on are BVH_ID + 2·record, o
 // The primitive with such a handle, or -1.
 int bvh_primitive(int self_id) {
     int slot = self_id - BVH_ID;
-    uvec4 four = texelFetch(bvh_texels, 3 * int(record_count) + (slot >> 2));
+    uvec4 four = bvh_texel(3 * int(record_count) + (slot >> 2));
     uvec2 two = (slot & 2) != 0 ? four.zw : four.xy;
     return int((slot & 1) != 0 ? two.y : two.x);
 }

@@ -66,9 +66,13 @@ fn specialization_constants() {
 #[test]
 fn bindings() {
     let all = [
+        (binding::BVH, "BvhArray", true),
         (binding::BVH, "bvh_texels", false),
+        (binding::GEOMETRY, "GeometryArray", true),
         (binding::GEOMETRY, "geometry_texels", false),
+        (binding::SOBOL, "SobolArray", true),
         (binding::SOBOL, "sobol_texels", false),
+        (binding::LIGHTS, "LightArray", true),
         (binding::LIGHTS, "light_texels", false),
         (binding::FILM, "film_texels", false),
         (binding::COUNTERS, "Counters", true),
@@ -81,6 +85,7 @@ fn bindings() {
         (binding::FILM_ROWS, "Film", true),
         (binding::FILM_ROWS, "FilmWords", true),
         (binding::GRADIENT_ROWS, "GradientRows", true),
+        (binding::TEXTURES, "TextureArray", true),
         (binding::TEXTURES, "texture_texels", false),
         (binding::LEAF_BOXES, "leaf_boxes", false),
     ]

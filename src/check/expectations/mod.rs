@@ -1,4 +1,9 @@
-//! Known failures of drivers, declared as data.
+//! What is known of drivers, declared as data: cases that fail, that must not be run, that fail now and then.
+
+mod built_in;
+mod pattern;
+mod version;
+mod written;
 
 use std::io;
 use std::path::Path;
@@ -7,14 +12,21 @@ use serde::Deserialize;
 
 use crate::check::cases;
 use crate::files::read_regular;
+use crate::gpu::DeviceInfo;
 use crate::scene::{Location, one_line};
 
-/// Failures that are declared: they count as expected, and their passing as a fault.
+pub use crate::check::expectations::version::VersionRange;
+pub use crate::check::expectations::written::written_expectations;
+
+/// Declarations about cases on drivers.
 ///
 /// ```toml
 /// [[expected]]
-/// driver = "Mesa 22.3"                # part of the driver's text
-/// case = "triangles/edges"
+/// kind = "fail"                       # or "skip", "flake"; "fail" by default
+/// driver = "llvmpipe"                 # part of the driver's text; any driver by default
+/// version = ">=24.1, <25.1"           # of the driver; any by default
+/// lanes = 4                           # of a subgroup; any number by default
+/// case = "query/*"                    # * stands for any characters, ? for one
 /// reason = "issue or explanation"
 /// ```
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
@@ -24,16 +36,48 @@ pub struct Expectations {
     expected: Vec<Expectation>,
 }
 
-/// A declared failure.
+/// What is declared of a case.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// It fails, or cannot be measured; that it passes is a fault of the declaration.
+    #[default]
+    Fail,
+    /// It must not be run: it hangs, or takes the program with it.
+    Skip,
+    /// It fails now and then.
+    Flake,
+}
+
+/// A declaration.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Expectation {
+    /// What is declared.
+    #[serde(default)]
+    pub kind: Kind,
     /// Part of the driver's text, in any case.
-    pub driver: String,
-    /// The case.
+    pub driver: Option<String>,
+    /// Versions of the driver.
+    pub version: Option<VersionRange>,
+    /// Lanes of a subgroup.
+    pub lanes: Option<u32>,
+    /// The case, or several by wildcards.
     pub case: String,
     /// Why.
     pub reason: String,
+}
+
+impl Expectation {
+    fn is_for(&self, device: &DeviceInfo, case: &str) -> bool {
+        let of_driver = |part: &String| device.driver.to_lowercase().contains(&part.to_lowercase());
+        let of_version =
+            |range: &VersionRange| version::version_of(&device.driver).is_some_and(|version| range.contains(&version));
+        self.driver.as_ref().is_none_or(of_driver)
+            && self.version.as_ref().is_none_or(of_version)
+            && self.lanes.is_none_or(|lanes| lanes == device.subgroup_size)
+            && pattern::matches(&self.case, case)
+    }
 }
 
 /// What is wrong with an expectation file.
@@ -56,7 +100,7 @@ pub enum ExpectationsError {
         problem: String,
     },
     /// It declares a case that does not exist.
-    #[error("{file}: there is no case '{case}'; `photolith check --list` names them")]
+    #[error("{file}: there is no case '{case}'; `photolith check --full --list` names them")]
     NoSuchCase {
         /// The file.
         file: String,
@@ -101,11 +145,11 @@ impl Expectations {
             problem: one_line(error.message()),
         })?;
         for e in &all.expected {
-            if !cases().any(|c| c.name == e.case) {
+            if !cases().any(|c| pattern::matches(&e.case, c.name)) {
                 return Err(ExpectationsError::NoSuchCase { file, case: e.case.clone() });
             }
-            for (field, text) in [("driver", &e.driver), ("reason", &e.reason)] {
-                if text.trim().is_empty() {
+            for (field, text) in [("driver", e.driver.as_ref()), ("reason", Some(&e.reason))] {
+                if text.is_some_and(|text| text.trim().is_empty()) {
                     return Err(ExpectationsError::Empty { file, case: e.case.clone(), field });
                 }
             }
@@ -113,9 +157,14 @@ impl Expectations {
         Ok(all)
     }
 
-    /// The declaration of a case on a driver.
-    pub fn of(&self, driver: &str, case: &str) -> Option<&Expectation> {
-        let driver = driver.to_lowercase();
-        self.expected.iter().find(|e| e.case == case && driver.contains(&e.driver.to_lowercase()))
+    /// These, and others for what these do not declare.
+    pub fn or(mut self, others: Self) -> Self {
+        self.expected.extend(others.expected);
+        self
+    }
+
+    /// The first declaration for a case on a device.
+    pub fn of(&self, device: &DeviceInfo, case: &str) -> Option<&Expectation> {
+        self.expected.iter().find(|e| e.is_for(device, case))
     }
 }
