@@ -14,9 +14,9 @@ use crate::Context;
 use crate::check::CheckError;
 use crate::check::probe::{BATCH, PathInput, Query, RayInput, RayProbe, Traced, Traversal};
 use crate::oracle::Pcg64;
-use crate::render::{Choice as _, RenderSettings};
 use crate::render::space::RenderSpace;
 use crate::render::space::view::View;
+use crate::render::{Choice as _, RenderSettings};
 use crate::scene::Scene;
 
 use crate::bench::error::BenchError;

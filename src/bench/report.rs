@@ -180,13 +180,16 @@ impl Report {
             return out;
         }
         if !self.rays.is_empty() {
-            out.push_str("scene,triangles,accel,kind,rays,hits,mrays_per_s,best_mrays_per_s,steps_per_ray,cpu_ns_per_ray\n");
+            out.push_str(
+                "scene,triangles,accel,kind,rays,hits,mrays_per_s,best_mrays_per_s,steps_per_ray,cpu_ns_per_ray\n",
+            );
             for scene in &self.rays {
                 for r in &scene.rates {
                     let (name, kind) = (quoted(&scene.scene), r.kind.name());
                     let (rate, best, cpu) = (cell(r.mrays_per_s), cell(r.best_mrays_per_s), cell(r.cpu_ns_per_ray));
                     let (n, accel, steps) = (scene.triangles, scene.accel, cell(r.steps_per_ray));
-                    let _ = writeln!(out, "{name},{n},{accel},{kind},{},{},{rate},{best},{steps},{cpu}", r.rays, r.hits);
+                    let _ =
+                        writeln!(out, "{name},{n},{accel},{kind},{},{},{rate},{best},{steps},{cpu}", r.rays, r.hits);
                 }
             }
             return out;
