@@ -14,6 +14,7 @@
 #include "../lib/bsdf/mirror.glsl"
 #include "../lib/bsdf/dielectric.glsl"
 #include "../lib/bsdf/layered.glsl"
+#include "../lib/bsdf/glass.glsl"
 
 const uint PROBE_TWO_SUM = 0u;
 const uint PROBE_TWO_PRODUCT = 1u;
@@ -42,6 +43,8 @@ Bsdf layered_bsdf(vec4 a, uint layers, vec3 wo) {
     if (HAS_COVER) cover(b);
     return b;
 }
+const uint PROBE_GLASS = 14u;
+const uint PROBE_EXP = 15u;
 
 void main() {
     uint i = gl_GlobalInvocationID.x;
@@ -66,7 +69,7 @@ void main() {
     if (PROBE == PROBE_DIFFUSE) x.xyz = cosine_sample(a.xyz, b.xy);
     if (PROBE == PROBE_FRESNEL) x.x = fresnel(a.x, a.y, x.y);
     if (PROBE == PROBE_DIELECTRIC) {
-        Bsdf glass = Bsdf(BSDF_DIELECTRIC, vec3(1.0), MUTATION == MUTATE_IOR ? 1.0 / a.w : a.w, NO_LOBES, NO_SHEEN, NO_COAT);
+        Bsdf glass = Bsdf(BSDF_DIELECTRIC, vec3(1.0), MUTATION == MUTATE_IOR ? 1.0 / a.w : a.w, NO_LOBES, NO_SHEEN, NO_COAT, NO_GLASS);
         BsdfSample s = dielectric_sample(glass, b.xyz, -a.xyz, b.ww);
         x = vec4(s.direction, s.crosses ? 1.0 : 0.0);
     }
@@ -88,6 +91,18 @@ void main() {
             y.xyz = s.weight;
         }
     }
+    if (PROBE == PROBE_GLASS) {
+        float mu = abs(b.w);
+        vec3 wo = vec3(sqrt(1.0 - mu * mu), 0.0, mu);
+        Bsdf glass = Bsdf(b.w < 0.0 ? BSDF_WALL : BSDF_GLASS, vec3(a.z), a.x, NO_LOBES, NO_SHEEN, NO_COAT, NO_GLASS);
+        float root = (a.x - 1.0) / (a.x + 1.0);
+        set_glass(glass, vec3(a.w * root * root), a.w, a.y, mu);
+        vec3 value;
+        float pdf;
+        glass_both(glass, wo, b.xyz, value, pdf);
+        x = vec4(value, pdf);
+    }
+    if (PROBE == PROBE_EXP) x.x = exp_accurate(a.x);
     if (PROBE == PROBE_SAMPLE_PAIR) x.xy = sample_pair(pixel_key(bits.x), bits.y, bits.z, bits.w);
     output_floats(2u * i, x);
     output_floats(2u * i + 1u, y);

@@ -55,6 +55,9 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::ClearWayOut => &["materials/layer-formula", "materials/layer-reciprocity", "materials/layer-furnace"],
         Mutation::CoatOfBase => &["materials/layer-textures"],
         Mutation::HalfBoundSheen => &["materials/layer-formula", "materials/layer-reciprocity"],
+        Mutation::UnsquaredRefraction => &["glass/rough-furnace"],
+        Mutation::SingleWall => &["glass/wall"],
+        Mutation::ClearShadows => &["glass/amber"],
         Mutation::OwnSampleMap => &["emitters/edges-of-glass"],
     }
 }

@@ -201,8 +201,8 @@ fn check_device(
 ) -> anyhow::Result<DeviceReport> {
     let validation = args.device.validation();
     let capture = args.bundle.is_some();
-    let options = ContextOptions { device, validation, capture, ray_query: true, ..ContextOptions::default() };
-    let context = Context::new(&options)?;
+    let opened = ContextOptions { device, validation, capture, ray_query: true, ..ContextOptions::default() };
+    let context = Context::new(&opened)?;
     if validation != Validation::Off && provoke_validation(&context)?.is_empty() {
         // Silence would prove nothing.
         return Err(anyhow!("the validation layer did not report a deliberate violation")).context(exit::Deaf);

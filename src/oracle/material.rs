@@ -68,6 +68,9 @@ impl Place<'_> {
                 if let Some(value) = self.look_up(scene, material, TextureSlot::SpecularColor) {
                     m.specular_color = (DVec3::from(m.specular_color) * value.truncate()).to_array();
                 }
+                if let Some(value) = self.look_up(scene, material, TextureSlot::Transmission) {
+                    m.transmission *= value.x;
+                }
             }
             Bsdf::Dielectric { .. } | Bsdf::Black => {}
         }

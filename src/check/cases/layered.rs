@@ -144,8 +144,8 @@ impl Layered {
     fn random(rng: &mut Rng) -> Self {
         let (base, mu, wi) = random_pair(rng);
         // Of what is smoother the rounding of directions decides.
-        let rough = 19 + (rng.bits() >> 8) as u32 % 45;
-        let bits = ((rng.bits() >> 8) as u32 & 63) | rough << 6;
+        let rough = 19 + (rng.bits() >> 8) % 45;
+        let bits = ((rng.bits() >> 8) & 63) | rough << 6;
         let sixth = |n: u32| f64::from(bits >> (6 * n) & 63) / 63.0;
         Self { model: MetallicRoughness { coat: sixth(0), coat_roughness: sixth(1), ..base }, bits, mu, wi }
     }

@@ -20,6 +20,7 @@ mod materials;
 mod oracle;
 mod query;
 mod reuse;
+mod rough_glass;
 mod sampling;
 mod scale;
 mod slivers;
@@ -54,6 +55,7 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
         materials::CASES,
         environment::CASES,
         layered::CASES,
+        rough_glass::CASES,
         scale::CASES,
         cameras::CASES,
         film::CASES,

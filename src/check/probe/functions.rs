@@ -40,6 +40,10 @@ pub(crate) enum Function {
     Layers = 12,
     /// The same; u, -, and the bits → direction, density; weight
     LayerSample = 13,
+    /// (η, roughness, tint, specular); (wi, cosine of wo, negative: of a wall) → f·cos θi, density; wo has azimuth 0
+    Glass = 14,
+    /// x → eˣ
+    Exp = 15,
 }
 
 impl Function {

@@ -4,9 +4,11 @@ use crate::accel::Texel;
 use crate::scene::{Bsdf, Coverage, Material, MetallicRoughness, Surface, TextureSlot};
 
 use crate::render::kernel::layout::{bsdf as kind, flag};
+use crate::render::space::RenderSpace;
 
-/// The textures of a material, in the order of their texels: those of its details, then those of its layers.
-pub(crate) const SLOTS: [TextureSlot; 12] = [
+/// The textures of a material, in the order of their texels: those of its details, those of its layers, then that of what it
+/// lets through.
+pub(crate) const SLOTS: [TextureSlot; 13] = [
     TextureSlot::BaseColor,
     TextureSlot::MetallicRoughness,
     TextureSlot::Normal,
@@ -19,9 +21,10 @@ pub(crate) const SLOTS: [TextureSlot; 12] = [
     TextureSlot::SheenRoughness,
     TextureSlot::Specular,
     TextureSlot::SpecularColor,
+    TextureSlot::Transmission,
 ];
 /// Texels of a material's details.
-const DETAIL_TEXELS: usize = 4;
+const DETAIL_TEXELS: usize = 6;
 /// Texels of what lies over its base or makes that anisotropic.
 const LAYER_TEXELS: usize = 5;
 
@@ -36,8 +39,14 @@ impl MaterialTexels {
     /// `texture_of` has the number of a material's texture.
     ///
     /// A triangle with vertex colours needs details of its material; `all` gives some to each.
-    pub fn of(materials: &[Material], all: bool, texture_of: impl Fn(usize, TextureSlot) -> Option<u32>) -> Self {
-        let (mut details, mut layers): (Vec<[f32; 4]>, Vec<(usize, [[f32; 4]; LAYER_TEXELS])>) = Default::default();
+    pub fn of(
+        materials: &[Material],
+        space: &RenderSpace,
+        all: bool,
+        texture_of: impl Fn(usize, TextureSlot) -> Option<u32>,
+    ) -> Self {
+        let mut details: Vec<[f32; 4]> = Vec::new();
+        let mut layers: Vec<(usize, [[f32; 4]; LAYER_TEXELS])> = Vec::new();
         let mut records = Vec::with_capacity(materials.len());
         for (index, material) in materials.iter().enumerate() {
             let number = (details.len() / DETAIL_TEXELS) as f32;
@@ -47,7 +56,7 @@ impl MaterialTexels {
                 if material.has_layers() {
                     layers.push((details.len(), layer_texels(material, |slot| texture_of(index, slot))));
                 }
-                details.extend(detail_texels(material, |slot| texture_of(index, slot)));
+                details.extend(detail_texels(material, space, |slot| texture_of(index, slot)));
             }
         }
         // After the details of all materials, which say where.
@@ -80,7 +89,11 @@ fn record(material: &Material, details: Option<f32>) -> [Texel; 2] {
     [rgb(reflectance, f32::from_bits(kind)), rgb(emission, last)].map(|texel| texel.map(f32::to_bits))
 }
 
-fn detail_texels(material: &Material, texture_of: impl Fn(TextureSlot) -> Option<u32>) -> [[f32; 4]; DETAIL_TEXELS] {
+fn detail_texels(
+    material: &Material,
+    space: &RenderSpace,
+    texture_of: impl Fn(TextureSlot) -> Option<u32>,
+) -> [[f32; 4]; DETAIL_TEXELS] {
     let model = match material.surface.bsdf {
         Bsdf::MetallicRoughness(model) => model,
         _ => MetallicRoughness { metallic: 0.0, ..MetallicRoughness::default() },
@@ -91,11 +104,14 @@ fn detail_texels(material: &Material, texture_of: impl Fn(TextureSlot) -> Option
         Coverage::Blend => -1.0,
     };
     let textures = numbers(&texture_of);
+    let is_body = if model.has_volume && model.transmission > 0.0 { 1.0 } else { 0.0 };
     [
         [model.metallic as f32, model.roughness as f32, material.alpha as f32, coverage],
         dielectric_fresnel(&model, material.has_specular_textures()),
         [material.normal_scale as f32, -1.0, 0.0, 0.0],
         [textures[0], textures[1], textures[2], textures[3]],
+        [model.transmission as f32, textures[12], model.ior as f32, is_body],
+        rgb(model.absorption().map(|per_unit| space.scene_length(per_unit)), 0.0),
     ]
 }
 

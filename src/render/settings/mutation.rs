@@ -110,11 +110,17 @@ pub enum Mutation {
     CoatOfBase = 62,
     /// Sheen is divided by its albedo for the direction of view alone.
     HalfBoundSheen = 63,
+    /// The density of refracted directions lacks η².
+    UnsquaredRefraction = 50,
+    /// Of a thin wall only one side reflects.
+    SingleWall = 51,
+    /// What bodies absorb is left out of shadow rays.
+    ClearShadows = 52,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 53] = [
+    pub const ALL: [Self; 56] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -168,6 +174,9 @@ impl Mutation {
         Self::ClearWayOut,
         Self::CoatOfBase,
         Self::HalfBoundSheen,
+        Self::UnsquaredRefraction,
+        Self::SingleWall,
+        Self::ClearShadows,
     ];
 
     /// What is broken, in words.
@@ -226,6 +235,9 @@ impl Mutation {
             Self::ClearWayOut => "coats take nothing from what the base sends out",
             Self::CoatOfBase => "coats with the normals of the base",
             Self::HalfBoundSheen => "sheen divided by its albedo for the direction of view alone",
+            Self::UnsquaredRefraction => "density of refracted directions without the square of the index",
+            Self::SingleWall => "thin walls reflect on one side only",
+            Self::ClearShadows => "light that bodies absorb left out of shadow rays",
         }
     }
 }
