@@ -2,6 +2,7 @@
 
 pub(crate) mod pipeline_pool;
 
+mod acceleration_level;
 mod acceleration_structure;
 mod binaries;
 mod bindings;
@@ -10,6 +11,7 @@ mod code;
 mod device;
 mod error;
 mod instance;
+mod kept_layout;
 mod messages;
 mod pipeline;
 mod prune;
@@ -27,12 +29,13 @@ mod timestamps;
 mod violation;
 
 pub(crate) use crate::gpu::acceleration_structure::AccelerationStructure;
-pub(crate) use crate::gpu::bindings::{BindingKind, BindingLayout, BindingSet, Resource};
+pub(crate) use crate::gpu::bindings::{BindingLayout, BindingSet, Resource};
 pub(crate) use crate::gpu::buffer::{Buffer, Usage};
 pub(crate) use crate::gpu::device::Device;
 pub use crate::gpu::device::{Context, ContextOptions};
 pub use crate::gpu::error::GpuError;
 pub use crate::gpu::instance::Validation;
+pub(crate) use crate::gpu::kept_layout::BindingKind;
 pub use crate::gpu::messages::Messages;
 pub(crate) use crate::gpu::pipeline::Pipeline;
 pub use crate::gpu::ray_query::RayQueryLimits;

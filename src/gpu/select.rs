@@ -1,7 +1,5 @@
 //! Which Vulkan devices there are, what they lack, and which one is picked.
 
-use std::ffi::CStr;
-
 use ash::vk;
 
 use crate::gpu::error::{GpuError, check};
@@ -148,16 +146,9 @@ fn describe(instance: &Instance, device: vk::PhysicalDevice, index: usize) -> De
     }
 }
 
-/// Whether a device knows an extension.
-pub(super) fn has_extension(instance: &Instance, device: vk::PhysicalDevice, name: &CStr) -> bool {
-    // SAFETY: plain enumeration; `device` comes from this instance.
-    let known = unsafe { instance.raw.enumerate_device_extension_properties(device) }.unwrap_or_default();
-    known.iter().any(|e| e.extension_name_as_c_str() == Ok(name))
-}
-
 /// Whether a device says that its subgroups have one size only (VK_EXT_subgroup_size_control).
 fn has_same_subgroups(instance: &Instance, device: vk::PhysicalDevice) -> bool {
-    if !has_extension(instance, device, ash::ext::subgroup_size_control::NAME) {
+    if !instance.has_extension(device, ash::ext::subgroup_size_control::NAME) {
         return false;
     }
     let mut sizes = vk::PhysicalDeviceSubgroupSizeControlProperties::default();
