@@ -4,57 +4,18 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use crate::gpu::acceleration_structure::AccelerationStructure;
+use crate::gpu::acceleration_level::Level;
 use crate::gpu::buffer::Buffer;
 use crate::gpu::device::Device;
 use crate::gpu::error::{GpuError, check};
+use crate::gpu::kept_layout::{BindingKind, KeptLayout, push_ranges};
 use crate::gpu::required::most_storage_buffers;
-
-/// What a binding is to shaders.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum BindingKind {
-    /// An array of numbers.
-    Array,
-    /// A few numbers to read, the same for all invocations.
-    Values,
-    /// Texels to read.
-    Texels,
-    /// Texels to read and write.
-    StorageTexels,
-    /// What ray queries look through.
-    AccelerationStructure,
-}
-
-impl BindingKind {
-    const ALL: [Self; 5] = [Self::Array, Self::Values, Self::Texels, Self::StorageTexels, Self::AccelerationStructure];
-
-    /// What Vulkan calls it.
-    pub(super) fn word(self) -> &'static str {
-        match self {
-            Self::Array => "storage buffer",
-            Self::Values => "uniform buffer",
-            Self::Texels => "uniform texel buffer, R32G32B32A32_UINT",
-            Self::StorageTexels => "storage texel buffer, R32G32B32A32_UINT",
-            Self::AccelerationStructure => "acceleration structure",
-        }
-    }
-
-    fn raw(self) -> vk::DescriptorType {
-        match self {
-            Self::Array => vk::DescriptorType::STORAGE_BUFFER,
-            Self::Values => vk::DescriptorType::UNIFORM_BUFFER,
-            Self::Texels => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
-            Self::StorageTexels => vk::DescriptorType::STORAGE_TEXEL_BUFFER,
-            Self::AccelerationStructure => vk::DescriptorType::ACCELERATION_STRUCTURE_KHR,
-        }
-    }
-}
 
 /// What is bound.
 #[derive(Clone, Copy)]
 pub(crate) enum Resource<'a> {
     Buffer(&'a Buffer),
-    AccelerationStructure(&'a AccelerationStructure),
+    AccelerationStructure(&'a Level),
 }
 
 impl Resource<'_> {
@@ -68,7 +29,7 @@ impl Resource<'_> {
     }
 
     fn acceleration_structure(self) -> vk::AccelerationStructureKHR {
-        if let Self::AccelerationStructure(of) = self { of.raw() } else { vk::AccelerationStructureKHR::null() }
+        if let Self::AccelerationStructure(of) = self { of.raw } else { vk::AccelerationStructureKHR::null() }
     }
 }
 
@@ -83,56 +44,26 @@ pub(crate) struct BindingLayout {
 }
 
 impl BindingLayout {
-    /// Makes the layout from the bindings' numbers and kinds, at least one.
+    /// The layout of the bindings' numbers and kinds, at least one.
     pub fn new(device: &Arc<Device>, bindings: &[(u32, BindingKind)], push_bytes: u32) -> Result<Arc<Self>, GpuError> {
         let arrays = bindings.iter().filter(|&&(_, kind)| kind == BindingKind::Array).count();
         debug_assert!(arrays <= most_storage_buffers(&device.limits) as usize, "devices are chosen for fewer arrays");
-        let layout_bindings: Vec<_> = bindings
-            .iter()
-            .map(|&(number, kind)| {
-                vk::DescriptorSetLayoutBinding::default()
-                    .binding(number)
-                    .descriptor_type(kind.raw())
-                    .descriptor_count(1)
-                    .stage_flags(vk::ShaderStageFlags::COMPUTE)
-            })
-            .collect();
-        let mut layout = Self {
-            raw: vk::PipelineLayout::null(),
-            set: vk::DescriptorSetLayout::null(),
-            bindings: bindings.to_vec(),
-            push_bytes,
-            device: Arc::clone(device),
+        let mut kept = device.layouts();
+        let known = kept.iter().position(|layout| layout.bindings == bindings && layout.push_bytes == push_bytes);
+        let place = match known {
+            Some(place) => place,
+            None => {
+                kept.push(KeptLayout::new(&device.raw, bindings, push_bytes)?);
+                kept.len() - 1
+            }
         };
-        let raw = &device.raw;
-        let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&layout_bindings);
-        // SAFETY: live device; `layout_bindings` outlives the call.
-        layout.set = check("vkCreateDescriptorSetLayout", unsafe { raw.create_descriptor_set_layout(&info, None) })?;
-        let set_layouts = [layout.set];
-        let push = layout.push_ranges();
-        let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&set_layouts).push_constant_ranges(&push);
-        // SAFETY: the set layout was just made with this device; both arrays outlive the call.
-        layout.raw = check("vkCreatePipelineLayout", unsafe { raw.create_pipeline_layout(&info, None) })?;
-        Ok(Arc::new(layout))
+        let KeptLayout { set, raw, .. } = kept[place];
+        Ok(Arc::new(Self { raw, set, bindings: bindings.to_vec(), push_bytes, device: Arc::clone(device) }))
     }
 
     /// The push constants, if there are any.
     pub fn push_ranges(&self) -> Vec<vk::PushConstantRange> {
-        let range = vk::PushConstantRange::default().stage_flags(vk::ShaderStageFlags::COMPUTE).size(self.push_bytes);
-        if self.push_bytes > 0 { vec![range] } else { Vec::new() }
-    }
-}
-
-impl Drop for BindingLayout {
-    fn drop(&mut self) {
-        if self.device.is_given_up() {
-            return;
-        }
-        // SAFETY: sets and pipelines may outlive their layouts; destroying a null handle does nothing.
-        unsafe {
-            self.device.raw.destroy_pipeline_layout(self.raw, None);
-            self.device.raw.destroy_descriptor_set_layout(self.set, None);
-        }
+        push_ranges(self.push_bytes)
     }
 }
 

@@ -14,6 +14,7 @@ use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use crate::gpu::capture::{Capture, Captures};
 use crate::gpu::error::{GpuError, check};
 use crate::gpu::instance::{Instance, Validation};
+use crate::gpu::kept_layout::KeptLayout;
 use crate::gpu::messages::Messages;
 use crate::gpu::pipeline_pool::PipelinePool;
 use crate::gpu::raw_pipeline::RawPipeline;
@@ -176,6 +177,7 @@ pub(crate) struct Device {
     pub(super) loop_limit: OnceLock<Option<u32>>,
     /// Pipelines that nobody has at the moment.
     pub(super) pipelines: PipelinePool<RawPipeline>,
+    layouts: Mutex<Vec<KeptLayout>>,
     memory: Mutex<Memory>,
     given_up: AtomicBool,
     pub instance: Instance,
@@ -228,7 +230,7 @@ impl Device {
                 create = create.push_next(&mut features_subgroups);
             }
             // Who does not do all that Vulkan asks for (MoltenVK) wants to be told that this is known.
-            if select::has_extension(&instance, physical, PORTABILITY) {
+            if instance.has_extension(physical, PORTABILITY) {
                 extensions.push(PORTABILITY.as_ptr());
             }
             if with_ray_queries {
@@ -290,6 +292,7 @@ impl Device {
             captures: options.capture.then(Captures::default),
             loop_limit: OnceLock::new(),
             pipelines: PipelinePool::default(),
+            layouts: Mutex::default(),
             memory: Mutex::new(Memory { allocator: ManuallyDrop::new(allocator), bytes: 0, peak: 0 }),
             given_up: AtomicBool::new(false),
             instance,
@@ -307,6 +310,11 @@ impl Device {
         };
         let unsuitable = || GpuError::Unsuitable { device: self.info.name.clone(), missing: missing.to_owned() };
         self.ray_queries.as_ref().ok_or_else(unsuitable)
+    }
+
+    /// Layouts that have been made.
+    pub(super) fn layouts(&self) -> MutexGuard<'_, Vec<KeptLayout>> {
+        self.layouts.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 
     pub fn memory(&self) -> MutexGuard<'_, Memory> {
@@ -356,11 +364,13 @@ impl Device {
 
 impl Drop for Device {
     fn drop(&mut self) {
+        let layouts = std::mem::take(&mut *self.layouts());
         let memory = self.memory.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner);
-        // SAFETY: every object made with the device holds a clone of its Arc, so that none is left but for the pipelines to spare,
-        // which nobody has; the allocator is dropped once, before the device whose memory it frees.
+        // SAFETY: every object made with the device holds a clone of its Arc, so that none is left but for layouts and the pipelines
+        // to spare, which nobody has; the allocator is dropped once, before the device whose memory it frees.
         unsafe {
             self.pipelines.take_all().into_iter().for_each(|pipeline| pipeline.destroy(&self.raw));
+            layouts.into_iter().for_each(|layout| layout.destroy(&self.raw));
             ManuallyDrop::drop(&mut memory.allocator);
             self.raw.destroy_device(None);
         }

@@ -110,6 +110,13 @@ impl Instance {
         };
         Ok(Self { raw, messages, messenger, validation, layer_version, _entry: entry })
     }
+
+    /// Whether a device of this instance knows an extension.
+    pub fn has_extension(&self, device: vk::PhysicalDevice, name: &CStr) -> bool {
+        // SAFETY: plain enumeration; `device` comes from this instance.
+        let known = unsafe { self.raw.enumerate_device_extension_properties(device) }.unwrap_or_default();
+        known.iter().any(|e| e.extension_name_as_c_str() == Ok(name))
+    }
 }
 
 impl Drop for Instance {

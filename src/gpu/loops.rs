@@ -6,10 +6,11 @@
 use std::sync::Arc;
 
 use crate::gpu::binaries::BinaryStore;
-use crate::gpu::bindings::{BindingKind, BindingLayout, BindingSet, Resource};
+use crate::gpu::bindings::{BindingLayout, BindingSet, Resource};
 use crate::gpu::buffer::{Buffer, Usage};
 use crate::gpu::device::Device;
 use crate::gpu::error::GpuError;
+use crate::gpu::kept_layout::BindingKind;
 use crate::gpu::pipeline::Pipeline;
 use crate::gpu::select::DeviceKind;
 use crate::gpu::specialization::Specialization;

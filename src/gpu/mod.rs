@@ -2,6 +2,7 @@
 
 pub(crate) mod pipeline_pool;
 
+mod acceleration_level;
 mod acceleration_structure;
 mod binaries;
 mod bindings;
@@ -12,6 +13,7 @@ mod device;
 mod error;
 mod inlined;
 mod instance;
+mod kept_layout;
 mod loops;
 mod messages;
 mod pipeline;
@@ -31,13 +33,14 @@ mod timestamps;
 mod violation;
 
 pub(crate) use crate::gpu::acceleration_structure::AccelerationStructure;
-pub(crate) use crate::gpu::bindings::{BindingKind, BindingLayout, BindingSet, Resource};
+pub(crate) use crate::gpu::bindings::{BindingLayout, BindingSet, Resource};
 pub(crate) use crate::gpu::buffer::{Buffer, Usage};
 pub use crate::gpu::capture::{Capture, CapturedBuffer, CapturedShader};
 pub(crate) use crate::gpu::device::Device;
 pub use crate::gpu::device::{Context, ContextOptions};
 pub use crate::gpu::error::GpuError;
 pub use crate::gpu::instance::Validation;
+pub(crate) use crate::gpu::kept_layout::BindingKind;
 pub(crate) use crate::gpu::loops::loop_limit;
 pub use crate::gpu::messages::Messages;
 pub(crate) use crate::gpu::pipeline::Pipeline;

@@ -100,7 +100,11 @@ fn keep_needed(module: &mut Module) {
     }
     if !uses(module, &[Op::RayQueryInitializeKHR]) {
         drop_capability(module, Capability::RayQueryKHR);
-        module.extensions.retain(|i| i.operands != [Operand::LiteralString("SPV_KHR_ray_query".to_owned())]);
+        let names_them = |i: &Instruction| {
+            i.operands.iter().any(|o| matches!(o, Operand::LiteralString(name) if name.ends_with("_ray_query")))
+        };
+        module.extensions.retain(|i| !names_them(i));
+        module.debug_string_source.retain(|i| !names_them(i));
         drop_ray_query_types(module);
     }
 }

@@ -5,7 +5,6 @@ use std::ffi::CStr;
 use ash::{khr, vk};
 
 use crate::gpu::instance::Instance;
-use crate::gpu::select::has_extension;
 
 /// What a device has to be made with. (Acceleration structures depend on the last one, which nothing here uses.)
 pub(super) const EXTENSIONS: [&CStr; 3] =
@@ -38,7 +37,7 @@ pub(super) fn limits(
     physical: vk::PhysicalDevice,
     basic: &vk::PhysicalDeviceVulkan12Features<'_>,
 ) -> Option<RayQueryLimits> {
-    if !EXTENSIONS.iter().all(|name| has_extension(instance, physical, name)) {
+    if !EXTENSIONS.iter().all(|name| instance.has_extension(physical, name)) {
         return None;
     }
     let mut queries = vk::PhysicalDeviceRayQueryFeaturesKHR::default();

@@ -10,7 +10,6 @@ use std::ffi::CStr;
 use ash::{khr, vk};
 
 use crate::gpu::instance::Instance;
-use crate::gpu::select::has_extension;
 use crate::spirv::{HEADER_WORDS, instructions, opcode, words_of};
 
 /// The extension that makes the promise.
@@ -24,7 +23,7 @@ pub(super) fn is_promised(instance: &Instance, physical: vk::PhysicalDevice) -> 
     if instance.layer_version.is_some_and(|version| version < LAYER_VERSION) {
         return false;
     }
-    if !has_extension(instance, physical, EXTENSION) {
+    if !instance.has_extension(physical, EXTENSION) {
         return false;
     }
     let mut promised = vk::PhysicalDeviceShaderMaximalReconvergenceFeaturesKHR::default();

@@ -1,8 +1,7 @@
 //! Which Vulkan devices there are, what they lack, and which one is picked.
 
-use std::ffi::CStr;
-
 use ash::vk;
+use std::ffi::CStr;
 
 use crate::gpu::error::{GpuError, check};
 use crate::gpu::instance::Instance;
@@ -159,13 +158,6 @@ fn describe(instance: &Instance, device: vk::PhysicalDevice, index: usize) -> De
 fn dotted(version: u32) -> String {
     let (major, minor) = (vk::api_version_major(version), vk::api_version_minor(version));
     format!("{major}.{minor}.{}", vk::api_version_patch(version))
-}
-
-/// Whether a device knows an extension.
-pub(super) fn has_extension(instance: &Instance, device: vk::PhysicalDevice, name: &CStr) -> bool {
-    // SAFETY: plain enumeration; `device` comes from this instance.
-    let known = unsafe { instance.raw.enumerate_device_extension_properties(device) }.unwrap_or_default();
-    known.iter().any(|e| e.extension_name_as_c_str() == Ok(name))
 }
 
 fn format_uuid(bytes: &[u8; 16]) -> String {

@@ -12,7 +12,7 @@ use crate::gpu::binaries::BinaryStore;
 use crate::gpu::code::{Code, pruned};
 use crate::gpu::error::{GpuError, check};
 use crate::gpu::instance::Instance;
-use crate::gpu::select::{DeviceInfo, DeviceKind, has_extension};
+use crate::gpu::select::{DeviceInfo, DeviceKind};
 
 /// The first validation layer that knows of shader objects; earlier ones get in their way.
 const LAYER_VERSION: u32 = vk::make_api_version(0, 1, 3, 246);
@@ -41,7 +41,7 @@ impl ShaderObjects {
         if info.kind != DeviceKind::Cpu || instance.layer_version.is_some_and(|version| version < LAYER_VERSION) {
             return None;
         }
-        if !Self::EXTENSIONS.iter().all(|name| has_extension(instance, physical, name)) {
+        if !Self::EXTENSIONS.iter().all(|name| instance.has_extension(physical, name)) {
             return None;
         }
         let mut objects = vk::PhysicalDeviceShaderObjectFeaturesEXT::default();

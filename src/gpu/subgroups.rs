@@ -5,7 +5,6 @@ use std::ffi::CStr;
 use ash::{ext, vk};
 
 use crate::gpu::instance::Instance;
-use crate::gpu::select::has_extension;
 
 /// The extension by which a size is asked for.
 pub(super) const EXTENSION: &CStr = ext::subgroup_size_control::NAME;
@@ -31,7 +30,7 @@ fn sizes(
     instance: &Instance,
     device: vk::PhysicalDevice,
 ) -> Option<vk::PhysicalDeviceSubgroupSizeControlProperties<'static>> {
-    if !has_extension(instance, device, EXTENSION) {
+    if !instance.has_extension(device, EXTENSION) {
         return None;
     }
     let mut sizes = vk::PhysicalDeviceSubgroupSizeControlProperties::default();

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use ash::vk;
 
-use crate::gpu::acceleration_structure::Unbuilt;
+use crate::gpu::acceleration_level::Unbuilt;
 use crate::gpu::bindings::BindingSet;
 use crate::gpu::buffer::Buffer;
 use crate::gpu::device::{Device, WAIT_LIMIT};

@@ -3,11 +3,11 @@
 
 use std::ops::ControlFlow;
 
-use photolith::render::{Reuse, Scheduler};
+use photolith::render::{Accel, Reuse, Scheduler};
 use photolith::scene::Sphere;
 use photolith::{RenderSettings, Renderer, Scene};
 
-use crate::harness::{assert_same_bits, context, render, shipped};
+use crate::harness::{assert_same_bits, context, glass_cat, render, shipped};
 
 /// Also of those that are not in the hierarchy, and of those of which some are.
 #[test]
@@ -22,6 +22,22 @@ fn copies_of_spheres_are_one_sphere() {
         let other = once.spheres.iter().map(|s| Sphere { material: 0, ..s.clone() }).cycle();
         scene.spheres.extend(other.take(copies * once.spheres.len()));
         assert_same_bits(&of(&scene), &of(&once), &format!("{copies} copies"));
+    }
+}
+
+/// Where the device has none, they are refused by name. The cat of glass has light paths too.
+#[test]
+fn ray_queries_render_the_same_image() {
+    let context = context();
+    for scene in [shipped("cat", (48, 40), 4), glass_cat((32, 32), 4)] {
+        let settings = RenderSettings { accel: Accel::RayQuery, ..RenderSettings::of(&scene) };
+        if context.info().ray_query.is_none() {
+            let error = Renderer::new(&context, &scene, &settings).err().expect("no renderer");
+            assert!(error.to_string().contains("lacks ray queries"), "{error}");
+            continue;
+        }
+        let traversed = render(&context, &scene, &RenderSettings::of(&scene));
+        assert_same_bits(&render(&context, &scene, &settings), &traversed, &scene.source);
     }
 }
 

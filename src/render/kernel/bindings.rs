@@ -90,7 +90,7 @@ impl TableBuffers {
     pub fn and<'a>(&'a self, others: &[(u32, &'a Buffer)]) -> Vec<(u32, Resource<'a>)> {
         let own = self.buffers.iter().map(|(number, buffer)| (*number, buffer));
         let buffers = own.chain(others.iter().copied()).map(|(number, buffer)| (number, Resource::Buffer(buffer)));
-        let boxes = self.leaf_boxes.iter().map(|of| (binding::LEAF_BOXES, Resource::AccelerationStructure(of)));
+        let boxes = self.leaf_boxes.iter().map(|of| (binding::LEAF_BOXES, Resource::AccelerationStructure(of.top())));
         buffers.chain(boxes).collect()
     }
 }

@@ -263,7 +263,14 @@ fn kinds_and_mutations() {
     let of_shaders =
         |line: &str| line.strip_prefix("const uint MUTATE_")?.split_once(" = ")?.1.strip_suffix("u;")?.parse().ok();
     let found: Vec<u32> = layout.lines().filter_map(of_shaders).collect();
-    let of_host = [Mutation::ThinBoxes, Mutation::OwnSampleMap, Mutation::FlushEmitters];
+    let of_host = [
+        Mutation::ThinBoxes,
+        Mutation::OwnSampleMap,
+        Mutation::FlushEmitters,
+        Mutation::QueriedThinBoxes,
+        Mutation::QueriedEpsilonBoxes,
+        Mutation::QueriedLostLeaf,
+    ];
     let expected = Mutation::ALL.into_iter().filter(|m| !of_host.contains(m)).map(|m| m as u32);
     assert_eq!(found, expected.collect::<Vec<_>>());
 }
