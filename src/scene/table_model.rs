@@ -10,7 +10,6 @@ use crate::host::available_memory;
 use crate::scene::description::*;
 use crate::scene::error::{Entity, SceneError};
 use crate::scene::format::*;
-use crate::scene::from_table::{Source, find_material};
 use crate::scene::gltf;
 use crate::scene::limits::MAX_MAGNITUDE;
 use crate::scene::load_options::LoadOptions;
@@ -20,6 +19,7 @@ use crate::scene::named_camera::NamedCamera;
 use crate::scene::obj::{self, MaterialSource, MeshRequest, NormalsChoice, VertexColors};
 use crate::scene::placed::{bytes_of_copy, placed_camera, placed_light, placed_mesh};
 use crate::scene::problem::{Problem, check_positive, check_vector, number};
+use crate::scene::table_source::{Source, find_material};
 use crate::scene::transform::Placement;
 
 /// What tables of meshes, models and copies add to a scene.

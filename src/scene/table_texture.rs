@@ -7,10 +7,10 @@ use rayon::prelude::*;
 use crate::scene::description::{Bsdf, Coverage, Material};
 use crate::scene::error::{Entity, SceneError};
 use crate::scene::format::*;
-use crate::scene::from_table::Source;
 use crate::scene::image_file::{KINDS, decode};
 use crate::scene::materials::MaterialList;
 use crate::scene::problem::{Check, Problem, number};
+use crate::scene::table_source::Source;
 use crate::scene::texture::{Texels, Texture, TextureImage, TextureSlot, Wrap};
 
 /// The textures of a scene file, by name.
