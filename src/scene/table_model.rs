@@ -128,10 +128,20 @@ impl Content {
                 given.unwrap_or_else(|| materials.add(material))
             })
             .collect();
+        let (first, has_meshes) = (self.meshes.len(), !meshes.is_empty());
         for mesh in meshes {
             let mut mesh = placed_mesh(&mesh, &to_scene);
             mesh.triangle_materials.iter_mut().for_each(|material| *material = numbers[*material as usize]);
             self.push(entity, mesh).map_err(|problem| source.error(problem))?;
+        }
+        if has_meshes && self.meshes.len() == first {
+            let field = if table.matrix.is_some() { "matrix" } else { "scale" };
+            return Err(source.error(Problem::new(
+                entity,
+                field,
+                "one that leaves no triangle an area",
+                "a larger one",
+            )));
         }
         if table.lights {
             self.lights.extend(lights.iter().map(|light| placed_light(light, &to_scene)));

@@ -117,6 +117,9 @@ impl NamedTextures {
         if let Some((field, _, expected)) = superfluous.into_iter().find(|(_, is_there, _)| *is_there) {
             return Err(Problem::new(entity, field, "given", expected));
         }
+        if let Some(opacity) = table.opacity.filter(|opacity| !(0.0..=1.0).contains(opacity)) {
+            return Err(Problem::new(entity, "opacity", number(opacity), "a number from 0 to 1"));
+        }
         material.normal_scale = table.normal_scale.unwrap_or(1.0);
         material.alpha = table.opacity.unwrap_or(1.0);
         material.coverage = match table.alpha.unwrap_or_default() {
