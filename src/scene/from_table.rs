@@ -1,49 +1,17 @@
 //! From the tables of a scene file to a scene: names become indices, meshes are read.
 
-use std::path::PathBuf;
-
 use crate::scene::description::*;
 use crate::scene::environment::Environment;
-use crate::scene::error::{Entity, Location, SceneError};
+use crate::scene::error::{Entity, SceneError};
 use crate::scene::format::*;
 use crate::scene::limits::{MAX_DEPTH, MAX_IMAGE_SIDE, MAX_SAMPLES};
 use crate::scene::load_options::LoadOptions;
-use crate::scene::locate::locate_value;
 use crate::scene::materials::MaterialList;
 use crate::scene::named_camera::NamedCamera;
 use crate::scene::problem::{Problem, check_integer, check_positive, number};
-use crate::scene::read::Files;
 use crate::scene::table_model::Content;
+use crate::scene::table_source::{Source, find_material};
 use crate::scene::table_texture::NamedTextures;
-
-/// The text that a scene is being built from.
-pub(super) struct Source<'a> {
-    pub text: &'a str,
-    pub name: &'a str,
-    /// Where the paths in the file start from.
-    pub files: Files<'a>,
-}
-
-impl Source<'_> {
-    pub fn locate(&self, entity: Entity, field: &str) -> Location {
-        locate_value(self.text, self.name, entity, field)
-    }
-
-    pub fn error(&self, problem: Problem) -> SceneError {
-        let at = self.locate(problem.entity, &problem.field);
-        problem.at(at)
-    }
-
-    /// The file that an entity names.
-    pub fn read(&self, entity: Entity, name: &str) -> Result<(PathBuf, Vec<u8>), SceneError> {
-        self.files.read(name).map_err(|cause| self.cause(entity, cause))
-    }
-
-    /// What is wrong with the file of an entity.
-    pub fn cause(&self, entity: Entity, cause: SceneError) -> SceneError {
-        SceneError::File { at: self.locate(entity, "file"), entity, cause: Box::new(cause) }
-    }
-}
 
 /// Builds the scene, and lists its cameras: its own, then those of models. Its values are not validated yet, except those that the
 /// scene's own types could not hold.
@@ -380,18 +348,6 @@ fn with_attenuation(
 
 fn required<T>(entity: Entity, field: &'static str, value: Option<T>) -> Result<T, Problem> {
     value.ok_or_else(|| Problem::new(entity, field, "missing", "a value: the material's type needs one"))
-}
-
-pub(super) fn find_material(materials: &MaterialList, entity: Entity, name: &str) -> Result<u32, Problem> {
-    materials.find(name).ok_or_else(|| {
-        let names = materials.names();
-        let expected = if names.is_empty() {
-            "the name of a [[material]], of which there are none".to_owned()
-        } else {
-            format!("the name of a [[material]]: {names}")
-        };
-        Problem::new(entity, "material", format!("{name:?}"), expected)
-    })
 }
 
 /// A number that the scene's `u32` can hold.

@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::scene::description::Scene;
 use crate::scene::error::{Entity, Location, SceneError};
 use crate::scene::facing::looking_away;
-use crate::scene::from_table::{Source, build};
+use crate::scene::from_table::build;
 use crate::scene::gltf;
 use crate::scene::gltf::is_glb;
 use crate::scene::left_out::left_out_of;
@@ -17,6 +17,7 @@ use crate::scene::obj;
 use crate::scene::parse::parse;
 use crate::scene::precision::lost;
 use crate::scene::read::{Files, read_file};
+use crate::scene::table_source::Source;
 use crate::scene::texture_limit::limit;
 
 /// A scene, and what its author should know about it.

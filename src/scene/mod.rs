@@ -31,6 +31,7 @@ mod read;
 mod silhouette;
 pub(crate) mod srgb;
 mod table_model;
+mod table_source;
 mod table_texture;
 mod tangents;
 mod texel_channels;

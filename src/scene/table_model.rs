@@ -10,7 +10,6 @@ use crate::host::available_memory;
 use crate::scene::description::*;
 use crate::scene::error::{Entity, SceneError};
 use crate::scene::format::*;
-use crate::scene::from_table::{Source, find_material};
 use crate::scene::gltf;
 use crate::scene::limits::MAX_MAGNITUDE;
 use crate::scene::load_options::LoadOptions;
@@ -20,6 +19,7 @@ use crate::scene::named_camera::NamedCamera;
 use crate::scene::obj::{self, MaterialSource, MeshRequest, NormalsChoice, VertexColors};
 use crate::scene::placed::{bytes_of_copy, placed_camera, placed_light, placed_mesh};
 use crate::scene::problem::{Problem, check_positive, check_vector, number};
+use crate::scene::table_source::{Source, find_material};
 use crate::scene::transform::Placement;
 
 /// What tables of meshes, models and copies add to a scene.
@@ -128,10 +128,20 @@ impl Content {
                 given.unwrap_or_else(|| materials.add(material))
             })
             .collect();
+        let (first, has_meshes) = (self.meshes.len(), !meshes.is_empty());
         for mesh in meshes {
             let mut mesh = placed_mesh(&mesh, &to_scene);
             mesh.triangle_materials.iter_mut().for_each(|material| *material = numbers[*material as usize]);
             self.push(entity, mesh).map_err(|problem| source.error(problem))?;
+        }
+        if has_meshes && self.meshes.len() == first {
+            let field = if table.matrix.is_some() { "matrix" } else { "scale" };
+            return Err(source.error(Problem::new(
+                entity,
+                field,
+                "one that leaves no triangle an area",
+                "a larger one",
+            )));
         }
         if table.lights {
             self.lights.extend(lights.iter().map(|light| placed_light(light, &to_scene)));

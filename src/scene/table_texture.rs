@@ -7,10 +7,10 @@ use rayon::prelude::*;
 use crate::scene::description::{Bsdf, Coverage, Material};
 use crate::scene::error::{Entity, SceneError};
 use crate::scene::format::*;
-use crate::scene::from_table::Source;
 use crate::scene::image_file::{KINDS, decode};
 use crate::scene::materials::MaterialList;
 use crate::scene::problem::{Check, Problem, number};
+use crate::scene::table_source::Source;
 use crate::scene::texture::{Texels, Texture, TextureImage, TextureSlot, Wrap};
 
 /// The textures of a scene file, by name.
@@ -116,6 +116,9 @@ impl NamedTextures {
         ];
         if let Some((field, _, expected)) = superfluous.into_iter().find(|(_, is_there, _)| *is_there) {
             return Err(Problem::new(entity, field, "given", expected));
+        }
+        if let Some(opacity) = table.opacity.filter(|opacity| !(0.0..=1.0).contains(opacity)) {
+            return Err(Problem::new(entity, "opacity", number(opacity), "a number from 0 to 1"));
         }
         material.normal_scale = table.normal_scale.unwrap_or(1.0);
         material.alpha = table.opacity.unwrap_or(1.0);

@@ -49,7 +49,7 @@ pub(super) fn combine(name: String, parts: [Option<Part<'_>>; 4]) -> TextureImag
     let has_floats = given().any(|part| matches!(part.image.texels, Texels::Rgba32F(_)));
     let is_8_bit = given().all(|part| matches!(part.image.texels, Texels::Rgba8(_)) && part.change.is_none());
     let texels = match (has_floats, is_8_bit) {
-        (true, _) => Texels::Rgba32F(pixels.iter().map(|pixel| pixel.map(|x| x.max(0.0))).collect()),
+        (true, _) => Texels::Rgba32F(pixels.iter().map(|pixel| pixel.map(|x| x.clamp(0.0, f32::MAX))).collect()),
         (_, true) => Texels::Rgba8(codes(255.0).map(|pixel| pixel.map(|x| x as u8)).collect()),
         _ => Texels::Rgba16(codes(65535.0).map(|pixel| pixel.map(|x| x as u16)).collect()),
     };

@@ -215,6 +215,27 @@ fn numbers_of_surfaces() {
     }
 }
 
+/// Numbers that no file means make no file unreadable.
+#[test]
+fn any_numbers_are_rendered() {
+    let folder = tempfile::tempdir().unwrap();
+    let d = folder.path();
+    picture(d, "a.png", 2, 1, |_, _| RED);
+    for number in ["1e30", "-1e30", "1e-30", "nan", "inf", "1e400", "0"] {
+        let statements =
+            ["Kd", "Ks", "Ke", "Ns", "Ni", "d", "Tr", "Pr", "Pm", "Pc", "Pcr", "Ps", "aniso", "anisor", "illum"];
+        let mut mtl: String = statements.iter().map(|keyword| format!("{keyword} {number}\n")).collect();
+        for keyword in ["map_Kd", "map_Ke", "map_d", "map_Pr", "map_Ns", "map_Pm", "map_Pc", "map_Ps", "bump"] {
+            mtl += &format!(
+                "{keyword} -s {number} {number} -o {number} {number} -mm {number} {number} -bm {number} a.png\n"
+            );
+        }
+        for mtl in [mtl.clone(), mtl.replace("illum", "illum 2\n#"), mtl.replace("Pr ", "# ").replace("Pm ", "# ")] {
+            load_in(d, &mtl).scene.validate().unwrap();
+        }
+    }
+}
+
 /// Writes an image of the kind that its name says.
 fn picture(folder: &Path, name: &str, width: u32, height: u32, pixel: impl Fn(u32, u32) -> [u8; 4]) {
     let image = image::RgbaImage::from_fn(width, height, |x, y| image::Rgba(pixel(x, y)));

@@ -36,6 +36,35 @@ position = [0, 9, 0]
 power = [1, 1, 1]
 "#;
 
+/// With files: `a.obj` and `a.png` of a folder.
+const FILES: &str = r#"version = 1
+[camera]
+position = [0, 0, 5]
+target = [0, 0, 0]
+horizontal_fov = 40
+[[texture]]
+name = "t"
+file = "a.png"
+wrap = ["repeat", "clamp"]
+scale = 2
+rotate = 30
+[[material]]
+name = "m"
+type = "pbr"
+base_color_texture = "t"
+normal_texture = "t"
+alpha = "mask"
+opacity = 0.5
+[[model]]
+name = "a"
+file = "a.obj"
+material = "m"
+scale = [1, -2, 3]
+[[instance]]
+of = "a"
+matrix = [[1, 0, 0, 5], [0, 1, 0, 6], [0, 0, 1, 7]]
+"#;
+
 const OBJ: &str = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0 1\nv -0.5e1 1 .5\nvt 0 1\nvn 0 0 1\no a\nusemtl m\n\
     f 1/1/1 2/1/1 3/1/1\nf -4 -3 -2 -1 # c\nf 1//1 2/1 \\\n 3\nl 1 2\n";
 
@@ -125,6 +154,9 @@ fn the_texts_to_mutate_are_good() {
     assert_eq!(Scene::from_obj_bytes(OBJ.as_bytes(), "a.obj", None).unwrap().scene.triangle_count(), 4);
     let folder = tempfile::tempdir().unwrap();
     images(folder.path());
+    fs::write(folder.path().join("a.obj"), OBJ).unwrap();
+    let loaded = Scene::from_toml_str(FILES, "scene.toml", Some(folder.path())).unwrap();
+    assert_eq!(loaded.scene.triangle_count(), 8, "{:?}", loaded.warnings);
     fs::write(folder.path().join("a.mtl"), MTL).unwrap();
     let loaded = Scene::from_obj_bytes(OBJ.as_bytes(), "a.obj", Some(folder.path())).unwrap();
     assert_eq!(loaded.scene.materials[0].textures.len(), 4, "{:?}", loaded.warnings);
@@ -161,5 +193,17 @@ proptest! {
         let folder = tempfile::tempdir().unwrap();
         images(folder.path());
         load_mtl(folder.path(), &bytes);
+    }
+
+    #[test]
+    fn mutations_of_a_scene_file_with_files(bytes in mutated(FILES)) {
+        let folder = tempfile::tempdir().unwrap();
+        images(folder.path());
+        fs::write(folder.path().join("a.obj"), OBJ).unwrap();
+        let text = String::from_utf8_lossy(&bytes);
+        match Scene::from_toml_str(&text, "scene.toml", Some(folder.path())) {
+            Ok(loaded) => loaded.scene.validate().unwrap(),
+            Err(error) => assert!(error.to_string().contains("scene.toml"), "{error}"),
+        }
     }
 }

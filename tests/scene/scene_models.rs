@@ -162,6 +162,7 @@ fn what_is_wrong_is_told_with_its_line() {
         (format!("{model}time = 1 #!"), "model 1: time is given"),
         ("[[model]]\nvariant = \"x\"\nfile = \"a.glb\" #!".to_owned(), "variant: \"x\", expected one of [\"green\"]"),
         (format!("{model}scale = 0 #!"), "model 1: scale is of determinant 0"),
+        (format!("{model}scale = 1e-60 #!"), "model 1: scale is one that leaves no triangle an area"),
         (format!("{model}scale = [1, 2] #!"), "a number or an array of three"),
         (format!("{model}scale = \"big\" #!"), "model 1: scale: "),
         (format!("{model}rotate = [0, nan, 0] #!"), "model 1: rotate is [0, NaN, 0]"),

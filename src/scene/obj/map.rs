@@ -4,6 +4,9 @@ use crate::scene::obj::statement::Statement;
 use crate::scene::texel_channels::{Channel, Part};
 use crate::scene::texture::{Texture, TextureImage, Wrap};
 
+/// Largest number of an option.
+const MOST: f64 = 1e15;
+
 /// What a texture is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum MapKind {
@@ -192,7 +195,7 @@ fn take_numbers(rest: &mut &str, most: usize) -> Vec<f64> {
     let mut numbers = Vec::new();
     while numbers.len() < most {
         let (word, after) = split_word(rest);
-        let number = word.parse().ok().filter(|x: &f64| x.abs() <= crate::scene::limits::MAX_MAGNITUDE);
+        let number = word.parse().ok().filter(|x: &f64| x.abs() <= MOST);
         let Some(number) = number.filter(|_| !after.is_empty()) else { break };
         numbers.push(number);
         *rest = after;

@@ -339,7 +339,7 @@ mod tests {
         let text = TEXT.replace("f 5 1 2", "f 6 1 2").replace("v 2 2 2", "v 2 2 x");
         for count in [1, 3, 17] {
             let error = parse_in(split_lines(text.as_bytes(), count), "a.obj").unwrap_err().to_string();
-            assert!(error.contains("19"), "{error}");
+            assert!(error.contains("20"), "{error}");
         }
     }
 }

@@ -61,7 +61,7 @@ impl MtlMaterial {
                 sheen_color: [sheen; 3],
                 sheen_roughness: if sheen > 0.0 { ROUGHNESS } else { 0.0 },
                 anisotropy: self.anisotropy.unwrap_or(0.0),
-                anisotropy_rotation: std::f64::consts::TAU * self.anisotropy_rotation.unwrap_or(0.0),
+                anisotropy_rotation: std::f64::consts::TAU * self.anisotropy_rotation.unwrap_or(0.0).rem_euclid(1.0),
                 ..plain
             });
         }
