@@ -217,7 +217,7 @@ Vertex vertex_at(inout Hit hit, Ray ray) {
         bool bends = (v.surface.material.type & BSDF_TYPE_BITS) == BSDF_METALLIC_ROUGHNESS;
         v.normal = bends ? bent_normal(v.normal, v.up, -ray.direction) : v.normal;
     }
-    v.bsdf = bsdf_of(v.surface.material, v.front, -dot(v.normal, ray.direction));
+    v.bsdf = bsdf_of(v.surface.material, v.front, v.normal, -ray.direction);
     if (HAS_COVER) cover_bsdf(v, -ray.direction);
     v.outside = v.surface.position + v.up * v.surface.offset;
     v.throughput = vec3(0.0);

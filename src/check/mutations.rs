@@ -49,6 +49,8 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::ClearWayOut => &["materials/layer-formula", "materials/layer-reciprocity", "materials/layer-furnace"],
         Mutation::CoatOfBase => &["materials/layer-textures"],
         Mutation::HalfBoundSheen => &["materials/layer-formula", "materials/layer-reciprocity"],
+        Mutation::TurnedAnisotropy => &["materials/anisotropy"],
+        Mutation::PolarisedConductor => &["materials/conductor-fresnel", "materials/conductors"],
         Mutation::OwnSampleMap => &["emitters/edges-of-glass"],
     }
 }

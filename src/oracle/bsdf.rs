@@ -8,7 +8,8 @@ use std::f64::consts::{FRAC_1_PI, TAU};
 use glam::DVec3;
 
 use crate::oracle::layered::Local;
-use crate::oracle::{Hit, Pcg64, layered, metallic_roughness};
+use crate::oracle::metallic_roughness::Grain;
+use crate::oracle::{Hit, Pcg64, conductor, layered, metallic_roughness};
 use crate::scene::Bsdf;
 
 /// f(wo, wi)·|cos θi|; 0 where single directions are scattered into.
@@ -19,6 +20,10 @@ pub fn eval(bsdf: &Bsdf, hit: &Hit, wo: DVec3, wi: DVec3) -> DVec3 {
         Bsdf::MetallicRoughness(m) => {
             let frames = Frames::of(hit, wo);
             layered::eval(&m, frames.to_local(wo), frames.to_local(wi))
+        }
+        Bsdf::Conductor(c) => {
+            let frame = Frame::of(hit.shading_normal, hit, wo);
+            conductor::eval(&c, frame.to_local(wo), frame.to_local(wi))
         }
     }
 }
@@ -31,6 +36,10 @@ pub fn pdf(bsdf: &Bsdf, hit: &Hit, wo: DVec3, wi: DVec3) -> f64 {
         Bsdf::MetallicRoughness(m) => {
             let frames = Frames::of(hit, wo);
             layered::pdf(m, frames.to_local(wo), frames.to_local(wi))
+        }
+        Bsdf::Conductor(c) => {
+            let frame = Frame::of(hit.shading_normal, hit, wo);
+            metallic_roughness::pdf(Grain::even(c.roughness), frame.to_local(wo), frame.to_local(wi))
         }
     }
 }
@@ -57,9 +66,9 @@ pub fn sample(bsdf: &Bsdf, hit: &Hit, wo: DVec3, rng: &mut Pcg64) -> Option<(DVe
             let frames = Frames::of(hit, wo);
             let o = frames.to_local(wo);
             let scattered = if layered::samples_coat(&m, rng) {
-                frames.coat.to_world(metallic_roughness::microfacet_sample(m.coat_roughness, o.coat, rng))
+                frames.coat.to_world(metallic_roughness::microfacet_sample(Grain::even(m.coat_roughness), o.coat, rng))
             } else {
-                frames.base.to_world(metallic_roughness::sample(&m, o.base, rng))
+                frames.base.to_world(metallic_roughness::sample(Grain::of(&m), o.base, rng))
             };
             let i = frames.to_local(scattered);
             let pdf = layered::pdf(&m, o, i);
@@ -68,12 +77,22 @@ pub fn sample(bsdf: &Bsdf, hit: &Hit, wo: DVec3, rng: &mut Pcg64) -> Option<(DVe
             }
             (scattered, layered::eval(&m, o, i) / pdf, false)
         }
+        Bsdf::Conductor(c) => {
+            let frame = Frame::of(hit.shading_normal, hit, wo);
+            let (o, grain) = (frame.to_local(wo), Grain::even(c.roughness));
+            let i = metallic_roughness::sample(grain, o, rng);
+            if i.z <= 0.0 {
+                return None;
+            }
+            let weight = conductor::eval(&c, o, i) / metallic_roughness::pdf(grain, o, i);
+            (frame.to_world(i), weight, false)
+        }
     };
     let up = if crosses { -hit.normal } else { hit.normal };
     let height = scattered.dot(up);
     match bsdf {
         _ if height > 0.0 => Some((scattered, weight)),
-        Bsdf::Diffuse { .. } | Bsdf::Black | Bsdf::MetallicRoughness(_) => None,
+        Bsdf::Diffuse { .. } | Bsdf::Black | Bsdf::MetallicRoughness(_) | Bsdf::Conductor(_) => None,
         Bsdf::Mirror { .. } | Bsdf::Dielectric { .. } => Some((grazing(scattered, up), weight)),
     }
 }
@@ -91,7 +110,8 @@ struct Frames {
 
 impl Frames {
     fn of(hit: &Hit, wo: DVec3) -> Self {
-        Self { base: Frame::of(hit.shading_normal, hit, wo), coat: Frame::of(hit.coat_normal, hit, wo) }
+        let [base, coat] = [hit.shading_normal, hit.coat_normal].map(|normal| Frame::of(normal, hit, wo));
+        Self { base, coat }
     }
 
     fn to_local(&self, w: DVec3) -> Local {
@@ -107,8 +127,8 @@ impl Frame {
         } else {
             (wo + (mirror.reject_from_normalized(hit.normal) + 1e-6 * hit.normal).normalize()).normalize()
         };
-        let (tangent, bitangent) = normal.any_orthonormal_pair();
-        Self([tangent, bitangent, normal])
+        let tangent = hit.tangent.reject_from_normalized(normal).normalize_or(normal.any_orthonormal_vector());
+        Self([tangent, normal.cross(tangent), normal])
     }
 
     fn to_local(&self, w: DVec3) -> DVec3 {

@@ -31,7 +31,9 @@ pub fn radiance(scene: &Scene, mut ray: Ray, rng: &mut Pcg64) -> DVec3 {
         }
         let wo = -ray.direction;
         radiance += throughput * direct_light(scene, &hit, |wi| bsdf::eval(&bsdf, &hit, wo, wi));
-        if !scene.integrator.indirect && matches!(bsdf, Bsdf::Diffuse { .. } | Bsdf::MetallicRoughness(_)) {
+        if !scene.integrator.indirect
+            && matches!(bsdf, Bsdf::Diffuse { .. } | Bsdf::MetallicRoughness(_) | Bsdf::Conductor(_))
+        {
             last_hit = depth;
         }
         let Some((direction, weight)) = bsdf::sample(&bsdf, &hit, wo, rng) else {

@@ -18,6 +18,7 @@
 
 pub mod bsdf;
 mod camera;
+pub mod conductor;
 mod integrator;
 pub mod layered;
 pub mod material;

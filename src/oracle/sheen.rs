@@ -30,14 +30,9 @@ fn lambda(mu: f64, alpha: f64) -> f64 {
 /// Their curve for the logarithm of Λ.
 fn fit(x: f64, alpha: f64) -> f64 {
     let t = (1.0 - alpha).powi(2);
-    let [a, b, c, d, e] = [
-        (21.5473, 25.3245),
-        (3.82987, 3.32435),
-        (0.19823, 0.16801),
-        (-1.97760, -1.27393),
-        (-4.32054, -4.85967),
-    ]
-    .map(|(rough, smooth)| rough + (smooth - rough) * t);
+    let [a, b, c, d, e] =
+        [(21.5473, 25.3245), (3.82987, 3.32435), (0.19823, 0.16801), (-1.97760, -1.27393), (-4.32054, -4.85967)]
+            .map(|(rough, smooth)| rough + (smooth - rough) * t);
     a / (1.0 + b * x.powf(c)) + d * x + e
 }
 
@@ -55,7 +50,11 @@ pub fn eval(m: &MetallicRoughness, wo: DVec3, wi: DVec3) -> DVec3 {
 
 /// The part of light under a cosine that sheen keeps from what is below.
 pub fn albedo(m: &MetallicRoughness, cosine: f64) -> f64 {
-    DVec3::from(m.sheen_color).max_element() * tables().bounded(cosine, m.sheen_roughness)
+    let strongest = DVec3::from(m.sheen_color).max_element();
+    if strongest == 0.0 {
+        return 0.0;
+    }
+    strongest * tables().bounded(cosine, m.sheen_roughness)
 }
 
 #[cfg(test)]

@@ -19,6 +19,7 @@ mod load;
 mod load_options;
 mod locate;
 mod materials;
+mod metals;
 mod named_camera;
 pub mod obj;
 mod parse;

@@ -13,10 +13,13 @@ const uint BSDF_METALLIC_ROUGHNESS = 4u;
 
 // Of the metallic-roughness model: what does not depend on wi.
 struct Lobes {
-    vec3 f0;            // of single scattering
+    vec3 f0;            // of single scattering; η of a conductor, or what it reflects
     float f90;
+    vec4 k;             // of a conductor; 1, or −1 if it reflects the same at all angles; 0: none
     float alpha;        // of GGX
     float row;          // in the table of albedos
+    vec2 stretch;       // of α, along the tangent and the bitangent
+    float anisotropy;   // 0: none
     vec3 multiple;      // of (1 − E1(μi)) cos θi/π
     vec3 diffuse;       // of (1 − Es(μi)) cos θi/π
     vec3 specular;      // Es: factors of the albedo's two parts, and of 1 − E1
@@ -24,7 +27,7 @@ struct Lobes {
     float single_share; // of directions that are sampled by the microfacets
 };
 
-const Lobes NO_LOBES = Lobes(vec3(0.0), 0.0, 1.0, 0.0, vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), 0.0);
+const Lobes NO_LOBES = Lobes(vec3(0.0), 0.0, vec4(0.0), 1.0, 0.0, vec2(1.0), 0.0, vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), 0.0);
 
 // A clear coat: what does not depend on wi.
 struct Coat {
@@ -64,12 +67,13 @@ struct Bsdf {
     uint type;
     vec3 reflectance;   // 1 of a dielectric
     float eta;          // of a dielectric: index of refraction beyond the surface over that on the side of wo
+    vec3 tangent;       // where it is anisotropic
     Lobes lobes;        // of BSDF_METALLIC_ROUGHNESS
     Sheen sheen;        // over these
     Coat coat;          // over both
 };
 
-Bsdf diffuse_bsdf(vec3 reflectance) { return Bsdf(BSDF_DIFFUSE, reflectance, 1.0, NO_LOBES, NO_SHEEN, NO_COAT); }
+Bsdf diffuse_bsdf(vec3 reflectance) { return Bsdf(BSDF_DIFFUSE, reflectance, 1.0, vec3(0.0), NO_LOBES, NO_SHEEN, NO_COAT); }
 
 struct BsdfSample {
     vec3 direction;

@@ -2,6 +2,7 @@
 
 mod bvh;
 mod cameras;
+mod conductors;
 mod determinism;
 mod emitters;
 mod energy;
@@ -40,6 +41,7 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
         energy::CASES,
         materials::CASES,
         layered::CASES,
+        conductors::CASES,
         scale::CASES,
         cameras::CASES,
         film::CASES,

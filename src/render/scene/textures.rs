@@ -5,9 +5,10 @@ use std::sync::LazyLock;
 use rayon::prelude::*;
 
 use crate::accel::Texel;
+use crate::anisotropic_albedo;
 use crate::ggx_albedo;
-use crate::sheen_albedo;
 use crate::scene::{Material, Scene, Texels, Texture, TextureImage, TextureSlot};
+use crate::sheen_albedo;
 
 use crate::render::kernel::layout::texture::*;
 use crate::render::scene::materials::SLOTS;
@@ -107,7 +108,16 @@ fn in_blocks<P: Copy + Sync>(
     (0..height.div_ceil(BLOCK)).into_par_iter().map(|y| row(BLOCK * y)).flatten_iter().collect()
 }
 
-/// Both parts of the table, a texel for a cell, and means; then the tables of sheen.
+/// Each value with the next.
+fn in_pairs(values: &[[f32; 2]]) -> impl Iterator<Item = Texel> {
+    let pair = |i: usize| {
+        let ([a, b], [c, d]) = (values[i], values[(i + 1).min(values.len() - 1)]);
+        [a, b, c, d].map(f32::to_bits)
+    };
+    (0..values.len()).map(pair)
+}
+
+/// Both parts of the table, a texel for a cell, and means; then the tables of sheen and of anisotropy.
 static ALBEDO_TEXELS: LazyLock<Vec<Texel>> = LazyLock::new(|| {
     let cells = |table: &[f32]| {
         let value =
@@ -130,5 +140,9 @@ static ALBEDO_TEXELS: LazyLock<Vec<Texel>> = LazyLock::new(|| {
     }));
     texels.extend(cells(&sheen.raw));
     texels.extend(cells(&sheen.bounded));
+    texels.extend(in_pairs(&anisotropic_albedo::table().values));
+    texels.extend(in_pairs(
+        &anisotropic_albedo::table().means.iter().map(|mean| mean.map(|x| x as f32)).collect::<Vec<_>>(),
+    ));
     texels
 });

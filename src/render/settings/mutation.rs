@@ -98,11 +98,15 @@ pub enum Mutation {
     CoatOfBase = 62,
     /// Sheen is divided by its albedo for the direction of view alone.
     HalfBoundSheen = 63,
+    /// Anisotropy is turned the other way.
+    TurnedAnisotropy = 64,
+    /// Conductors reflect light of either polarisation alike.
+    PolarisedConductor = 65,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 47] = [
+    pub const ALL: [Self; 49] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -150,6 +154,8 @@ impl Mutation {
         Self::ClearWayOut,
         Self::CoatOfBase,
         Self::HalfBoundSheen,
+        Self::TurnedAnisotropy,
+        Self::PolarisedConductor,
     ];
 
     /// What is broken, in words.
@@ -201,6 +207,8 @@ impl Mutation {
             Self::FullGrazing => "grazing reflection of dielectrics not weakened by textures",
             Self::ClearWayOut => "coats take nothing from what the base sends out",
             Self::CoatOfBase => "coats with the normals of the base",
+            Self::TurnedAnisotropy => "anisotropy turned the other way",
+            Self::PolarisedConductor => "conductors reflect light of either polarisation alike",
             Self::HalfBoundSheen => "sheen divided by its albedo for the direction of view alone",
         }
     }
