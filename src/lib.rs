@@ -45,6 +45,7 @@
 #![warn(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 pub mod accel;
+mod anisotropic_albedo;
 pub mod bench;
 mod cache;
 pub mod check;

@@ -74,11 +74,13 @@ layout(constant_id = 59) const bool SINGLE_POINT = false;   // the only light is
 layout(constant_id = 100) const bool HAS_SPECULAR_TEXTURES = false;  // reflection of dielectrics
 layout(constant_id = 101) const bool HAS_COAT = false;       // clear coats
 layout(constant_id = 102) const bool HAS_SHEEN = false;
-layout(constant_id = 103) const bool TABLES_IN_ARRAYS = false;    // see the bindings
+layout(constant_id = 105) const bool TABLES_IN_ARRAYS = false;    // see the bindings
+layout(constant_id = 103) const bool HAS_ANISOTROPY = false;
+layout(constant_id = 104) const bool HAS_CONDUCTOR = false; // metals by their complex index, rough mirrors
 layout(constant_id = 48) const uint MUTATION = 0u;          // tests only: breaks one thing, see src/render/settings/mutation.rs
 // Simple operands: glslang makes control flow of others, for which there is no place here.
 const bool HAS_DENSITIES = HAS_DIFFUSE || HAS_METALLIC_ROUGHNESS;   // some BSDF is no distribution of single directions
-const bool HAS_LAYERS = HAS_SPECULAR_TEXTURES || HAS_COAT || HAS_SHEEN;   // of some material, see material.glsl
+const bool HAS_LAYERS = HAS_SPECULAR_TEXTURES || HAS_COAT || HAS_SHEEN || HAS_ANISOTROPY || HAS_CONDUCTOR;    // of some material, see material.glsl
 const bool HAS_COVER = HAS_COAT || HAS_SHEEN;    // something may lie over surfaces
 const bool LETS_THROUGH = HAS_DIELECTRIC || HAS_TRANSMISSION;
 const bool HAS_LIGHTS = LIGHT_COUNT > 0u || HAS_ENVIRONMENT;
@@ -138,6 +140,8 @@ const uint MUTATE_SHEEN = 63u;
 const uint MUTATE_REFRACTION = 50u;
 const uint MUTATE_WALL = 51u;
 const uint MUTATE_SHADOW = 52u;
+const uint MUTATE_ANISOTROPY = 64u;
+const uint MUTATE_CONDUCTOR = 65u;
 
 // ---- bindings
 // All texels are bits, of numbers too: lavapipe compiles five functions for each format that it meets, and small integers

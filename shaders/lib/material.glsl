@@ -12,6 +12,7 @@
 //   strength and roughness of the coat, scale of its normals, -;  colour and roughness of the sheen;
 //   anisotropy, cosine and sine of its rotation, -;
 //   textures of the coat's strength, roughness and normals, of anisotropy;  of the sheen's colour and roughness, of F90, of F0
+// or, of a conductor, η or what it reflects, and 1 if it is η;  k, -;  the mean of Fresnel's term, -;  two that are not used
 
 #ifndef MATERIAL_GLSL
 #define MATERIAL_GLSL
@@ -32,6 +33,8 @@ const uint DETAILED = 0x200u;
 const uint CULLS_BACK = 0x400u;
 // Its emission has the colour of the vertices.
 const uint UNLIT = 0x800u;
+// Its microfacets are those of a conductor.
+const uint CONDUCTOR = 0x1000u;
 const uint BSDF_TYPE_BITS = 0xffu;
 
 struct Material {
@@ -41,7 +44,10 @@ struct Material {
     float ior;          // of a dielectric: index of refraction of the back over that of the front; or the number of its details
     float metallic;     // with details:
     float roughness;
-    vec4 dielectric;    // F0 and F90 of the dielectric
+    vec4 dielectric;    // F0 and F90 of the dielectric; of a conductor η, or what it reflects, and whether it is η
+    vec3 k;             // of a conductor
+    float anisotropy;
+    vec3 tangent;       // along which it is rougher
     float coat;         // strength
     float coat_roughness;
     vec4 sheen;         // colour and roughness
@@ -62,8 +68,8 @@ int layers_texel(float number) { return number < 0.0 ? -1 : int(first_detail) + 
 Material fetch_material(uint index) {
     int texel = int(first_material + MATERIAL_TEXELS * index);
     uvec4 a = geometry_texel(texel);
-    Material m = Material(a.w, uintBitsToFloat(a.xyz), vec3(0.0), 1.0, 0.0, 1.0, vec4(0.0), 0.0, 0.0, vec4(0.0), vec3(0.0), 0.0,
-                          1.0, -1);
+    Material m = Material(a.w, uintBitsToFloat(a.xyz), vec3(0.0), 1.0, 0.0, 1.0, vec4(0.0), vec3(0.0), 0.0, vec3(0.0), 0.0, 0.0,
+                          vec4(0.0), vec3(0.0), 0.0, 1.0, -1);
     if (HAS_EMITTER || HAS_DIELECTRIC || HAS_DETAILS) {
         vec4 b = uintBitsToFloat(geometry_texel(texel + 1));
         m.emission = b.xyz;
@@ -109,17 +115,28 @@ bool bends_normal(Material m) {
     return type == BSDF_METALLIC_ROUGHNESS || (HAS_TRANSMISSION && is_glass(type) && m.roughness > MIN_ROUGHNESS);
 }
 
-// How a material scatters light that comes from its front, or from its back, under a cosine `mu`.
-Bsdf bsdf_of(Material m, bool front, float mu) {
-    Bsdf b = Bsdf(bsdf_type(m), m.reflectance, 1.0, NO_LOBES, NO_SHEEN, NO_COAT, NO_GLASS);
+// How a material scatters light that comes from its front, or from its back, along wo about the normal n.
+Bsdf bsdf_of(Material m, bool front, vec3 n, vec3 wo) {
+    Bsdf b = Bsdf(bsdf_type(m), m.reflectance, 1.0, vec3(0.0), NO_LOBES, NO_SHEEN, NO_COAT, NO_GLASS);
     if (HAS_METALLIC_ROUGHNESS && b.type == BSDF_METALLIC_ROUGHNESS) {
-        b.lobes = lobes_of(m.reflectance, m.metallic, m.roughness, m.dielectric.xyz, m.dielectric.w, mu);
+        vec3 o = vec3(0.0, 0.0, dot(n, wo));
+        if (HAS_ANISOTROPY && m.anisotropy > 0.0) {
+            b.tangent = m.tangent;
+            vec3 tangent, bitangent;
+            frame_about(n, b.tangent, tangent, bitangent);
+            o = to_frame(wo, tangent, bitangent, n);
+        }
+        b.lobes = lobes_of(m.reflectance, m.metallic, m.roughness, m.dielectric.xyz, m.dielectric.w, m.anisotropy, o);
+        if (HAS_CONDUCTOR && (m.type & CONDUCTOR) != 0u) {
+            vec4 k = vec4(m.k, m.dielectric.w > 0.0 ? 1.0 : -1.0);
+            b.lobes = conductor_lobes(m.dielectric.xyz, k, m.reflectance, m.roughness, dot(n, wo));
+        }
     }
     if (HAS_DIELECTRIC) b.eta = front != (MUTATION == MUTATE_IOR) ? m.ior : 1.0 / m.ior;
     if (HAS_TRANSMISSION && is_glass(b.type)) {
         bool inside = !front && b.type == BSDF_GLASS;
         b.eta = inside != (MUTATION == MUTATE_IOR) ? 1.0 / m.glass_ior : m.glass_ior;
-        set_glass(b, m.dielectric.xyz, m.dielectric.w, m.roughness, mu);
+        set_glass(b, m.dielectric.xyz, m.dielectric.w, m.roughness, dot(n, wo));
     }
     if (MUTATION == MUTATE_ALBEDO) b.reflectance *= 1.01;
     return b;

@@ -244,7 +244,7 @@ Vertex vertex_at(inout Hit hit, Ray ray) {
     if (HAS_METALLIC_ROUGHNESS && SMOOTH_NORMALS && MUTATION != MUTATE_BEND) {
         v.normal = bends_normal(v.surface.material) ? bent_normal(v.normal, v.up, -ray.direction) : v.normal;
     }
-    v.bsdf = bsdf_of(v.surface.material, v.front, -dot(v.normal, ray.direction));
+    v.bsdf = bsdf_of(v.surface.material, v.front, v.normal, -ray.direction);
     if (HAS_COVER) cover_bsdf(v, -ray.direction);
     v.outside = v.surface.position + v.up * v.surface.offset;
     v.throughput = vec3(0.0);

@@ -173,6 +173,39 @@ void vary_sheen(inout Material m, int layers, vec4 uvs) {
     if (textures.y >= 0) m.sheen.w *= texture_value(uint(textures.y), uvs).w;
 }
 
+// Anisotropy, about the normal n. Where there are no tangents they run around the vertical axis.
+void add_anisotropy(inout Material m, int layers, bool is_triangle, uvec3 corners, vec2 barycentrics, vec3 n) {
+    vec3 numbers = uintBitsToFloat(geometry_texel(layers + 2).xyz);
+    m.anisotropy = numbers.x;
+    vec2 direction = numbers.yz;
+    vec3 tangent = vec3(0.0);
+    vec3 bitangent = vec3(0.0);
+    if (is_triangle) {
+        vec3 b = vec3(1.0 - barycentrics.x - barycentrics.y, barycentrics);
+        tangent = unit_or_zero(b.x * vertex_tangent(corners.x) + b.y * vertex_tangent(corners.y) + b.z * vertex_tangent(corners.z));
+        bitangent = unit_or_zero(b.x * vertex_bitangent(corners.x) + b.y * vertex_bitangent(corners.y)
+                                 + b.z * vertex_bitangent(corners.z));
+    }
+    if (dot(tangent, tangent) < 0.5) {
+        vec3 around = cross(vec3(0.0, 1.0, 0.0), n);
+        tangent = dot(around, around) > 1e-12 ? normalize(around) : vec3(1.0, 0.0, 0.0);
+        bitangent = cross(n, tangent);
+    }
+    if (HAS_TEXTURES && is_triangle) {
+        int number = int(uintBitsToFloat(geometry_texel(layers + 3).w));
+        if (number >= 0) {
+            vec3 value = texture_value(uint(number), uvs_at(corners, barycentrics)).xyz;
+            vec2 turn = 2.0 * value.xy - 1.0;
+            float length2 = dot(turn, turn);
+            turn = length2 > 1e-12 ? turn * inversesqrt(length2) : vec2(1.0, 0.0);
+            m.anisotropy *= value.z;
+            direction = vec2(direction.x * turn.x - direction.y * turn.y, direction.x * turn.y + direction.y * turn.x);
+        }
+    }
+    if (MUTATION == MUTATE_ANISOTROPY) direction.y = -direction.y;
+    m.tangent = tangent * direction.x + bitangent * direction.y;
+}
+
 // What varies over a surface: its material by textures and the colours of vertices, and its normal.
 void add_details(inout Surface s, int primitive, vec2 barycentrics) {
     Material m = s.material;
@@ -180,6 +213,11 @@ void add_details(inout Surface s, int primitive, vec2 barycentrics) {
     int texel = details_texel(m.ior);
     vec4 numbers = uintBitsToFloat(geometry_texel(texel));
     int layers = HAS_LAYERS ? layers_texel(uintBitsToFloat(geometry_texel(texel + 2).y)) : -1;
+    int conductor = -1;
+    if (HAS_CONDUCTOR && (m.type & CONDUCTOR) != 0u) {
+        conductor = layers;
+        layers = -1;
+    }
     m.metallic = numbers.x;
     m.roughness = numbers.y;
     m.dielectric = uintBitsToFloat(geometry_texel(texel + 1));
@@ -202,6 +240,7 @@ void add_details(inout Surface s, int primitive, vec2 barycentrics) {
         m.reflectance *= color;
         if ((m.type & UNLIT) != 0u) m.emission *= color;
     }
+    if (HAS_ANISOTROPY && layers >= 0) add_anisotropy(m, layers, is_triangle, corners, barycentrics, smooth_normal);
     if (HAS_TEXTURES && is_triangle) {
         ivec4 textures = ivec4(uintBitsToFloat(geometry_texel(texel + 3)));
         bool is_textured = any(greaterThanEqual(textures, ivec4(0)));
@@ -225,6 +264,11 @@ void add_details(inout Surface s, int primitive, vec2 barycentrics) {
             if (HAS_COAT && layers >= 0) vary_coat(m, layers, uvs, corners, b, smooth_normal);
             if (HAS_SPECULAR_TEXTURES && layers >= 0) vary_dielectric(m, layers, uvs);
         }
+    }
+    if (HAS_CONDUCTOR && conductor >= 0) {
+        m.dielectric = uintBitsToFloat(geometry_texel(conductor));
+        m.k = uintBitsToFloat(geometry_texel(conductor + 1).xyz);
+        m.reflectance = uintBitsToFloat(geometry_texel(conductor + 2).xyz);
     }
     // Filtered values of the range end there.
     m.reflectance = min(m.reflectance, vec3(1.0));

@@ -30,15 +30,19 @@ const uint PROBE_ATAN = 10u;
 const uint PROBE_LOBES = 11u;
 const uint PROBE_LAYERS = 12u;
 const uint PROBE_LAYER_SAMPLE = 13u;
+const uint PROBE_CONDUCTOR = 16u;
 
 // A number in [0, 1] from six bits.
 float sixth(uint bits, uint n) { return float((bits >> (6u * n)) & 63u) * (1.0 / 63.0); }
 
-// Of metalness, roughness, a base colour and the cosine of wo, with layers by six bits each: strength and roughness of the coat.
+// Of metalness, roughness, a base colour and the cosine of wo, and by six bits each: strength and roughness of the coat, strength
+// and roughness of sheen, anisotropy along the x axis.
 Bsdf layered_bsdf(vec4 a, uint layers, vec3 wo) {
     Bsdf b = diffuse_bsdf(vec3(a.z));
     b.type = BSDF_METALLIC_ROUGHNESS;
-    b.lobes = lobes_of(vec3(a.z), a.x, a.y, vec3(0.04), 1.0, wo.z);
+    b.lobes = lobes_of(vec3(a.z), a.x, a.y, vec3(0.04), 1.0, sixth(layers, 4u), wo);
+    b.tangent = vec3(1.0, 0.0, 0.0);
+    if (HAS_SHEEN) b.sheen = sheen_of(vec3(sixth(layers, 2u)), sixth(layers, 3u), wo.z);
     if (HAS_COAT && sixth(layers, 0u) > 0.0) b.coat = coat_of(sixth(layers, 0u), sixth(layers, 1u), vec3(0.0, 0.0, 1.0), wo);
     if (HAS_COVER) cover(b);
     return b;
@@ -69,13 +73,13 @@ void main() {
     if (PROBE == PROBE_DIFFUSE) x.xyz = cosine_sample(a.xyz, b.xy);
     if (PROBE == PROBE_FRESNEL) x.x = fresnel(a.x, a.y, x.y);
     if (PROBE == PROBE_DIELECTRIC) {
-        Bsdf glass = Bsdf(BSDF_DIELECTRIC, vec3(1.0), MUTATION == MUTATE_IOR ? 1.0 / a.w : a.w, NO_LOBES, NO_SHEEN, NO_COAT, NO_GLASS);
+        Bsdf glass = Bsdf(BSDF_DIELECTRIC, vec3(1.0), MUTATION == MUTATE_IOR ? 1.0 / a.w : a.w, vec3(0.0), NO_LOBES, NO_SHEEN, NO_COAT, NO_GLASS);
         BsdfSample s = dielectric_sample(glass, b.xyz, -a.xyz, b.ww);
         x = vec4(s.direction, s.crosses ? 1.0 : 0.0);
     }
     if (PROBE == PROBE_LOBES) {
         vec3 wo = vec3(sqrt(1.0 - a.w * a.w), 0.0, a.w);
-        Lobes lobes = lobes_of(vec3(a.z), a.x, a.y, vec3(0.04), 1.0, wo.z);
+        Lobes lobes = lobes_of(vec3(a.z), a.x, a.y, vec3(0.04), 1.0, 0.0, wo);
         vec3 value;
         float pdf;
         lobes_eval(lobes, NO_COVER, wo, b.xyz, value, pdf);
@@ -94,7 +98,7 @@ void main() {
     if (PROBE == PROBE_GLASS) {
         float mu = abs(b.w);
         vec3 wo = vec3(sqrt(1.0 - mu * mu), 0.0, mu);
-        Bsdf glass = Bsdf(b.w < 0.0 ? BSDF_WALL : BSDF_GLASS, vec3(a.z), a.x, NO_LOBES, NO_SHEEN, NO_COAT, NO_GLASS);
+        Bsdf glass = Bsdf(b.w < 0.0 ? BSDF_WALL : BSDF_GLASS, vec3(a.z), a.x, vec3(0.0), NO_LOBES, NO_SHEEN, NO_COAT, NO_GLASS);
         float root = (a.x - 1.0) / (a.x + 1.0);
         set_glass(glass, vec3(a.w * root * root), a.w, a.y, mu);
         vec3 value;
@@ -103,6 +107,7 @@ void main() {
         x = vec4(value, pdf);
     }
     if (PROBE == PROBE_EXP) x.x = exp_accurate(a.x);
+    if (PROBE == PROBE_CONDUCTOR) x.x = conductor_fresnel(a.x, a.y, a.z);
     if (PROBE == PROBE_SAMPLE_PAIR) x.xy = sample_pair(pixel_key(bits.x), bits.y, bits.z, bits.w);
     output_floats(2u * i, x);
     output_floats(2u * i + 1u, y);

@@ -58,6 +58,8 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::UnsquaredRefraction => &["glass/rough-furnace"],
         Mutation::SingleWall => &["glass/wall"],
         Mutation::ClearShadows => &["glass/amber"],
+        Mutation::TurnedAnisotropy => &["materials/anisotropy"],
+        Mutation::PolarisedConductor => &["materials/conductor-fresnel", "materials/conductors"],
         Mutation::OwnSampleMap => &["emitters/edges-of-glass"],
     }
 }

@@ -64,6 +64,7 @@ fn kind(surface: &Surface) -> &'static str {
         Bsdf::Dielectric { .. } => "dielectric",
         Bsdf::Black => "emitter",
         Bsdf::MetallicRoughness(_) => "metallic-roughness",
+        Bsdf::Conductor(_) => "conductor",
     }
 }
 

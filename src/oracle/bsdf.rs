@@ -9,7 +9,8 @@ use glam::DVec3;
 
 use crate::oracle::glass::Glass;
 use crate::oracle::layered::Local;
-use crate::oracle::{Hit, Pcg64, layered, metallic_roughness};
+use crate::oracle::metallic_roughness::Grain;
+use crate::oracle::{Hit, Pcg64, conductor, layered, metallic_roughness};
 use crate::scene::{Bsdf, MetallicRoughness};
 
 /// Where a path goes on.
@@ -49,6 +50,10 @@ pub fn eval(bsdf: &Bsdf, hit: &Hit, wo: DVec3, wi: DVec3) -> DVec3 {
             let (part, opaque) = split(&m);
             let glass = if part > 0.0 { part * Glass::of(&m, hit.front).eval(wo.base, wi.base) } else { DVec3::ZERO };
             if above { glass + (1.0 - part) * layered::eval(&opaque, wo, wi) } else { glass }
+        }
+        Bsdf::Conductor(c) => {
+            let frame = Frame::of(hit.shading_normal, hit, wo);
+            conductor::eval(&c, frame.to_local(wo), frame.to_local(wi))
         }
     }
 }
@@ -92,9 +97,13 @@ pub fn sample(bsdf: &Bsdf, hit: &Hit, wo: DVec3, rng: &mut Pcg64) -> Option<Scat
                 let frames = Frames::of(hit, wo);
                 let o = frames.to_local(wo);
                 let direction = if layered::samples_coat(&opaque, rng) {
-                    frames.coat.to_world(metallic_roughness::microfacet_sample(m.coat_roughness, o.coat, rng))
+                    frames.coat.to_world(metallic_roughness::microfacet_sample(
+                        Grain::even(m.coat_roughness),
+                        o.coat,
+                        rng,
+                    ))
                 } else {
-                    frames.base.to_world(metallic_roughness::sample(&opaque, o.base, rng))
+                    frames.base.to_world(metallic_roughness::sample(Grain::of(&opaque), o.base, rng))
                 };
                 let i = frames.to_local(direction);
                 let pdf = layered::pdf(&opaque, o, i);
@@ -103,6 +112,16 @@ pub fn sample(bsdf: &Bsdf, hit: &Hit, wo: DVec3, rng: &mut Pcg64) -> Option<Scat
                 }
                 Scattered { direction, weight: layered::eval(&opaque, o, i) / pdf, crosses: false, is_delta: false }
             }
+        }
+        Bsdf::Conductor(c) => {
+            let frame = Frame::of(hit.shading_normal, hit, wo);
+            let (o, grain) = (frame.to_local(wo), Grain::even(c.roughness));
+            let i = metallic_roughness::sample(grain, o, rng);
+            if i.z <= 0.0 {
+                return None;
+            }
+            let weight = conductor::eval(&c, o, i) / metallic_roughness::pdf(grain, o, i);
+            Scattered { direction: frame.to_world(i), weight, crosses: false, is_delta: false }
         }
     };
     let up = if scattered.crosses { -hit.normal } else { hit.normal };
@@ -118,7 +137,7 @@ pub fn sample(bsdf: &Bsdf, hit: &Hit, wo: DVec3, rng: &mut Pcg64) -> Option<Scat
 fn through_glass(glass: &Glass, hit: &Hit, wo: DVec3, rng: &mut Pcg64) -> Option<Scattered> {
     let is_delta = glass.is_smooth();
     let normal = hit.shading_normal;
-    let frame = if is_delta { Frame::about(normal) } else { Frame::of(normal, hit, wo) };
+    let frame = if is_delta { Frame::about(hit, normal) } else { Frame::of(normal, hit, wo) };
     let (wi, weight, crosses) = glass.sample(frame.to_local(wo), rng)?;
     Some(Scattered { direction: frame.to_world(wi), weight, crosses, is_delta })
 }
@@ -136,7 +155,8 @@ struct Frames {
 
 impl Frames {
     fn of(hit: &Hit, wo: DVec3) -> Self {
-        Self { base: Frame::of(hit.shading_normal, hit, wo), coat: Frame::of(hit.coat_normal, hit, wo) }
+        let [base, coat] = [hit.shading_normal, hit.coat_normal].map(|normal| Frame::of(normal, hit, wo));
+        Self { base, coat }
     }
 
     fn to_local(&self, w: DVec3) -> Local {
@@ -152,12 +172,12 @@ impl Frame {
         } else {
             (wo + (mirror.reject_from_normalized(hit.normal) + 1e-6 * hit.normal).normalize()).normalize()
         };
-        Self::about(normal)
+        Self::about(hit, normal)
     }
 
-    fn about(normal: DVec3) -> Self {
-        let (tangent, bitangent) = normal.any_orthonormal_pair();
-        Self([tangent, bitangent, normal])
+    fn about(hit: &Hit, normal: DVec3) -> Self {
+        let tangent = hit.tangent.reject_from_normalized(normal).normalize_or(normal.any_orthonormal_vector());
+        Self([tangent, normal.cross(tangent), normal])
     }
 
     fn to_local(&self, w: DVec3) -> DVec3 {

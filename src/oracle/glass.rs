@@ -97,10 +97,10 @@ impl Glass {
     fn single(&self, wo: DVec3, wi: DVec3) -> DVec3 {
         let Some((half, jacobian)) = self.facet(wo, wi) else { return DVec3::ZERO };
         let alpha = alpha_of(self.roughness);
-        let g2 = 1.0 / (1.0 + lambda(wo, alpha) + lambda(wi, alpha));
+        let g2 = 1.0 / (1.0 + lambda(wo, [alpha; 2]) + lambda(wi, [alpha; 2]));
         let [reflected, crossed] = self.parts(half.dot(wo));
         let part = if wi.z > 0.0 { reflected } else { crossed };
-        part * distribution(half, alpha) * g2 * half.dot(wo) * jacobian / wo.z
+        part * distribution(half, [alpha; 2]) * g2 * half.dot(wo) * jacobian / wo.z
     }
 
     /// What single scattering loses of light under a cosine, or in the mean; from wo's side or from beyond.
@@ -127,7 +127,7 @@ impl Glass {
     /// Density of [`Self::sample`] per solid angle where the interface is rough.
     pub fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
         let of_facet = self.facet(wo, wi).map_or(0.0, |(half, jacobian)| {
-            distribution(half, alpha_of(self.roughness))
+            distribution(half, [alpha_of(self.roughness); 2])
                 * half.z
                 * jacobian
                 * if half.dot(wo) > 0.0 { 1.0 } else { 0.0 }

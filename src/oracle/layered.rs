@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::oracle::Pcg64;
-use crate::oracle::metallic_roughness::{self, Albedo, White, reflection};
+use crate::oracle::metallic_roughness::{self, Albedo, Grain, White, reflection};
 use crate::oracle::sheen;
 use crate::scene::MetallicRoughness;
 
@@ -39,7 +39,7 @@ pub fn eval(m: &MetallicRoughness, wo: Local, wi: Local) -> DVec3 {
         sum += sheen::eval(m, wo.base, wi.base) * coat_passes[0].min(coat_passes[1]);
     }
     if m.coat > 0.0 && wo.coat.z > 0.0 && wi.coat.z > 0.0 {
-        let white = White::of(m.coat_roughness);
+        let white = White::of(Grain::even(m.coat_roughness));
         sum += m.coat * reflection(&white, DVec3::splat(COAT_F0), 1.0, wo.coat, wi.coat) * wi.coat.z;
     }
     sum
@@ -47,14 +47,14 @@ pub fn eval(m: &MetallicRoughness, wo: Local, wi: Local) -> DVec3 {
 
 /// The part of light under a cosine that the coat reflects.
 fn coat_albedo(m: &MetallicRoughness) -> impl Fn(f64) -> f64 {
-    let albedo = Albedo::of(White::of(m.coat_roughness), COAT_F0, 1.0);
+    let albedo = Albedo::of(White::of(Grain::even(m.coat_roughness)), COAT_F0, 1.0);
     let strength = m.coat;
-    move |cosine| strength * albedo.at(cosine)
+    move |cosine| strength * albedo.at(DVec3::new(0.0, 0.0, cosine))
 }
 
 /// The mean over the hemisphere, weighted with the cosine.
 fn mean(of: impl Fn(f64) -> f64) -> f64 {
-    const POINTS: u32 = 128;
+    const POINTS: u32 = 64;
     // 2 μ dμ = 4 x³ dx where μ = x².
     let point = |i: u32| (f64::from(i) + 0.5) / f64::from(POINTS);
     let (mut sum, mut weights) = (0.0, 0.0);
@@ -67,12 +67,15 @@ fn mean(of: impl Fn(f64) -> f64) -> f64 {
 
 /// Density of directions of [`samples_coat`] and of the base together, per solid angle.
 pub fn pdf(m: &MetallicRoughness, wo: Local, wi: Local) -> f64 {
-    let base = metallic_roughness::pdf(m, wo.base, wi.base);
+    let base = metallic_roughness::pdf(Grain::of(m), wo.base, wi.base);
     if m.coat == 0.0 {
         return base;
     }
-    let of_coat =
-        if wi.coat.z > 0.0 { metallic_roughness::microfacet_pdf(m.coat_roughness, wo.coat, wi.coat) } else { 0.0 };
+    let of_coat = if wi.coat.z > 0.0 {
+        metallic_roughness::microfacet_pdf(Grain::even(m.coat_roughness), wo.coat, wi.coat)
+    } else {
+        0.0
+    };
     COAT_SHARE * of_coat + (1.0 - COAT_SHARE) * base
 }
 

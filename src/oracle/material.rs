@@ -56,6 +56,9 @@ impl Place<'_> {
                 if let Some(value) = self.look_up(scene, material, TextureSlot::CoatRoughness) {
                     m.coat_roughness *= value.y;
                 }
+                if let Some(value) = self.look_up(scene, material, TextureSlot::Anisotropy) {
+                    m.anisotropy *= value.z;
+                }
                 if let Some(value) = self.look_up(scene, material, TextureSlot::SheenColor) {
                     m.sheen_color = (DVec3::from(m.sheen_color) * value.truncate()).min(DVec3::ONE).to_array();
                 }
@@ -72,7 +75,7 @@ impl Place<'_> {
                     m.transmission *= value.x;
                 }
             }
-            Bsdf::Dielectric { .. } | Bsdf::Black => {}
+            Bsdf::Dielectric { .. } | Bsdf::Black | Bsdf::Conductor(_) => {}
         }
         if let Some(value) = self.look_up(scene, material, TextureSlot::Emission) {
             surface.emission = (DVec3::from(surface.emission) * value.truncate()).to_array();
@@ -107,6 +110,23 @@ impl Place<'_> {
             Coverage::Blend => alpha,
         }
     }
+}
+
+/// The direction along which a material is rougher where the interpolated normal is that; around the vertical axis where there are no
+/// tangents.
+pub fn tangent(scene: &Scene, material: &Material, place: Option<&Place>, normal: DVec3) -> DVec3 {
+    let Some(model) = material.surface.model() else { return DVec3::ZERO };
+    let of_mesh = |i: usize| place.map_or(DVec3::ZERO, |place| place.blend(&place.mesh.tangents, |two| two[i]).into());
+    let (mut tangent, mut bitangent) = (of_mesh(0).normalize_or_zero(), of_mesh(1).normalize_or_zero());
+    if tangent == DVec3::ZERO {
+        tangent = DVec3::Y.cross(normal).normalize_or(DVec3::X);
+        bitangent = normal.cross(tangent);
+    }
+    let mut direction = DVec2::from_angle(model.anisotropy_rotation);
+    if let Some(value) = place.and_then(|place| place.look_up(scene, material, TextureSlot::Anisotropy)) {
+        direction = direction.rotate((2.0 * DVec2::new(value.x, value.y) - 1.0).normalize_or(DVec2::X));
+    }
+    tangent * direction.x + bitangent * direction.y
 }
 
 /// A texture at the coordinates of its mesh.

@@ -21,6 +21,7 @@
 
 pub mod bsdf;
 mod camera;
+pub mod conductor;
 pub mod glass;
 mod integrator;
 pub mod layered;

@@ -50,7 +50,11 @@ pub fn eval(m: &MetallicRoughness, wo: DVec3, wi: DVec3) -> DVec3 {
 
 /// The part of light under a cosine that sheen keeps from what is below.
 pub fn albedo(m: &MetallicRoughness, cosine: f64) -> f64 {
-    DVec3::from(m.sheen_color).max_element() * tables().bounded(cosine, m.sheen_roughness)
+    let strongest = DVec3::from(m.sheen_color).max_element();
+    if strongest == 0.0 {
+        return 0.0;
+    }
+    strongest * tables().bounded(cosine, m.sheen_roughness)
 }
 
 #[cfg(test)]

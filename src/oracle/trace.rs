@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::oracle::material;
 use crate::oracle::material::Place;
 use crate::scene::{Mesh, Normals, Scene, Sphere, Surface};
 
@@ -49,6 +50,8 @@ pub struct Hit {
     pub shading_normal: DVec3,
     /// The same of a clear coat.
     pub coat_normal: DVec3,
+    /// Along which the surface is rougher, if it is anisotropic.
+    pub tangent: DVec3,
     /// Whether the ray comes from the front: the side that the untouched normal points to.
     pub front: bool,
     /// What the surface does there.
@@ -67,12 +70,12 @@ impl Hit {
 /// The nearest hit of `ray`. Rays that are not finite, or have no direction, miss.
 pub fn closest_hit(scene: &Scene, ray: &Ray) -> Option<Hit> {
     let (t, primitive, weights) = nearest(scene, ray, f64::INFINITY)?;
-    let (material, position, outward, [shading, coat], place) = match primitive {
+    let (material, position, outward, interpolated, place) = match primitive {
         Primitive::Sphere(index) => {
             let sphere = &scene.spheres[index];
             let radial = (ray.origin + t * ray.direction - sphere.center).normalize();
             let normal = if sphere.inward { -radial } else { radial };
-            (sphere.material, sphere.center + sphere.radius * radial, normal, [normal; 2], None)
+            (sphere.material, sphere.center + sphere.radius * radial, normal, normal, None)
         }
         Primitive::Triangle(mesh, triangle) => {
             let mesh = &scene.meshes[mesh];
@@ -87,23 +90,37 @@ pub fn closest_hit(scene: &Scene, ray: &Ray) -> Option<Hit> {
             };
             let place = Place { mesh, vertices: mesh.triangles[triangle], weights };
             let index = mesh.triangle_materials[triangle];
-            let shadings = place.normals(scene, &scene.materials[index as usize], shading);
-            (index, blend(corners), normal, shadings, Some(place))
+            (index, blend(corners), normal, shading, Some(place))
         }
     };
     let front = ray.direction.dot(outward) < 0.0;
     let normal = if front { outward } else { -outward };
+    let index = material as usize;
+    let material = &scene.materials[index];
+    let ([shading, coat], surface, coverage) = match place {
+        Some(place) => (
+            place.normals(scene, material, interpolated),
+            place.surface(scene, material),
+            place.coverage(scene, material, front),
+        ),
+        None => ([interpolated; 2], material.surface, 1.0),
+    };
     let [shading_normal, coat_normal] =
         [shading, coat].map(|shading| if shading.dot(normal) < 0.0 { -shading } else { shading });
-    let material = material as usize;
-    let (surface, coverage) = match place {
-        Some(place) => {
-            let material = &scene.materials[material];
-            (place.surface(scene, material), place.coverage(scene, material, front))
-        }
-        None => (scene.materials[material].surface, 1.0),
-    };
-    Some(Hit { t, primitive, material, position, normal, shading_normal, coat_normal, front, surface, coverage })
+    let tangent = material::tangent(scene, material, place.as_ref(), interpolated);
+    Some(Hit {
+        t,
+        primitive,
+        material: index,
+        position,
+        normal,
+        shading_normal,
+        coat_normal,
+        tangent,
+        front,
+        surface,
+        coverage,
+    })
 }
 
 /// The part of light that passes along `ray` strictly between distance 0 and `t_max`.

@@ -141,6 +141,31 @@ pub enum Bsdf {
     },
     /// glTF's metallic-roughness model and its extensions.
     MetallicRoughness(MetallicRoughness),
+    /// Metal, or a rough mirror, on both sides.
+    Conductor(Conductor),
+}
+
+/// Microfacets (GGX, with more than one scattering) that let no light in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Conductor {
+    /// What a microfacet reflects.
+    pub reflection: Reflection,
+    /// 0..=1.
+    pub roughness: f64,
+}
+
+/// What part of light a microfacet reflects.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Reflection {
+    /// The same at all angles, 0..=1 per channel.
+    Constant(Rgb),
+    /// By Fresnel's equations for unpolarised light and the index η + ik beside that of air.
+    Index {
+        /// Real part, > 0 per channel.
+        eta: Rgb,
+        /// Imaginary part, at least 0 per channel.
+        k: Rgb,
+    },
 }
 
 /// glTF's metallic-roughness model: the mix by metalness of a metal and of a dielectric over a diffuse base. Both reflect by a GGX
@@ -268,6 +293,15 @@ impl Surface {
         self.model().is_some()
     }
 
+    pub(crate) fn is_conductor(&self) -> bool {
+        matches!(self.bsdf, Bsdf::Conductor(_))
+    }
+
+    /// Whether it reflects by microfacets.
+    pub(crate) fn has_microfacets(&self) -> bool {
+        self.is_metallic_roughness() || self.is_conductor()
+    }
+
     /// Its numbers, if it is of the metallic-roughness model.
     pub(crate) fn model(&self) -> Option<&MetallicRoughness> {
         match &self.bsdf {
@@ -350,12 +384,13 @@ impl Material {
 
     /// Whether there is more to it than a colour or an index.
     pub(crate) fn has_details(&self) -> bool {
-        self.surface.is_metallic_roughness() || !self.textures.is_empty() || self.has_alpha()
+        self.surface.has_microfacets() || !self.textures.is_empty() || self.has_alpha()
     }
 
-    /// Whether something lies over its base, or makes that other than a constant dielectric or isotropic.
+    /// Whether something lies over its base, or makes that other than isotropic and of a constant dielectric.
     pub(crate) fn has_layers(&self) -> bool {
-        self.is_coated() || self.has_sheen() || self.is_anisotropic() || self.has_specular_textures()
+        let is_layered = self.is_coated() || self.has_sheen() || self.is_anisotropic();
+        is_layered || self.has_specular_textures() || self.surface.is_conductor()
     }
 
     /// Whether it has a clear coat.

@@ -3,7 +3,7 @@
 use std::hash::Hasher;
 
 use crate::hash::{Fnv, digest};
-use crate::scene::{Bsdf, Coverage, Light, Material, PixelFilter, Scene, Surface, TextureImage};
+use crate::scene::{Bsdf, Coverage, Light, Material, PixelFilter, Reflection, Scene, Surface, TextureImage};
 
 /// Hash of everything that the expectation of a scene's image depends on. Names, files, the number of samples,
 /// roulette and the transfer curve are left out.
@@ -92,6 +92,13 @@ fn add_surface(h: &mut Fnv, surface: &Surface) {
         Bsdf::Mirror { reflectance } => add(1, &reflectance),
         Bsdf::Dielectric { ior } => add(2, &[ior; 3]),
         Bsdf::Black => add(3, &[0.0; 3]),
+        Bsdf::Conductor(c) => {
+            match c.reflection {
+                Reflection::Constant(reflectance) => add(5, &reflectance),
+                Reflection::Index { eta, k } => add(6, &[eta, k].concat()),
+            }
+            h.numbers(&[c.roughness]);
+        }
         Bsdf::MetallicRoughness(m) => {
             add(4, &m.base_color);
             let transmission = if m.has_volume { -1.0 - m.transmission } else { m.transmission };

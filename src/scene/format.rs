@@ -8,6 +8,7 @@ use serde::Deserialize;
 use serde::de::{Deserializer, Error, IntoDeserializer, SeqAccess, Unexpected, Visitor};
 
 use crate::scene::description::{Film, Integrator, PixelFilter, Transfer};
+use crate::scene::metals::Metal;
 
 /// The version of the format that this program reads.
 pub(super) const VERSION: i64 = 1;
@@ -220,6 +221,15 @@ pub(super) struct MaterialTable {
     pub alpha_cutoff: Option<f64>,
     pub opacity: Option<f64>,
     pub double_sided: Option<bool>,
+    pub clearcoat: Option<f64>,
+    pub clearcoat_roughness: Option<f64>,
+    pub sheen_color: Option<Triple>,
+    pub sheen_roughness: Option<f64>,
+    pub anisotropy: Option<f64>,
+    pub anisotropy_rotation: Option<f64>,
+    pub eta: Option<Triple>,
+    pub k: Option<Triple>,
+    pub preset: Option<Metal>,
 }
 
 #[derive(Deserialize, Default, Clone, Copy, PartialEq, Eq)]
@@ -293,6 +303,7 @@ pub(super) enum MaterialKind {
     Diffuse,
     Mirror,
     Dielectric,
+    Conductor,
     Emitter,
     Pbr,
 }

@@ -247,7 +247,18 @@ fn define_material(
             let reflectance = required(entity, "reflectance", table.reflectance)?.0;
             ("diffuse", Surface::diffuse(reflectance))
         }
-        MaterialKind::Mirror => ("mirror", Surface::mirror(table.reflectance.map_or([1.0; 3], |triple| triple.0))),
+        MaterialKind::Mirror => {
+            let reflectance = table.reflectance.map_or([1.0; 3], |triple| triple.0);
+            let surface = match table.roughness {
+                None | Some(0.0) => Surface::mirror(reflectance),
+                Some(roughness) => conductor(Reflection::Constant(reflectance), roughness),
+            };
+            ("mirror", surface)
+        }
+        MaterialKind::Conductor => {
+            let reflection = conductor_index(entity, table)?;
+            ("conductor", conductor(reflection, table.roughness.unwrap_or(0.0)))
+        }
         MaterialKind::Dielectric => ("dielectric", dielectric(entity, table)?),
         MaterialKind::Pbr => {
             let default = MetallicRoughness::default();
@@ -262,6 +273,12 @@ fn define_material(
                 ior: table.ior.unwrap_or(default.ior),
                 specular: table.specular.unwrap_or(default.specular),
                 specular_color: color(table.specular_color),
+                coat: table.clearcoat.unwrap_or(default.coat),
+                coat_roughness: table.clearcoat_roughness.unwrap_or(default.coat_roughness),
+                sheen_color: table.sheen_color.map_or(default.sheen_color, |triple| triple.0),
+                sheen_roughness: table.sheen_roughness.unwrap_or(default.sheen_roughness),
+                anisotropy: table.anisotropy.unwrap_or(default.anisotropy),
+                anisotropy_rotation: table.anisotropy_rotation.unwrap_or(0.0).to_radians(),
                 ..with_attenuation(entity, table, default)?
             };
             if table.thin.is_some() && transmission == 0.0 {
@@ -282,18 +299,29 @@ fn define_material(
     let is_pbr = matches!(table.kind, MaterialKind::Pbr);
     let is_dielectric = matches!(table.kind, MaterialKind::Dielectric);
     let is_emitter = matches!(table.kind, MaterialKind::Emitter);
+    let is_conductor = matches!(table.kind, MaterialKind::Conductor);
+    let may_be_rough = is_pbr || is_conductor || matches!(table.kind, MaterialKind::Mirror);
     let superfluous = [
         ("reflectance", table.reflectance.is_some() && !takes_reflectance),
         ("ior", table.ior.is_some() && !is_pbr && !is_dielectric),
         ("base_color", table.base_color.is_some() && !is_pbr),
         ("metallic", table.metallic.is_some() && !is_pbr),
-        ("roughness", table.roughness.is_some() && !is_pbr && !is_dielectric),
+        ("roughness", table.roughness.is_some() && !may_be_rough && !is_dielectric),
         ("transmission", table.transmission.is_some() && !is_pbr),
         ("thin", table.thin.is_some() && !is_pbr),
         ("attenuation_color", table.attenuation_color.is_some() && !is_pbr && !is_dielectric),
         ("attenuation_distance", table.attenuation_distance.is_some() && !is_pbr && !is_dielectric),
         ("specular", table.specular.is_some() && !is_pbr),
         ("specular_color", table.specular_color.is_some() && !is_pbr),
+        ("clearcoat", table.clearcoat.is_some() && !is_pbr),
+        ("clearcoat_roughness", table.clearcoat_roughness.is_some() && !is_pbr),
+        ("sheen_color", table.sheen_color.is_some() && !is_pbr),
+        ("sheen_roughness", table.sheen_roughness.is_some() && !is_pbr),
+        ("anisotropy", table.anisotropy.is_some() && !is_pbr),
+        ("anisotropy_rotation", table.anisotropy_rotation.is_some() && !is_pbr),
+        ("eta", table.eta.is_some() && !is_conductor),
+        ("k", table.k.is_some() && !is_conductor),
+        ("preset", table.preset.is_some() && !is_conductor),
         ("radiance", table.radiance.is_some() && !is_emitter),
         ("emission", table.emission.is_some() && is_emitter),
     ];
@@ -344,6 +372,25 @@ fn with_attenuation(
             Err(Problem::new(entity, "attenuation_distance", "missing", "a value: attenuation_color is given"))
         }
     }
+}
+
+fn conductor(reflection: Reflection, roughness: f64) -> Surface {
+    Surface { bsdf: Bsdf::Conductor(Conductor { reflection, roughness }), ..Surface::diffuse([0.0; 3]) }
+}
+
+/// The index of a conductor: its own, or that of a metal.
+fn conductor_index(entity: Entity, table: &MaterialTable) -> Result<Reflection, Problem> {
+    let Some(metal) = table.preset else {
+        let (eta, k) = (required(entity, "eta", table.eta)?.0, required(entity, "k", table.k)?.0);
+        return Ok(Reflection::Index { eta, k });
+    };
+    for (field, is_there) in [("eta", table.eta.is_some()), ("k", table.k.is_some())] {
+        if is_there {
+            return Err(Problem::new(entity, field, "given", "none beside preset, or eta and k alone"));
+        }
+    }
+    let [eta, k] = metal.index();
+    Ok(Reflection::Index { eta, k })
 }
 
 fn required<T>(entity: Entity, field: &'static str, value: Option<T>) -> Result<T, Problem> {

@@ -9,7 +9,6 @@ use crate::scene::facing::looking_away;
 use crate::scene::from_table::build;
 use crate::scene::gltf;
 use crate::scene::gltf::is_glb;
-use crate::scene::left_out::left_out_of;
 use crate::scene::load_options::LoadOptions;
 use crate::scene::model::Model;
 use crate::scene::named_camera::NamedCamera;
@@ -178,9 +177,6 @@ fn finish(
     scene.check_not_empty()?;
     let images = std::mem::take(&mut scene.images);
     scene.images = limit(&scene.source, images, &scene.materials, options.texture_limit, &mut warnings)?;
-    warnings.extend(
-        left_out_of(&scene.materials).map(|(material, what)| format!("{}: {material}: {what} left out", scene.source)),
-    );
     for (entity, field, problem) in lost(&scene) {
         warnings.push(format!("{}: {entity}: {problem}", locate(entity, field)));
     }

@@ -39,6 +39,7 @@ fn check_surface(entity: Entity, surface: &Surface) -> Check {
         }
         Bsdf::Dielectric { ior } => check_ior(entity, ior)?,
         Bsdf::MetallicRoughness(m) => check_metallic_roughness(entity, &m)?,
+        Bsdf::Conductor(c) => check_conductor(entity, &c)?,
         Bsdf::Black => {}
     }
     let field = if bsdf == Bsdf::Black { "radiance" } else { "emission" };
@@ -55,8 +56,8 @@ fn check_metallic_roughness(entity: Entity, m: &MetallicRoughness) -> Check {
         ("roughness", m.roughness),
         ("specular", m.specular),
         ("transmission", m.transmission),
-        ("coat", m.coat),
-        ("coat_roughness", m.coat_roughness),
+        ("clearcoat", m.coat),
+        ("clearcoat_roughness", m.coat_roughness),
         ("sheen_roughness", m.sheen_roughness),
         ("anisotropy", m.anisotropy),
     ] {
@@ -77,6 +78,25 @@ fn check_metallic_roughness(entity: Entity, m: &MetallicRoughness) -> Check {
         ));
     }
     Ok(())
+}
+
+/// Largest part of a conductor's index: the squares of their sums stay exact enough in single precision.
+const MAX_INDEX: f64 = 1000.0;
+
+fn check_conductor(entity: Entity, c: &Conductor) -> Check {
+    check_share(entity, "roughness", c.roughness)?;
+    match c.reflection {
+        Reflection::Constant(reflectance) => check_shares(entity, "reflectance", reflectance),
+        Reflection::Index { eta, k } => {
+            if !eta.iter().all(|x| (1e-3..=MAX_INDEX).contains(x)) {
+                return Err(Problem::new(entity, "eta", vector(eta.into()), "three numbers from 0.001 to 1000"));
+            }
+            if !k.iter().all(|x| (0.0..=MAX_INDEX).contains(x)) {
+                return Err(Problem::new(entity, "k", vector(k.into()), "three numbers from 0 to 1000"));
+            }
+            Ok(())
+        }
+    }
 }
 
 fn check_texture(entity: Entity, texture: &Texture, images: usize) -> Check {

@@ -15,7 +15,10 @@ const uint ALBEDO_STEPS = 64u;          // along either axis
 const uint ALBEDO_MEANS = 256u;
 const uint ALBEDO_MEAN_ROW = 2u * ALBEDO_STEPS * ALBEDO_STEPS;
 const uint SHEEN_ROW = ALBEDO_MEAN_ROW + ALBEDO_MEANS;      // two tables more, see sheen.glsl
-const uint TEXTURE_ROWS = SHEEN_ROW + 2u * ALBEDO_STEPS * ALBEDO_STEPS;    // texels before those of textures
+const uint ANISOTROPIC_ROW = SHEEN_ROW + 2u * ALBEDO_STEPS * ALBEDO_STEPS; // see anisotropic.glsl
+const uvec4 ANISOTROPIC_STEPS = uvec4(12u, 6u, 16u, 12u);
+const uint ANISOTROPIC_CELLS = 12u * 6u * 16u * 12u;
+const uint TEXTURE_ROWS = ANISOTROPIC_ROW + ANISOTROPIC_CELLS + 16u * 12u;   // texels before those of textures
 
 // Smaller values are raised: the image of a mirror differs by less than 0.06 degrees.
 const float MIN_ALPHA = 1e-3;

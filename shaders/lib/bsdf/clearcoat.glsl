@@ -45,18 +45,18 @@ void coat_eval(Coat c, vec3 wo, vec3 wi, out float value, out float pdf) {
     pdf = 0.0;
     if (o.z <= 0.0 || i.z <= 0.0) return;
     float angle;
-    float single = ggx_eval(o, i, c.alpha, angle);
+    float single = ggx_eval(o, i, c.alpha, vec2(1.0), angle);
     float angle2 = angle * angle;
     vec2 e = ggx_albedo(i.z, c.alpha, c.row);
     float fresnel = COAT_F0 + (1.0 - COAT_F0) * (angle2 * angle2 * angle);
     value = c.strength * (fresnel * single + c.spread * (1.0 - (e.x + e.y)) * cosine_pdf(i.z));
-    pdf = ggx_pdf(o, i, c.alpha);
+    pdf = ggx_pdf(o, i, c.alpha, vec2(1.0));
 }
 
 vec3 coat_sample(Coat c, vec3 wo, vec2 u) {
     vec3 tangent, bitangent;
     basis(c.normal, tangent, bitangent);
-    vec3 i = ggx_sample(to_frame(wo, tangent, bitangent, c.normal), c.alpha, u);
+    vec3 i = ggx_sample(to_frame(wo, tangent, bitangent, c.normal), c.alpha, vec2(1.0), u);
     return normalize(tangent * i.x + bitangent * i.y + c.normal * i.z);
 }
 

@@ -15,10 +15,13 @@ const uint BSDF_WALL = 6u;          // likewise: a thin wall
 
 // Of the metallic-roughness model: what does not depend on wi.
 struct Lobes {
-    vec3 f0;            // of single scattering
+    vec3 f0;            // of single scattering; η of a conductor, or what it reflects
     float f90;
+    vec4 k;             // of a conductor; 1, or −1 if it reflects the same at all angles; 0: none
     float alpha;        // of GGX
     float row;          // in the table of albedos
+    vec2 stretch;       // of α, along the tangent and the bitangent
+    float anisotropy;   // 0: none
     vec3 multiple;      // of (1 − E1(μi)) cos θi/π
     vec3 diffuse;       // of (1 − Es(μi)) cos θi/π
     vec3 specular;      // Es: factors of the albedo's two parts, and of 1 − E1
@@ -26,7 +29,7 @@ struct Lobes {
     float single_share; // of directions that are sampled by the microfacets
 };
 
-const Lobes NO_LOBES = Lobes(vec3(0.0), 0.0, 1.0, 0.0, vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), 0.0);
+const Lobes NO_LOBES = Lobes(vec3(0.0), 0.0, vec4(0.0), 1.0, 0.0, vec2(1.0), 0.0, vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), 0.0);
 
 // A clear coat: what does not depend on wi.
 struct Coat {
@@ -81,13 +84,14 @@ struct Bsdf {
     uint type;
     vec3 reflectance;   // 1 of a dielectric; of glass and walls, of what crosses
     float eta;          // index of refraction beyond the surface over that on the side of wo; of a wall, of its matter
+    vec3 tangent;       // where it is anisotropic
     Lobes lobes;        // of BSDF_METALLIC_ROUGHNESS
     Sheen sheen;        // over these
     Coat coat;          // over both
     Glass glass;        // of BSDF_GLASS and BSDF_WALL
 };
 
-Bsdf diffuse_bsdf(vec3 reflectance) { return Bsdf(BSDF_DIFFUSE, reflectance, 1.0, NO_LOBES, NO_SHEEN, NO_COAT, NO_GLASS); }
+Bsdf diffuse_bsdf(vec3 reflectance) { return Bsdf(BSDF_DIFFUSE, reflectance, 1.0, vec3(0.0), NO_LOBES, NO_SHEEN, NO_COAT, NO_GLASS); }
 
 struct BsdfSample {
     vec3 direction;

@@ -110,15 +110,15 @@ void glass_both(Bsdf b, vec3 wo, vec3 wi, out vec3 value, out float pdf) {
     if (oh > 0.0 && (!refracts || ih < 0.0)) {
         float eta2 = b.eta * b.eta;
         float jacobian = refracts ? -oh * ih * eta2 * inverse * inverse : 0.25;
-        float d = ggx_distribution(h, g.alpha) * 2.0 * jacobian;
-        float root = ggx_root(wo, g.alpha);
+        float d = ggx_distribution(h, g.alpha, vec2(1.0)) * 2.0 * jacobian;
+        float root = ggx_root(wo, g.alpha, vec2(1.0));
         vec3 reflected, passed;
         float cos_t;
         glass_parts(b, oh, reflected, passed, cos_t);
         vec3 part = crosses ? passed : reflected;
-        value = part * (d * depth / (wo.z * ggx_root(wi, g.alpha) + depth * root));
+        value = part * (d * depth / (wo.z * ggx_root(wi, g.alpha, vec2(1.0)) + depth * root));
         if (MUTATION == MUTATE_REFRACTION && refracts) d /= eta2;
-        float bound = wall ? ggx_bound(wo, g.alpha) : 1.0;
+        float bound = wall ? ggx_bound(wo, g.alpha, vec2(1.0)) : 1.0;
         float all = brightness(reflected + passed);
         pdf = all > 0.0 ? g.single_share * brightness(part) / all * d / (bound * wo.z + root) : 0.0;
     }
@@ -179,7 +179,7 @@ BsdfSample glass_sample(Bsdf b, vec3 n, vec3 wo, vec2 u) {
     bool wall = b.type == BSDF_WALL;
     vec3 i;
     if (takes_first(g.single_share, u.x)) {
-        vec3 h = ggx_normal(o, g.alpha, wall ? ggx_bound(o, g.alpha) : 1.0, u);
+        vec3 h = ggx_normal(o, g.alpha, vec2(1.0), wall ? ggx_bound(o, g.alpha, vec2(1.0)) : 1.0, u);
         float c = fast_max(dot(o, h), 0.0);
         vec3 reflected, passed;
         float cos_t;

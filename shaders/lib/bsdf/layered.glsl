@@ -22,29 +22,30 @@
 #include "metallic_roughness.glsl"
 #include "sheen.glsl"
 
-// What layers and the microfacets of the base let through of light under one cosine.
-float let_through_all(Bsdf b, float mu) {
-    vec2 e = ggx_albedo(mu, b.lobes.alpha, b.lobes.row);
-    float t = 1.0 - dot(b.lobes.specular, vec3(e, 1.0 - (e.x + e.y)));
-    if (HAS_SHEEN) t *= 1.0 - sheen_albedo(b.sheen, mu);
-    if (HAS_COAT) t *= 1.0 - coat_albedo(b.coat, mu);
+// What the microfacets of the base let through of light under one cosine, and what layers and these do.
+vec2 let_through(Bsdf b, float mu) {
+    // Where these are anisotropic, between tangent and bitangent.
+    float across = sqrt(fast_max(0.5 - 0.5 * mu * mu, 0.0));
+    vec2 e = single_albedo(b.lobes, vec3(across, across, mu));
+    vec2 t = vec2(1.0 - dot(b.lobes.specular, vec3(e, 1.0 - (e.x + e.y))));
+    if (HAS_SHEEN) t.y *= 1.0 - sheen_albedo(b.sheen, mu);
+    if (HAS_COAT) t.y *= 1.0 - coat_albedo(b.coat, mu);
     return t;
 }
 
-// Its mean over the hemisphere, weighted with the cosine: Gauss's rule for the weight 4x³ with x = √μ.
-float mean_let_through_all(Bsdf b) {
-    return 0.00608276 * let_through_all(b, 0.03849915) + 0.0678293 * let_through_all(b, 0.17397258)
-           + 0.2417798 * let_through_all(b, 0.42064304) + 0.401266 * let_through_all(b, 0.71504806)
-           + 0.28304214 * let_through_all(b, 0.93980557);
+// Their means over the hemisphere, weighted with the cosine: Gauss's rule for the weight 4x³ with x = √μ.
+vec2 mean_let_through(Bsdf b) {
+    return 0.0022468434 * let_through(b, 0.023187115) + 0.028341262 * let_through(b, 0.10975999)
+           + 0.12210476 * let_through(b, 0.28346207) + 0.27377311 * let_through(b, 0.52649938)
+           + 0.35320395 * let_through(b, 0.77724796) + 0.22033007 * let_through(b, 0.95412914);
 }
 
 // Takes from the base what layers keep from it. To be called when these are set.
 void cover(inout Bsdf b) {
     if (b.coat.strength == 0.0 && b.sheen.albedo == 0.0) return;
-    vec2 mean = ggx_mean_albedo(b.lobes.row);
-    float of_base = 1.0 - dot(b.lobes.specular, vec3(mean, 1.0 - (mean.x + mean.y)));
     float passes = (1.0 - b.sheen.albedo) * (1.0 - b.coat.albedo);
-    b.lobes.diffuse *= passes * of_base / mean_let_through_all(b);
+    vec2 mean = mean_let_through(b);
+    b.lobes.diffuse *= passes * mean.x / mean.y;
     // The estimates, with sheen sampled by the cosine.
     vec3 below = b.lobes.albedo * passes;
     if (HAS_SHEEN) {
@@ -82,10 +83,15 @@ void layered_eval(Bsdf b, vec3 wo, vec3 wi, vec3 o, vec3 i, out vec3 value, out 
     if (HAS_COAT) pdf = mix(pdf, coat_density, b.coat.share);
 }
 
+void frame_of(Bsdf b, vec3 n, out vec3 tangent, out vec3 bitangent) {
+    basis(n, tangent, bitangent);
+    if (HAS_ANISOTROPY && b.lobes.anisotropy > 0.0) frame_about(n, b.tangent, tangent, bitangent);
+}
+
 // About the normal n.
 void metallic_roughness_both(Bsdf b, vec3 n, vec3 wo, vec3 wi, out vec3 value, out float pdf) {
     vec3 tangent, bitangent;
-    basis(n, tangent, bitangent);
+    frame_of(b, n, tangent, bitangent);
     layered_eval(b, wo, wi, to_frame(wo, tangent, bitangent, n), to_frame(wi, tangent, bitangent, n), value, pdf);
 }
 
@@ -106,10 +112,10 @@ float metallic_roughness_pdf(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
 BsdfSample metallic_roughness_sample(Bsdf b, vec3 n, vec3 wo, vec2 u) {
     bool of_coat = HAS_COAT && takes_first(b.coat.share, u.x);
     vec3 tangent, bitangent;
-    basis(n, tangent, bitangent);
+    frame_of(b, n, tangent, bitangent);
     vec3 o = to_frame(wo, tangent, bitangent, n);
     bool single = takes_first(b.lobes.single_share, u.x);
-    vec3 i = single ? ggx_sample(o, b.lobes.alpha, u) : cosine_sample(u);
+    vec3 i = single ? ggx_sample(o, b.lobes.alpha, b.lobes.stretch, u) : cosine_sample(u);
     vec3 direction = normalize(tangent * i.x + bitangent * i.y + n * i.z);
     if (HAS_COAT && of_coat) {
         direction = coat_sample(b.coat, wo, u);

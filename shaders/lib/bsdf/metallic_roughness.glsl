@@ -13,7 +13,9 @@
 
 #include "../math.glsl"
 #include "albedo.glsl"
+#include "anisotropic.glsl"
 #include "closure.glsl"
+#include "conductor.glsl"
 #include "diffuse.glsl"
 #include "ggx.glsl"
 
@@ -23,13 +25,37 @@ vec3 multiple_scattering(vec3 f0, float f90, float mean_albedo) {
     return fresnel_mean * fresnel_mean * mean_albedo / (1.0 - fresnel_mean * (1.0 - mean_albedo));
 }
 
-// What does not depend on wi. `dielectric_f0`, `dielectric_f90`: of the part that is no metal.
-Lobes lobes_of(vec3 base, float metallic, float roughness, vec3 dielectric_f0, float dielectric_f90, float mu) {
+// (a, b) of single scattering by microfacets, of a direction in their frame.
+vec2 single_albedo(Lobes l, vec3 w) {
+    if (HAS_ANISOTROPY && l.anisotropy > 0.0) return anisotropic_albedo(w, l.row, l.anisotropy);
+    return ggx_albedo(w.z, l.alpha, l.row);
+}
+
+vec2 mean_single_albedo(Lobes l) {
+    if (HAS_ANISOTROPY && l.anisotropy > 0.0) return anisotropic_mean_albedo(l.row, l.anisotropy);
+    return ggx_mean_albedo(l.row);
+}
+
+// Alphas of KHR_materials_anisotropy: that of the roughness across the tangent, and along it one that the strength brings up to 1.
+void stretch_lobes(inout Lobes l, float strength) {
+    float along = mix(l.alpha, 1.0, strength * strength);
+    float root = sqrt(along / l.alpha);
+    l.stretch = vec2(root, 1.0 / root);
+    l.alpha *= root;
+    l.anisotropy = strength;
+}
+
+// What does not depend on wi; wo in the frame of tangent, bitangent and normal. `dielectric_f0`, `dielectric_f90`: of the part that is no metal.
+Lobes lobes_of(vec3 base, float metallic, float roughness, vec3 dielectric_f0, float dielectric_f90, float anisotropy, vec3 wo) {
     Lobes l;
     l.alpha = ggx_alpha(roughness);
     l.row = albedo_row(roughness);
-    vec2 e = ggx_albedo(mu, l.alpha, l.row);
-    vec2 mean = ggx_mean_albedo(l.row);
+    l.k = vec4(0.0);
+    l.stretch = vec2(1.0);
+    l.anisotropy = 0.0;
+    if (HAS_ANISOTROPY && anisotropy > 0.0) stretch_lobes(l, anisotropy);
+    vec2 e = single_albedo(l, wo);
+    vec2 mean = mean_single_albedo(l);
     float lost = 1.0 - (e.x + e.y);
     float mean_lost = 1.0 - (mean.x + mean.y);
     l.f0 = mix(dielectric_f0, base, metallic);
@@ -49,16 +75,35 @@ Lobes lobes_of(vec3 base, float metallic, float roughness, vec3 dielectric_f0, f
     return l;
 }
 
+// The same of a conductor: `f0` and `k` as Lobes has them, and the mean of Fresnel's term, weighted with the cosine.
+Lobes conductor_lobes(vec3 f0, vec4 k, vec3 mean_fresnel, float roughness, float mu) {
+    Lobes l = NO_LOBES;
+    l.f0 = f0;
+    l.k = k;
+    l.alpha = ggx_alpha(roughness);
+    l.row = albedo_row(roughness);
+    vec2 e = ggx_albedo(mu, l.alpha, l.row);
+    vec2 mean = ggx_mean_albedo(l.row);
+    float mean_lost = 1.0 - (mean.x + mean.y);
+    vec3 again = mean_fresnel * mean_fresnel * (1.0 - mean_lost) / (1.0 - mean_fresnel * mean_lost);
+    l.multiple = again * ((1.0 - (e.x + e.y)) / fast_max(mean_lost, 1e-7));
+    l.albedo = mean_fresnel;
+    l.single_share = clamp(e.x + e.y, 0.05, 0.95);
+    if (MUTATION == MUTATE_MULTIPLE) l.multiple = vec3(0.0);
+    return l;
+}
+
 // In the frame of the normal. Sets f·cos θi, of which what lies over it takes its part, and the density.
 void lobes_eval(Lobes l, Cover over, vec3 wo, vec3 wi, out vec3 value, out float pdf) {
     value = vec3(0.0);
     pdf = 0.0;
     if (wo.z <= 0.0 || wi.z <= 0.0) return;
     float angle;
-    float single = ggx_eval(wo, wi, l.alpha, angle);
+    float single = ggx_eval(wo, wi, l.alpha, l.stretch, angle);
     float angle2 = angle * angle;
     vec3 fresnel = l.f0 + (vec3(l.f90) - l.f0) * (angle2 * angle2 * angle);
-    vec2 e = ggx_albedo(wi.z, l.alpha, l.row);
+    if (HAS_CONDUCTOR && l.k.w != 0.0) fresnel = l.k.w > 0.0 ? conductor_fresnel(1.0 - angle, l.f0, l.k.xyz) : l.f0;
+    vec2 e = single_albedo(l, wi);
     float lost = 1.0 - (e.x + e.y);
     float let_through = MUTATION == MUTATE_COUPLING ? 1.0 : 1.0 - dot(l.specular, vec3(e, lost));
     vec3 multiple = l.multiple;
@@ -68,9 +113,17 @@ void lobes_eval(Lobes l, Cover over, vec3 wo, vec3 wi, out vec3 value, out float
         let_through *= over.diffuse;
     }
     value = fresnel * single + (multiple * lost + l.diffuse * let_through) * cosine_pdf(wi.z);
-    float of_single = MUTATION == MUTATE_VISIBLE_NORMALS ? ggx_distribution(wo + wi, l.alpha) / (2.0 * (wo.z + ggx_root(wo, l.alpha)))
-                                                         : ggx_pdf(wo, wi, l.alpha);
+    float of_single = MUTATION == MUTATE_VISIBLE_NORMALS ? ggx_distribution(wo + wi, l.alpha, l.stretch) / (2.0 * (wo.z + ggx_root(wo, l.alpha, l.stretch)))
+                                                         : ggx_pdf(wo, wi, l.alpha, l.stretch);
     pdf = mix(cosine_pdf(wi.z), of_single, l.single_share);
+}
+
+// Tangent and bitangent about the normal n, the first as close to `along` as can be.
+void frame_about(vec3 n, vec3 along, out vec3 tangent, out vec3 bitangent) {
+    basis(n, tangent, bitangent);
+    along -= n * dot(n, along);
+    tangent = dot(along, along) > 1e-8 ? normalize(along) : tangent;
+    bitangent = cross(n, tangent);
 }
 
 vec3 to_frame(vec3 w, vec3 tangent, vec3 bitangent, vec3 n) { return vec3(dot(w, tangent), dot(w, bitangent), dot(w, n)); }

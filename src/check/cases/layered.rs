@@ -46,8 +46,8 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "materials/layer-furnace",
-        what: "coats of four roughnesses over white: diffuse, dielectric and metal, under a sky of radiance 1",
-        oracle: "1 over what is diffuse; at most 1, and at least .95, over the others",
+        what: "coats of four roughnesses and sheen of three over white: diffuse, dielectric and metal, under a sky of radiance 1",
+        oracle: "1 over what is diffuse; at most 1, and below coats at least .95, over the others",
         quantity: "worst deviation of a sphere's mean, over 5e-4 and four standard errors",
         threshold: 1.0,
         full_only: false,
@@ -60,11 +60,38 @@ pub(super) const CASES: &[Case] = &[
         quantity: "worst deviation in standard errors, over channels, blocks of 8×8 and the mean, over what α = 1e-4 allows",
         threshold: 1.0,
         full_only: false,
-        measure: |lab| against_oracle(lab, &bodies(&COATS)),
+        measure: |lab| against_oracle(lab, &bodies(&COATS.map(surface))),
+    },
+    Case {
+        name: "materials/sheen",
+        what: "bodies with sheen over plastic, metal and what is diffuse, one of them below a coat",
+        oracle: "path tracer in f64",
+        quantity: "the same",
+        threshold: 1.0,
+        full_only: false,
+        measure: |lab| against_oracle(lab, &bodies(&SHEENS.map(surface))),
+    },
+    Case {
+        name: "materials/anisotropy",
+        what: "anisotropic metal and plastic, spheres and meshes without tangents, one of them below a coat",
+        oracle: "path tracer in f64",
+        quantity: "the same",
+        threshold: 1.0,
+        full_only: false,
+        measure: |lab| against_oracle(lab, &bodies(&ANISOTROPIC.map(surface))),
+    },
+    Case {
+        name: "materials/anisotropic-furnace",
+        what: "white anisotropic metal and dielectric of three roughnesses and strengths, under a sky of radiance 1",
+        oracle: "1",
+        quantity: "worst deviation of a sphere's mean, over 3e-3 and four standard errors",
+        threshold: 1.0,
+        full_only: false,
+        measure: anisotropic_furnace,
     },
     Case {
         name: "materials/layer-textures",
-        what: "cards with textures of the strength, the roughness and the normals of coats",
+        what: "cards with textures of the strength, the roughness and the normals of coats, of sheen and of anisotropy",
         oracle: "path tracer in f64",
         quantity: "the same",
         threshold: 1.0,
@@ -109,24 +136,38 @@ const COATS: [MetallicRoughness; 4] = [
     MetallicRoughness { coat: 0.8, coat_roughness: 0.3, metallic: 0.5, roughness: 1.0, ..PLASTIC },
 ];
 
+const SHEENS: [MetallicRoughness; 4] = [
+    MetallicRoughness { sheen_color: [0.9, 0.6, 0.3], sheen_roughness: 0.6, ..PLASTIC },
+    MetallicRoughness { sheen_color: [1.0; 3], sheen_roughness: 0.3, specular: 0.0, ..PLASTIC },
+    MetallicRoughness { sheen_color: [0.2, 0.6, 1.0], sheen_roughness: 1.0, metallic: 1.0, ..PLASTIC },
+    MetallicRoughness { sheen_color: [1.0, 0.9, 0.5], sheen_roughness: 0.5, coat: 1.0, coat_roughness: 0.3, ..PLASTIC },
+];
+
+const ANISOTROPIC: [MetallicRoughness; 4] = [
+    MetallicRoughness { anisotropy: 0.8, roughness: 0.3, metallic: 1.0, ..PLASTIC },
+    MetallicRoughness { anisotropy: 0.5, anisotropy_rotation: 0.7, metallic: 1.0, ..PLASTIC },
+    MetallicRoughness { anisotropy: 1.0, anisotropy_rotation: 2.0, roughness: 0.4, ..PLASTIC },
+    MetallicRoughness { anisotropy: 0.6, metallic: 0.5, coat: 0.7, coat_roughness: 0.4, ..PLASTIC },
+];
+
 fn surface(model: MetallicRoughness) -> Surface {
     Surface { bsdf: Bsdf::MetallicRoughness(model), ..pbr([0.0; 3], 0.0, 0.0) }
 }
 
 /// Four bodies on a floor.
-fn bodies(models: &[MetallicRoughness; 4]) -> Scene {
+pub(super) fn bodies(surfaces: &[Surface; 4]) -> Scene {
     let mut scene = empty();
     scene.integrator.max_depth = 4;
     scene.background = [0.5, 0.75, 1.0];
     scene.light(v(2.0, 4.0, -2.0), 150.0);
     scene.quad([v(-2.0, 3.0, -7.0), v(-2.0, 3.0, -5.0), v(0.0, 3.0, -5.0), v(0.0, 3.0, -7.0)], emitter(6.0));
     scene.quad([v(-5.0, -1.0, -1.0), v(5.0, -1.0, -1.0), v(5.0, -1.0, -12.0), v(-5.0, -1.0, -12.0)], diffuse(0.5));
-    for (i, &model) in models.iter().enumerate() {
+    for (i, &surface) in surfaces.iter().enumerate() {
         let center = v(-2.25 + 1.5 * i as f64, -0.3, -6.0);
         if i % 2 == 0 {
-            scene.sphere(center, 0.7, surface(model));
+            scene.sphere(center, 0.7, surface);
         } else {
-            smooth_ball(&mut scene, center, 0.7, surface(model));
+            smooth_ball(&mut scene, center, 0.7, surface);
         }
     }
     scene
@@ -145,9 +186,21 @@ impl Layered {
         let (base, mu, wi) = random_pair(rng);
         // Of what is smoother the rounding of directions decides.
         let rough = 19 + (rng.bits() >> 8) % 45;
-        let bits = ((rng.bits() >> 8) & 63) | rough << 6;
+        let any = |rng: &mut Rng| rng.bits() >> 8;
+        // One kind of layer or two, and anisotropy of half of them.
+        let some = |rng: &mut Rng, of: u32| if any(rng) % 8 < of { any(rng) & 63 } else { 0 };
+        let (coat, sheen, anisotropy) = (some(rng, 6), some(rng, 4), some(rng, 4));
+        let bits = coat | rough << 6 | sheen << 12 | (19 + any(rng) % 45) << 18 | anisotropy << 24;
         let sixth = |n: u32| f64::from(bits >> (6 * n) & 63) / 63.0;
-        Self { model: MetallicRoughness { coat: sixth(0), coat_roughness: sixth(1), ..base }, bits, mu, wi }
+        let model = MetallicRoughness {
+            coat: sixth(0),
+            coat_roughness: sixth(1),
+            sheen_color: [sixth(2); 3],
+            sheen_roughness: sixth(3),
+            anisotropy: sixth(4),
+            ..base
+        };
+        Self { model, bits, mu, wi }
     }
 
     fn words(&self, mu: f32, y: [f32; 3]) -> Words {
@@ -159,7 +212,9 @@ impl Layered {
 
 /// A scene for which a kernel has all layers.
 fn kernel_scene() -> Scene {
-    bodies(&COATS)
+    let [.., last] = ANISOTROPIC;
+    let models = [COATS[0], SHEENS[0], last, PLASTIC];
+    bodies(&models.map(surface))
 }
 
 fn formula(lab: &Lab) -> Result<Measured, CheckError> {
@@ -181,7 +236,9 @@ fn formula(lab: &Lab) -> Result<Measured, CheckError> {
 
 fn reciprocity(lab: &Lab) -> Result<Measured, CheckError> {
     let mut rng = Rng::new(68);
-    let pairs: Vec<_> = (0..lab.size(1 << 16, 1 << 20)).map(|_| Layered::random(&mut rng)).collect();
+    // Isotropic ones: to exchange the directions is to turn both.
+    let isotropic = |pair: Layered| Layered { bits: pair.bits & 0xff_ffff, ..pair };
+    let pairs: Vec<_> = (0..lab.size(1 << 16, 1 << 20)).map(|_| isotropic(Layered::random(&mut rng))).collect();
     let there: Vec<_> = pairs.iter().map(|pair| pair.words(pair.mu, pair.wi)).collect();
     // The same angle between both, with the azimuth of the other one 0.
     let turned = |pair: &Layered| {
@@ -211,7 +268,7 @@ fn of_square([s, t]: [f64; 2]) -> [f32; 3] {
 
 fn density(lab: &Lab) -> Result<Measured, CheckError> {
     const CELLS: [usize; 2] = [8, 16];
-    const FINE: usize = 16;
+    const FINE: usize = 32;
     let mut rng = Rng::new(69);
     let scene = kernel_scene();
     let (tests, samples) = (8, lab.size(1 << 14, 1 << 18));
@@ -271,6 +328,15 @@ fn in_furnace(lab: &Lab, model: MetallicRoughness) -> Result<(f64, f64), CheckEr
 
 fn furnace(lab: &Lab) -> Result<Measured, CheckError> {
     let (mut off, mut lowest) = (0.0f64, 1.0f64);
+    for sheen_roughness in [0.3, 0.6, 1.0] {
+        let model = MetallicRoughness { sheen_color: [1.0; 3], sheen_roughness, ..PLASTIC };
+        let (mean, error) = in_furnace(lab, MetallicRoughness { specular: 0.0, ..model })?;
+        off = off.max((mean - 1.0).abs() / (5e-4 + 4.0 * error));
+        for over in [model, MetallicRoughness { metallic: 1.0, ..model }, MetallicRoughness { coat: 1.0, ..model }] {
+            let (mean, error) = in_furnace(lab, over)?;
+            off = off.max((mean - 1.0) / (5e-4 + 4.0 * error));
+        }
+    }
     for coat_roughness in [0.0, 0.2, 0.5, 1.0] {
         let model = MetallicRoughness { coat: 1.0, coat_roughness, ..PLASTIC };
         let (mean, error) = in_furnace(lab, MetallicRoughness { specular: 0.0, ..model })?;
@@ -281,7 +347,18 @@ fn furnace(lab: &Lab) -> Result<Measured, CheckError> {
             lowest = lowest.min(mean);
         }
     }
-    Ok(Measured::new(off, format!("20 spheres, 1024 pixels each; the darkest has {lowest:.4}")))
+    Ok(Measured::new(off, format!("32 spheres, 1024 pixels each; the darkest coated one has {lowest:.4}")))
+}
+
+fn anisotropic_furnace(lab: &Lab) -> Result<Measured, CheckError> {
+    let mut off: f64 = 0.0;
+    for (roughness, anisotropy) in [(0.2, 1.0), (0.5, 0.6), (0.8, 0.9)] {
+        for metallic in [0.0, 1.0] {
+            let (mean, error) = in_furnace(lab, MetallicRoughness { metallic, roughness, anisotropy, ..PLASTIC })?;
+            off = off.max((mean - 1.0).abs() / (3e-3 + 4.0 * error));
+        }
+    }
+    Ok(Measured::new(off, "6 spheres, 1024 pixels each"))
 }
 
 /// Six cards with textures, seen under a sky and a point.
@@ -320,9 +397,15 @@ fn layer_textures() -> Scene {
         (coated, &[TextureSlot::Coat]),
         (metal, &[TextureSlot::CoatRoughness]),
         (MetallicRoughness { coat_roughness: 0.4, ..coated }, &[TextureSlot::CoatNormal]),
-        (MetallicRoughness { coat_roughness: 0.4, ..metal }, &[TextureSlot::Normal]),
         (coated, &[TextureSlot::Coat, TextureSlot::CoatRoughness, TextureSlot::Normal, TextureSlot::CoatNormal]),
-        (PLASTIC, &[TextureSlot::Coat]),
+        (
+            MetallicRoughness { sheen_color: [1.0, 0.8, 0.6], sheen_roughness: 1.0, ..PLASTIC },
+            &[TextureSlot::SheenColor, TextureSlot::SheenRoughness],
+        ),
+        (
+            MetallicRoughness { anisotropy: 1.0, anisotropy_rotation: 0.5, metallic: 1.0, ..PLASTIC },
+            &[TextureSlot::Anisotropy],
+        ),
     ])
 }
 

@@ -3,6 +3,7 @@
 mod barriers;
 mod bvh;
 mod cameras;
+mod conductors;
 mod constants;
 mod determinism;
 mod emitters;
@@ -56,6 +57,7 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
         environment::CASES,
         layered::CASES,
         rough_glass::CASES,
+        conductors::CASES,
         scale::CASES,
         cameras::CASES,
         film::CASES,

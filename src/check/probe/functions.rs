@@ -36,7 +36,7 @@ pub(crate) enum Function {
     Atan = 10,
     /// (metalness, roughness, base, cosine of wo); wi → f·cos θi, density; wo has azimuth 0
     Lobes = 11,
-    /// The same; wi, and six bits for each of strength and roughness of the coat → f·cos θi, density
+    /// The same; wi, and six bits for each of strength and roughness of the coat and of sheen, and anisotropy → f·cos θi, density
     Layers = 12,
     /// The same; u, -, and the bits → direction, density; weight
     LayerSample = 13,
@@ -44,6 +44,8 @@ pub(crate) enum Function {
     Glass = 14,
     /// x → eˣ
     Exp = 15,
+    /// (cosine, η, k) → reflectance
+    Conductor = 16,
 }
 
 impl Function {

@@ -177,6 +177,8 @@ pub(crate) mod flag {
     pub const CULLS_BACK: u32 = 1 << 10;
     /// Likewise: its emission has the colour of the vertices.
     pub const UNLIT: u32 = 1 << 11;
+    /// Likewise: its microfacets are those of a conductor.
+    pub const CONDUCTOR: u32 = 1 << 12;
 }
 
 /// A pixel of the film buffer.

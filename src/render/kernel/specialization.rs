@@ -124,7 +124,7 @@ macro_rules! constants {
 
 constants! {
     61 WORKGROUP: u32 = |c| c.launch.workgroup;
-    103 TABLES_IN_ARRAYS: bool = |c| c.launch.tables_in_arrays;
+    105 TABLES_IN_ARRAYS: bool = |c| c.launch.tables_in_arrays;
     1 FILTER: u32 = |c| u32::from(c.features.gaussian),
         "gaussian filter": |f| why(f.gaussian, "film.filter is gaussian", "film.filter is box");
     2 SAMPLER: u32 = |c| match c.features.sampler {

@@ -191,7 +191,7 @@ impl SceneGeometry {
             .par_extend(added.par_iter().map(|&i| Primitive::Triangle { vertices: vertices[i].unwrap_or_default() }));
         let position = |p: DVec3| geometry::position(space.point32(p));
         let mut positions: Vec<_> = mesh.positions.par_iter().map(|&p| position(p)).collect();
-        let mut attributes = attributes(mesh);
+        let mut attributes = attributes(mesh, materials);
         // Triangles that are moved have vertices of their own.
         let mut own = BTreeMap::new();
         for &i in lifted.keys() {
@@ -263,18 +263,25 @@ impl SceneGeometry {
 }
 
 /// What the vertices of a mesh have.
-fn attributes(mesh: &Mesh) -> Attributes {
+fn attributes(mesh: &Mesh, materials: &[Material]) -> Attributes {
     let bits = |numbers: [f32; 4]| numbers.map(f32::to_bits);
     let uv = |i: usize| {
         let [first, second] = [0, 1].map(|set: usize| mesh.uvs[set].get(i).copied().unwrap_or_default());
         bits([first[0], first[1], second[0], second[1]])
     };
     let uvs = mesh.uvs[0].len().max(mesh.uvs[1].len());
+    let is_anisotropic = |&material: &u32| materials[material as usize].is_anisotropic();
+    let tangents = if mesh.tangents.is_empty() && mesh.triangle_materials.iter().any(is_anisotropic) {
+        // The shader looks for some, and then takes others.
+        vec![[[0; 4]; 2]; mesh.positions.len()]
+    } else {
+        mesh.tangents.par_iter().map(|two| two.map(|[x, y, z]| bits([x, y, z, 0.0]))).collect()
+    };
     Attributes {
         normals: mesh.vertex_normals.par_iter().map(|n| geometry::position(n.as_vec3())).collect(),
         uvs: (0..uvs).into_par_iter().map(uv).collect(),
         colors: mesh.colors.par_iter().map(|&color| bits(color)).collect(),
-        tangents: mesh.tangents.par_iter().map(|two| two.map(|[x, y, z]| bits([x, y, z, 0.0]))).collect(),
+        tangents,
     }
 }
 

@@ -1,9 +1,10 @@
 //! Materials as the shaders see them (shaders/lib/material.glsl).
 
 use crate::accel::Texel;
-use crate::scene::{Bsdf, Coverage, Material, MetallicRoughness, Surface, TextureSlot};
+use crate::scene::{Bsdf, Conductor, Coverage, Material, MetallicRoughness, Reflection, Surface, TextureSlot};
 
 use crate::render::kernel::layout::{bsdf as kind, flag};
+use crate::render::scene::fresnel;
 use crate::render::space::RenderSpace;
 
 /// The textures of a material, in the order of their texels: those of its details, those of its layers, then that of what it
@@ -77,12 +78,14 @@ fn record(material: &Material, details: Option<f32>) -> [Texel; 2] {
         Bsdf::Mirror { reflectance } => (kind::MIRROR, reflectance, 1.0),
         Bsdf::Dielectric { ior } => (kind::DIELECTRIC, [1.0; 3], ior),
         Bsdf::MetallicRoughness(m) => (kind::METALLIC_ROUGHNESS, m.base_color, 1.0),
+        Bsdf::Conductor(_) => (kind::METALLIC_ROUGHNESS, [1.0; 3], 1.0),
     };
     let flags = [
         (two_sided, flag::TWO_SIDED),
         (details.is_some(), flag::DETAILED),
         (material.culls_back, flag::CULLS_BACK),
         (material.unlit, flag::UNLIT),
+        (material.surface.is_conductor(), flag::CONDUCTOR),
     ];
     let kind = flags.iter().filter(|(is_set, _)| *is_set).fold(kind, |all, (_, flag)| all | flag);
     let last = details.unwrap_or(ior as f32);
@@ -96,6 +99,7 @@ fn detail_texels(
 ) -> [[f32; 4]; DETAIL_TEXELS] {
     let model = match material.surface.bsdf {
         Bsdf::MetallicRoughness(model) => model,
+        Bsdf::Conductor(Conductor { roughness, .. }) => MetallicRoughness { roughness, ..MetallicRoughness::default() },
         _ => MetallicRoughness { metallic: 0.0, ..MetallicRoughness::default() },
     };
     let coverage = match material.coverage {
@@ -123,6 +127,7 @@ fn numbers(texture_of: impl Fn(TextureSlot) -> Option<u32>) -> [f32; SLOTS.len()
 fn layer_texels(material: &Material, texture_of: impl Fn(TextureSlot) -> Option<u32>) -> [[f32; 4]; LAYER_TEXELS] {
     let model = match material.surface.bsdf {
         Bsdf::MetallicRoughness(model) => model,
+        Bsdf::Conductor(conductor) => return conductor_texels(&conductor),
         _ => MetallicRoughness::default(),
     };
     let (sin, cos) = model.anisotropy_rotation.sin_cos();
@@ -134,6 +139,15 @@ fn layer_texels(material: &Material, texture_of: impl Fn(TextureSlot) -> Option<
         [textures[4], textures[5], textures[6], textures[7]],
         [textures[8], textures[9], textures[10], textures[11]],
     ]
+}
+
+fn conductor_texels(conductor: &Conductor) -> [[f32; 4]; LAYER_TEXELS] {
+    let mean = rgb(fresnel::mean(&conductor.reflection), 0.0);
+    let [first, second] = match conductor.reflection {
+        Reflection::Constant(reflectance) => [rgb(reflectance, 0.0), [0.0; 4]],
+        Reflection::Index { eta, k } => [rgb(eta, 1.0), rgb(k, 0.0)],
+    };
+    [first, second, mean, [0.0; 4], [0.0; 4]]
 }
 
 /// Reflectance of the dielectric at normal and at grazing incidence (KHR_materials_ior, KHR_materials_specular). Of one with textures

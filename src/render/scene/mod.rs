@@ -5,6 +5,7 @@ pub(crate) mod collect;
 pub(crate) mod containment;
 pub(crate) mod coplanar;
 pub(crate) mod emission;
+mod fresnel;
 pub(crate) mod geometry;
 pub(crate) mod leaf_boxes;
 pub(crate) mod light_paths;

@@ -118,7 +118,7 @@ pub(crate) fn select(
 
 /// Whether a material is the same all over a surface, and stops all rays.
 fn is_plain(material: &Material) -> bool {
-    material.textures.is_empty() && !material.lets_rays_pass()
+    material.textures.is_empty() && !material.lets_rays_pass() && !material.is_anisotropic()
 }
 
 /// The triangles of a mesh, pairs of which become quadrilaterals where they can.

@@ -5,6 +5,7 @@ use std::sync::LazyLock;
 use rayon::prelude::*;
 
 use crate::accel::Texel;
+use crate::anisotropic_albedo;
 use crate::ggx_albedo;
 use crate::glass_albedo;
 use crate::scene::{Material, Scene, Texels, Texture, TextureImage, TextureSlot};
@@ -135,6 +136,16 @@ static GLASS_TEXELS: LazyLock<Vec<Texel>> = LazyLock::new(|| {
 });
 
 /// Both parts of the table, a texel for a cell, and means; then the tables of sheen.
+/// Each value with the next.
+fn in_pairs(values: &[[f32; 2]]) -> impl Iterator<Item = Texel> {
+    let pair = |i: usize| {
+        let ([a, b], [c, d]) = (values[i], values[(i + 1).min(values.len() - 1)]);
+        [a, b, c, d].map(f32::to_bits)
+    };
+    (0..values.len()).map(pair)
+}
+
+/// Both parts of the table, a texel for a cell, and means; then the tables of sheen and of anisotropy.
 static ALBEDO_TEXELS: LazyLock<Vec<Texel>> = LazyLock::new(|| {
     let cells = |table: &[f32]| {
         let value =
@@ -157,5 +168,9 @@ static ALBEDO_TEXELS: LazyLock<Vec<Texel>> = LazyLock::new(|| {
     }));
     texels.extend(cells(&sheen.raw));
     texels.extend(cells(&sheen.bounded));
+    texels.extend(in_pairs(&anisotropic_albedo::table().values));
+    texels.extend(in_pairs(
+        &anisotropic_albedo::table().means.iter().map(|mean| mean.map(|x| x as f32)).collect::<Vec<_>>(),
+    ));
     texels
 });

@@ -149,7 +149,7 @@ features! {
     smooth_normals SmoothNormals, "smooth-normals", 15 SMOOTH_NORMALS: |n| n.smooth_normals();
         "a mesh has them"; "no mesh has them";
     /// The metallic-roughness model.
-    metallic_roughness MetallicRoughness, "metallic-roughness", 49 HAS_METALLIC_ROUGHNESS: |n| n.uses(Surface::is_metallic_roughness);
+    metallic_roughness MetallicRoughness, "metallic-roughness", 49 HAS_METALLIC_ROUGHNESS: |n| n.uses(Surface::has_microfacets);
         "a surface uses it"; "no surface uses it";
     /// Glass of the metallic-roughness model.
     transmission Transmission, "transmission", 62 HAS_TRANSMISSION: |n| n.uses(Surface::is_transmissive);
@@ -173,6 +173,12 @@ features! {
     /// Sheen.
     sheen Sheen, "sheen", 102 HAS_SHEEN: |n| n.uses_material(Material::has_sheen);
         "a material has it"; "no material has it";
+    /// Reflection that is rougher along one direction of a surface.
+    anisotropy Anisotropy, "anisotropy", 103 HAS_ANISOTROPY: |n| n.uses_material(Material::is_anisotropic);
+        "a material has it"; "no material has it";
+    /// Metals by their complex index of refraction, and rough mirrors.
+    conductor Conductor, "conductor", 104 HAS_CONDUCTOR: |n| n.uses(Surface::is_conductor);
+        "a surface uses it"; "no surface uses it";
     /// Colours of vertices.
     vertex_colors VertexColors, "vertex-colors", 52 HAS_VERTEX_COLORS: |n| n.vertex_colors();
         "a mesh has them"; "no mesh has them";
@@ -204,11 +210,11 @@ impl Feature {
     /// minutes and gigabytes to compile: general kernels are without.
     pub(crate) fn is_of_models(self) -> bool {
         use Feature::{
-            Absorption, Coat, Coverage, Details, Environment, MetallicRoughness, NormalMaps, Sheen, SpecularTextures,
-            Textures, Transmission, VariedEmission, VertexColors,
+            Absorption, Anisotropy, Coat, Conductor, Coverage, Details, Environment, MetallicRoughness, NormalMaps,
+            Sheen, SpecularTextures, Textures, Transmission, VariedEmission, VertexColors,
         };
         let of_surfaces = matches!(self, Details | MetallicRoughness | NormalMaps | Textures | VertexColors);
-        let of_layers = matches!(self, Coat | Sheen | SpecularTextures | Transmission);
+        let of_layers = matches!(self, Anisotropy | Coat | Conductor | Sheen | SpecularTextures | Transmission);
         of_surfaces || of_layers || matches!(self, Absorption | Coverage | Environment | VariedEmission)
     }
 

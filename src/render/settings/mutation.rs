@@ -116,11 +116,15 @@ pub enum Mutation {
     SingleWall = 51,
     /// What bodies absorb is left out of shadow rays.
     ClearShadows = 52,
+    /// Anisotropy is turned the other way.
+    TurnedAnisotropy = 64,
+    /// Conductors reflect light of either polarisation alike.
+    PolarisedConductor = 65,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 56] = [
+    pub const ALL: [Self; 58] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -177,6 +181,8 @@ impl Mutation {
         Self::UnsquaredRefraction,
         Self::SingleWall,
         Self::ClearShadows,
+        Self::TurnedAnisotropy,
+        Self::PolarisedConductor,
     ];
 
     /// What is broken, in words.
@@ -234,6 +240,8 @@ impl Mutation {
             Self::FullGrazing => "grazing reflection of dielectrics not weakened by textures",
             Self::ClearWayOut => "coats take nothing from what the base sends out",
             Self::CoatOfBase => "coats with the normals of the base",
+            Self::TurnedAnisotropy => "anisotropy turned the other way",
+            Self::PolarisedConductor => "conductors reflect light of either polarisation alike",
             Self::HalfBoundSheen => "sheen divided by its albedo for the direction of view alone",
             Self::UnsquaredRefraction => "density of refracted directions without the square of the index",
             Self::SingleWall => "thin walls reflect on one side only",
