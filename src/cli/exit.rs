@@ -86,7 +86,7 @@ fn of_gpu(error: &GpuError) -> u8 {
         | GpuError::NoValidationLayer => NO_DEVICE,
         GpuError::DeviceLost(_) => DEVICE_LOST,
         GpuError::Timeout { .. } => TIMEOUT,
-        GpuError::TooLarge { .. } | GpuError::KernelTooLarge { .. } | GpuError::OutOfMemory { .. } => BAD_INPUT,
+        GpuError::TooLarge { .. } | GpuError::CompilesTooLong { .. } | GpuError::OutOfMemory { .. } => BAD_INPUT,
         GpuError::Call { .. } => VALIDATION,
     }
 }

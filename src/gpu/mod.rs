@@ -9,7 +9,6 @@ mod capture;
 mod code;
 mod device;
 mod error;
-mod inlined;
 mod instance;
 mod loops;
 mod messages;
@@ -26,6 +25,7 @@ mod spirv_check;
 mod subgroups;
 mod submit;
 mod timestamps;
+mod trial;
 mod violation;
 
 pub(crate) use crate::gpu::bindings::{BindingKind, BindingLayout, BindingSet};
