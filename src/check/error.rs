@@ -29,7 +29,7 @@ pub enum CheckError {
 impl CheckError {
     /// Whether the device lacks something, or allows less of it than the case needs: that tells nothing of how exact it is.
     pub fn is_lack(&self) -> bool {
-        let is_limit = |error: &GpuError| matches!(error, GpuError::TooLarge { .. } | GpuError::KernelTooLarge { .. });
+        let is_limit = |error: &GpuError| matches!(error, GpuError::TooLarge { .. } | GpuError::CompilesTooLong { .. });
         matches!(self, Self::NotSupported(_)) || self.gpu().is_some_and(is_limit)
     }
 

@@ -88,7 +88,7 @@ fn of_gpu(error: &GpuError) -> u8 {
         GpuError::Timeout { .. } => TIMEOUT,
         GpuError::TooLarge { .. }
         | GpuError::TooManyBoxes { .. }
-        | GpuError::KernelTooLarge { .. }
+        | GpuError::CompilesTooLong { .. }
         | GpuError::OutOfMemory { .. } => BAD_INPUT,
         GpuError::Call { .. } => VALIDATION,
     }

@@ -68,18 +68,13 @@ pub enum GpuError {
         /// Name of the device.
         device: String,
     },
-    /// A kernel is larger than what a driver compiles within minutes.
-    #[error(
-        "the kernel {kernel} has {instructions} instructions where calls are inlined, as device '{device}' does \
-         with all, but that compiles for minutes beyond {limit}"
-    )]
-    KernelTooLarge {
+    /// A kernel that a driver does not compile in reasonable time, if ever.
+    #[error("device '{device}' does not compile the kernel {kernel} within {seconds} s of CPU time")]
+    CompilesTooLong {
         /// Which kernel.
         kernel: String,
-        /// Its instructions, each function's as many times as it is called.
-        instructions: u64,
-        /// With how many the driver is known to come to an end.
-        limit: u64,
+        /// The time it was given.
+        seconds: u64,
         /// Name of the device.
         device: String,
     },

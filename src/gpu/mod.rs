@@ -11,7 +11,6 @@ mod capture;
 mod code;
 mod device;
 mod error;
-mod inlined;
 mod instance;
 mod kept_layout;
 mod loops;
@@ -30,6 +29,7 @@ mod spirv_check;
 mod subgroups;
 mod submit;
 mod timestamps;
+mod trial;
 mod violation;
 
 pub(crate) use crate::gpu::acceleration_structure::AccelerationStructure;

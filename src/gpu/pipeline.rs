@@ -11,11 +11,11 @@ use crate::gpu::bindings::BindingLayout;
 use crate::gpu::code::{Code, pruned};
 use crate::gpu::device::Device;
 use crate::gpu::error::{GpuError, check};
-use crate::gpu::inlined::check_size;
 use crate::gpu::prune;
 use crate::gpu::raw_pipeline::RawPipeline;
 use crate::gpu::reconvergence::as_promised;
 use crate::gpu::specialization::Specialization;
+use crate::gpu::trial;
 use crate::spirv::words_of;
 
 /// A specialised shader, ready to be dispatched. One that is dropped stays with its device for a while, where the next that wants
@@ -118,7 +118,6 @@ fn pruned_once(device: &Device, code: &Code<'_>) -> Vec<u32> {
 fn create(device: &Device, code: &Code<'_>, layout: vk::PipelineLayout) -> Result<vk::Pipeline, GpuError> {
     let Code { name, specialization, .. } = code;
     let words = pruned_once(device, code);
-    check_size(&device.info, name, &words)?;
     let info = vk::ShaderModuleCreateInfo::default().code(&words);
     // SAFETY: the SPIR-V was made by glslang in the build script, or is the user's own (`spirv_folder`), who
     // answers for it.
@@ -138,11 +137,14 @@ fn create(device: &Device, code: &Code<'_>, layout: vk::PipelineLayout) -> Resul
     }
     let start = Instant::now();
     let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout)];
-    // SAFETY: module, layout and the specialization data live for the call.
-    let made = unsafe { device.raw.create_compute_pipelines(vk::PipelineCache::null(), &info, None) };
+    let made = trial::compile(&device.info, name, || {
+        // SAFETY: module, layout and the specialization data live for the call.
+        let made = unsafe { device.raw.create_compute_pipelines(vk::PipelineCache::null(), &info, None) };
+        check("vkCreateComputePipelines", made.map_err(|(_, e)| e))
+    });
     // SAFETY: a module may go once its pipelines are made.
     unsafe { device.raw.destroy_shader_module(module, None) };
-    let raw = check("vkCreateComputePipelines", made.map_err(|(_, e)| e))?[0];
+    let raw = made?[0];
     log::debug!("{name}: compiled in {:.3} s", start.elapsed().as_secs_f64());
     device.name(raw, name);
     Ok(raw)

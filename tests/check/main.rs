@@ -10,11 +10,11 @@ use std::sync::OnceLock;
 use std::time::Duration;
 
 use photolith::check::{
-    CheckError, DeviceReport, Expectations, ExpectationsError, Lab, Report, RunOptions, Verdict, cases, held_by, junit,
-    markdown, provoke_validation, run,
+    CaseReport, CheckError, DeviceReport, Expectations, ExpectationsError, Lab, Report, RunOptions, Verdict, cases,
+    held_by, junit, markdown, provoke_validation, run, written_expectations,
 };
 use photolith::render::Mutation;
-use photolith::{Context, Validation};
+use photolith::{Context, ContextOptions, Validation};
 
 use common::context_options;
 
@@ -39,12 +39,16 @@ fn the_quick_suite_passes_under_validation() {
     let jobs = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
     let report = suite(
         &RunOptions { jobs, timeout: Duration::from_secs(600), ..RunOptions::default() },
-        &Expectations::default(),
+        &Expectations::built_in(context().info().driver_id).unwrap(),
     );
     // Only ray queries may be lacking.
     let is_lacking = |name: &str| lab_lacks_ray_queries() && name.starts_with("query/");
-    let expected = |name: &str| if is_lacking(name) { Verdict::NotSupported } else { Verdict::Pass };
-    let bad: Vec<_> = report.cases.iter().filter(|c| c.verdict != expected(&c.name)).collect();
+    let is_right = |case: &CaseReport| match case.verdict {
+        Verdict::Pass | Verdict::ExpectedFail => true,
+        Verdict::NotSupported => is_lacking(&case.name),
+        _ => false,
+    };
+    let bad: Vec<_> = report.cases.iter().filter(|&c| !is_right(c)).collect();
     assert!(bad.is_empty(), "{bad:#?}");
     assert!(report.validation && report.passes());
     assert_eq!(report.cases.len(), cases().filter(|case| !case.full_only).count());
@@ -129,6 +133,76 @@ fn declared_failures_are_expected_and_declared_passes_are_not() {
     assert_eq!((of(&other_driver, "film/long-sum"), passes), (Verdict::Fail, false));
     let (stale, passes) = verdicts(&declare(&driver, "energy/black"));
     assert_eq!((of(&stale, "energy/black"), passes), (Verdict::UnexpectedPass, false));
+}
+
+/// By kind, wildcard, version and lanes.
+#[test]
+fn declarations_say_what_a_result_means() {
+    let options = RunOptions { mutation: Some(Mutation::PlainSum), ..only(&["film/long-sum", "energy/black"]) };
+    let lanes = context().info().subgroup_size;
+    let verdicts = |fields: &str| {
+        let declared = Expectations::parse(&format!("[[expected]]\nreason = \"known\"\n{fields}"), "test").unwrap();
+        let report = suite(&options, &declared);
+        let of = |name: &str| report.cases.iter().find(|c| c.name == name).unwrap().verdict;
+        ([of("film/long-sum"), of("energy/black")], report.passes())
+    };
+    let undeclared = ([Verdict::Fail, Verdict::Pass], false);
+    assert_eq!(verdicts("case = \"film/*\"\nkind = \"flake\""), ([Verdict::Flake, Verdict::Pass], true));
+    assert_eq!(verdicts("case = \"*\"\nkind = \"skip\""), ([Verdict::Skipped; 2], true));
+    assert_eq!(verdicts("case = \"film/long-su?\"\nversion = \"<1\""), undeclared);
+    assert_eq!(verdicts(&format!("case = \"film/*\"\nlanes = {}", 2 * lanes)), undeclared);
+    let here = format!("case = \"film/*\"\nversion = \">=1\"\nlanes = {lanes}");
+    assert_eq!(verdicts(&here), ([Verdict::ExpectedFail, Verdict::Pass], true));
+}
+
+/// What a run writes down makes the next pass.
+#[test]
+fn written_expectations_are_met() {
+    let options = RunOptions { mutation: Some(Mutation::PlainSum), retries: 1, ..only(&["film/long-sum"]) };
+    let report = suite(&options, &Expectations::default());
+    assert_eq!(report.cases[0].verdict, Verdict::Fail, "it fails again when it is run again");
+    let text = written_expectations(&Report::new(vec![report]));
+    let report = suite(&options, &Expectations::parse(&text, "written").unwrap());
+    assert_eq!((report.cases[0].verdict, report.passes()), (Verdict::ExpectedFail, true), "{text}");
+}
+
+#[test]
+fn a_case_that_fails_leaves_a_bundle() {
+    let directory = tempfile::tempdir().unwrap();
+    let folder = directory.path().join("bundles");
+    let context = Context::new(&ContextOptions { capture: true, ..context_options(Validation::Core) }).unwrap();
+    let options = RunOptions {
+        mutation: Some(Mutation::BuiltInLog),
+        bundle: Some(folder.clone()),
+        ..only(&["sampling/log", "energy/black"])
+    };
+    // The second replaces what the first has left.
+    for _ in 0..2 {
+        let report = run(&context, &options, &Expectations::default(), |_| ()).unwrap();
+        assert_eq!(report.count(Verdict::Fail), 1, "{report:#?}");
+    }
+    let names = |folder: &std::path::Path| -> Vec<String> {
+        let mut names: Vec<_> =
+            std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    };
+    assert_eq!(names(&folder), ["sampling-log"]);
+    let bundle = folder.join("sampling-log");
+    let readme = std::fs::read_to_string(bundle.join("README.md")).unwrap();
+    assert!(readme.contains(&context.info().driver) && readme.contains("--filter sampling/log"), "{readme}");
+    let files = names(&bundle);
+    for name in files.iter().filter(|name| *name != "README.md" && !name.ends_with(".json")) {
+        assert!(readme.contains(name.as_str()), "{name}: {readme}");
+    }
+    let shader = files.iter().find(|name| name.ends_with("functions.spv")).unwrap();
+    let words: Vec<u32> = std::fs::read(bundle.join(shader))
+        .unwrap()
+        .chunks_exact(4)
+        .map(|word| u32::from_le_bytes(word.try_into().unwrap()))
+        .collect();
+    assert_eq!(photolith::gpu::check_spirv(&words), Ok(()));
+    assert!(files.iter().any(|name| name.contains("input")) && files.iter().any(|name| name.contains("output")));
 }
 
 #[test]
