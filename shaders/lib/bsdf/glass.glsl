@@ -72,19 +72,19 @@ void set_glass(inout Bsdf b, vec3 f0, float f90, float roughness, float mu) {
         g.slice = glass_slice(b.eta);
         b.glass = g;
         float lost = lost_by_glass(b, mu, false);
-        vec2 weight = vec2(1.0);
-        float all;
+        vec2 mean_lost;
+        float eta2 = 1.0;
         if (b.type == BSDF_WALL) {
             vec2 mean = ggx_mean_albedo(g.row);
-            all = 2.0 * (1.0 - (mean.x + mean.y));
+            mean_lost = vec2(1.0 - (mean.x + mean.y));
         } else {
-            float near = glass_mean_lost(g.row, g.slice);
-            float far = glass_mean_lost(g.row, float(GLASS_SLICES - 1u) - g.slice);
-            weight.y = b.eta * b.eta;
-            all = near + weight.y * far;
+            eta2 = b.eta * b.eta;
+            mean_lost.x = glass_mean_lost(g.row, g.slice);
+            mean_lost.y = glass_mean_lost(g.row, float(GLASS_SLICES - 1u) - g.slice);
         }
-        g.multiple = weight * (lost / fast_max(all, 1e-7));
-        g.beyond_share = weight.y / (weight.x + weight.y);
+        float all = fast_max(mean_lost.x + eta2 * mean_lost.y, 1e-7);
+        g.multiple = vec2(1.0, eta2) * (lost / all);
+        g.beyond_share = clamp(eta2 * mean_lost.y / all, 0.05, 0.95);
         g.single_share = clamp(1.0 - lost, 0.05, 0.99);
         if (MUTATION == MUTATE_MULTIPLE) g.multiple = vec2(0.0);
     }
