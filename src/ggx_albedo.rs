@@ -39,12 +39,19 @@ pub(crate) fn alpha_of(roughness: f64) -> f64 {
 }
 
 /// Where a roughness is between the least and 1.
-fn row_of(roughness: f64) -> f64 {
+pub(crate) fn row_of(roughness: f64) -> f64 {
     let least = MIN_ALPHA.sqrt();
     (roughness.clamp(least, 1.0) - least) / (1.0 - least)
 }
 
-fn sum_column(mu: f64, alpha: f64) -> f64 {
+/// The roughness of a place between the least and 1.
+pub(crate) fn roughness_of(row: f64) -> f64 {
+    let least = MIN_ALPHA.sqrt();
+    least + row * (1.0 - least)
+}
+
+/// The coordinate of a cosine.
+pub(crate) fn sum_column(mu: f64, alpha: f64) -> f64 {
     (mu * (1.0 + 2.0 * alpha) / (mu + 2.0 * alpha)).sqrt()
 }
 
@@ -60,24 +67,25 @@ impl Table {
 
     /// The mean of [`Table::albedo`] over the hemisphere, weighted with the cosine; `row` is 0 at the least roughness and 1 at 1.
     pub fn mean(&self, row: f64) -> [f64; 2] {
-        const POINTS: u32 = 256;
-        let least = MIN_ALPHA.sqrt();
-        let roughness = least + row * (1.0 - least);
-        let mut mean = [0.0; 2];
-        for i in 0..POINTS {
-            // 2 μ dμ = 4 x³ dx where μ = x².
-            let x = (f64::from(i) + 0.5) / f64::from(POINTS);
-            let [a, b] = self.albedo(x * x, roughness);
-            let weight = 4.0 * x.powi(3) / f64::from(POINTS);
-            mean = [mean[0] + weight * a, mean[1] + weight * b];
-        }
-        mean
+        let roughness = roughness_of(row);
+        [0, 1].map(|part| mean_over_hemisphere(|mu| self.albedo(mu, roughness)[part]))
     }
 
     /// The mean for a roughness.
     pub fn mean_of(&self, roughness: f64) -> [f64; 2] {
         self.mean(row_of(roughness))
     }
+}
+
+/// The mean of what depends on a cosine, weighted with it.
+pub(crate) fn mean_over_hemisphere(of: impl Fn(f64) -> f64) -> f64 {
+    const POINTS: u32 = 256;
+    let weighted = |i: u32| {
+        // 2 μ dμ = 4 x³ dx where μ = x².
+        let x = (f64::from(i) + 0.5) / f64::from(POINTS);
+        4.0 * x.powi(3) / f64::from(POINTS) * of(x * x)
+    };
+    (0..POINTS).map(weighted).sum()
 }
 
 /// Bilinear, at `x` and `y` from 0 to 1.

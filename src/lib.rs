@@ -50,6 +50,7 @@ mod cache;
 pub mod check;
 pub mod files;
 mod ggx_albedo;
+mod glass_albedo;
 pub mod gpu;
 mod hash;
 pub mod host;

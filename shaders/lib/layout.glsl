@@ -65,10 +65,13 @@ layout(constant_id = 53) const bool HAS_NORMAL_MAPS = false;
 layout(constant_id = 54) const bool HAS_COVERAGE = false;   // surfaces that let rays pass
 layout(constant_id = 55) const bool HAS_VARIED_EMISSION = false;     // emitters with textures or alpha
 layout(constant_id = 58) const bool HAS_ENVIRONMENT = false;     // the background is a map, see light/environment.glsl
+layout(constant_id = 62) const bool HAS_TRANSMISSION = false;    // of the metallic-roughness model
+layout(constant_id = 63) const bool HAS_ABSORPTION = false;      // bodies with an inside that absorbs light
 layout(constant_id = 59) const bool SINGLE_POINT = false;   // the only light is a point
 layout(constant_id = 48) const uint MUTATION = 0u;          // tests only: breaks one thing, see src/render/settings/mutation.rs
 // Simple operands: glslang makes control flow of others, for which there is no place here.
 const bool HAS_DENSITIES = HAS_DIFFUSE || HAS_METALLIC_ROUGHNESS;   // some BSDF is no distribution of single directions
+const bool LETS_THROUGH = HAS_DIELECTRIC || HAS_TRANSMISSION;
 const bool HAS_LIGHTS = LIGHT_COUNT > 0u || HAS_ENVIRONMENT;
 const bool SAMPLES_LIGHTS = HAS_DENSITIES && HAS_LIGHTS;
 const bool MEETS_LIGHTS = EMITTER_COUNT > 0u || HAS_ENVIRONMENT;   // rays may meet by chance what is sampled
@@ -116,6 +119,9 @@ const uint MUTATE_TURN = 42u;
 const uint MUTATE_SINE = 43u;
 const uint MUTATE_LENS = 38u;
 const uint MUTATE_VIEW = 39u;
+const uint MUTATE_REFRACTION = 50u;
+const uint MUTATE_WALL = 51u;
+const uint MUTATE_SHADOW = 52u;
 
 // ---- bindings
 // All texels are bits, of numbers too: lavapipe compiles five functions for each format that it meets, and small integers
@@ -171,6 +177,7 @@ layout(std140, binding = 11) uniform SceneValues {
     float environment_share;    // of light samples; the others are of lights
     vec4 environment_turn;      // cosine and sine of its rotation, scale; 1 if the camera sees it
     uvec4 environment_map;      // first texel, width, height, first texel of the density
+    uvec4 glass_table;          // first texel of the albedos of glass, see bsdf/glass_albedo.glsl; -
 };
 
 // What is counted (src/render/kernel/layout.rs).

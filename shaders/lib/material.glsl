@@ -4,12 +4,15 @@
 //
 // Details are what not all materials have, in texels after those of all materials:
 //   metalness, roughness, alpha, coverage: 0 opaque, > 0 where alpha is at least this, < 0 the part alpha;  F0 and F90 of the dielectric;
-//   scale of normals, -, -, -;  textures of base colour, of metalness and roughness, of normals, of emission, or −1
+//   scale of normals, -, -, -;  textures of base colour, of metalness and roughness, of normals, of emission, or −1;
+//   part that lets light through, its texture, or −1, index of refraction, 1 of a body or 0 of a thin wall;
+//   what the body absorbs on a length of 1, -
 
 #ifndef MATERIAL_GLSL
 #define MATERIAL_GLSL
 
 #include "bsdf/closure.glsl"
+#include "bsdf/glass.glsl"
 #include "bsdf/metallic_roughness.glsl"
 #include "geometry.glsl"
 #include "lane_table.glsl"
@@ -34,17 +37,20 @@ struct Material {
     float metallic;     // with details:
     float roughness;
     vec4 dielectric;    // F0 and F90 of the dielectric
+    float transmission; // part of the dielectric that lets light through
+    float glass_ior;    // its index of refraction
+    int body;           // number of its details if it has an inside, else -1
 };
 
 const uint MATERIAL_TEXELS = 2u;
 
 // First of the texels of details.
-int details_texel(float number) { return int(first_detail) + 4 * int(number); }
+int details_texel(float number) { return int(first_detail) + 6 * int(number); }
 
 Material fetch_material(uint index) {
     int texel = int(first_material + MATERIAL_TEXELS * index);
     uvec4 a = texelFetch(geometry_texels, texel);
-    Material m = Material(a.w, uintBitsToFloat(a.xyz), vec3(0.0), 1.0, 0.0, 1.0, vec4(0.0));
+    Material m = Material(a.w, uintBitsToFloat(a.xyz), vec3(0.0), 1.0, 0.0, 1.0, vec4(0.0), 0.0, 1.0, -1);
     if (HAS_EMITTER || HAS_DIELECTRIC || HAS_DETAILS) {
         vec4 b = uintBitsToFloat(texelFetch(geometry_texels, texel + 1));
         m.emission = b.xyz;
@@ -73,13 +79,35 @@ Material either_material(bool second, Material b, Material a) {
 // Whether a material emits from that side, if it emits.
 bool shines_from(Material m, bool front) { return front || (HAS_TWO_SIDED && (m.type & TWO_SIDED) != 0u); }
 
+// At random, by a number: either what lets light through or what does not, of which the other parts are left.
+void choose_glass(inout Material m, float number) {
+    if (m.transmission <= 0.0 || (m.type & BSDF_TYPE_BITS) != BSDF_METALLIC_ROUGHNESS) return;
+    float part = (1.0 - m.metallic) * m.transmission;
+    if (number < part) m.type = (m.type & ~BSDF_TYPE_BITS) | (m.body >= 0 ? BSDF_GLASS : BSDF_WALL);
+    else m.metallic /= 1.0 - part;
+}
+
+// What it is that scatters.
+uint bsdf_type(Material m) { return HAS_TWO_SIDED || HAS_DETAILS ? m.type & BSDF_TYPE_BITS : m.type; }
+
+// Whether it is evaluated about a normal that is bent (bent_normal in bsdf.glsl): not of smooth glass, which bends directions.
+bool bends_normal(Material m) {
+    uint type = bsdf_type(m);
+    return type == BSDF_METALLIC_ROUGHNESS || (HAS_TRANSMISSION && is_glass(type) && m.roughness > MIN_ROUGHNESS);
+}
+
 // How a material scatters light that comes from its front, or from its back, under a cosine `mu`.
 Bsdf bsdf_of(Material m, bool front, float mu) {
-    Bsdf b = Bsdf(HAS_TWO_SIDED || HAS_DETAILS ? m.type & BSDF_TYPE_BITS : m.type, m.reflectance, 1.0, NO_LOBES);
+    Bsdf b = Bsdf(bsdf_type(m), m.reflectance, 1.0, NO_LOBES, NO_GLASS);
     if (HAS_METALLIC_ROUGHNESS && b.type == BSDF_METALLIC_ROUGHNESS) {
         b.lobes = lobes_of(m.reflectance, m.metallic, m.roughness, m.dielectric.xyz, m.dielectric.w, mu);
     }
     if (HAS_DIELECTRIC) b.eta = front != (MUTATION == MUTATE_IOR) ? m.ior : 1.0 / m.ior;
+    if (HAS_TRANSMISSION && is_glass(b.type)) {
+        bool inside = !front && b.type == BSDF_GLASS;
+        b.eta = inside != (MUTATION == MUTATE_IOR) ? 1.0 / m.glass_ior : m.glass_ior;
+        set_glass(b, m.dielectric.xyz, m.dielectric.w, m.roughness, mu);
+    }
     if (MUTATION == MUTATE_ALBEDO) b.reflectance *= 1.01;
     return b;
 }

@@ -89,6 +89,16 @@ float log_accurate(float x) {
     return float(e) * 0.69314718 + 2.0 * (r + r * series) + allowed;
 }
 
+// Exponential of x <= 0; error < 2 ulp, and 0 below −87. Vulkan's exp may be off by some fifty.
+// x = n·ln 2 + r, with ln 2 in two parts, of which the first times n is exact; e^r by its series up to r⁶.
+float exp_accurate(float x) {
+    float n = floor(x * 1.4426950 + 0.5);
+    float r = (x - n * 0.693359375) + n * 2.12194440e-4;
+    float series = 0.5 + r * (0.16666667 + r * (4.1666667e-2 + r * (8.3333333e-3 + r * (1.3888889e-3 + r * 1.9841270e-4))));
+    float power = 1.0 + (r + r * r * series);
+    return x < -87.0 ? 0.0 : uintBitsToFloat(floatBitsToUint(power) + (uint(int(n)) << 23));
+}
+
 // Two unit vectors that make a right-handed orthonormal basis with the unit vector n (Duff et al., JCGT 2017).
 void basis(vec3 n, out vec3 tangent, out vec3 bitangent) {
     float s = n.z >= 0.0 ? 1.0 : -1.0;

@@ -26,6 +26,7 @@ struct Path {
     float x2;           // with light paths: square of the distance at which the camera sees the first hit, if that is diffuse, else
                         // 0: no light paths compete with it, see light_tracing.glsl
     uint flags;         // PATH_…
+    int medium;         // with absorption: number of the details of what the ray runs in, or -1
 };
 
 // What REUSE needs to know of a path (reuse.glsl).
@@ -63,6 +64,8 @@ struct Vertex {
     bool front;
     bool last;          // the next ray can only meet light
     bool first;         // with REUSE: no reconnectable surface was met before
+    int medium;         // with absorption: what the ray came through
+    int beyond;         // likewise: what is on the other side of the surface
     bool shareable;         // a second hit that other pixels can use as well: the path goes on with throughput 1
     uint hits;
 };
@@ -75,7 +78,17 @@ const bool LIGHT_AFTER_LAST_HIT = HAS_BACKGROUND || HAS_EMITTER;
 Path path_begin(Camera camera, uvec2 at, uint key, uint index) {
     vec2 u = sample_pair(key, index_of_sample(index), PAIR_PIXEL, 0u);
     CameraRay ray = camera_ray(camera, at, u, key, index_of_sample(index));
-    return Path(ray.origin, ray.direction, -1, vec3(1.0), 0u, index, vec3(0.0), 0.0, 0.0, 0u);
+    return Path(ray.origin, ray.direction, -1, vec3(1.0), 0u, index, vec3(0.0), 0.0, 0.0, 0u, -1);
+}
+
+// ---- what bodies absorb
+
+// The part of light that is left after a distance in a medium, or in none (Beer and Lambert). What goes to infinity is in no body.
+vec3 transmittance(int medium, float distance) {
+    if (medium < 0 || distance >= FAR_AWAY) return vec3(1.0);
+    vec3 absorption = uintBitsToFloat(texelFetch(geometry_texels, details_texel(float(medium)) + 5).xyz);
+    vec3 depth = absorption * distance;
+    return vec3(exp_accurate(-depth.x), exp_accurate(-depth.y), exp_accurate(-depth.z));
 }
 
 // ---- light that arrives directly
@@ -111,7 +124,7 @@ ShadowRay light_ray(vec3 from, Bsdf bsdf, vec3 normal, vec3 up, vec3 wo, int sel
     if (!HAS_LIGHTS) return ray;
     LightSample light;
     if (SINGLE_POINT) light = point_sample(point_at, point_power, from);
-    else light = light_sample(from, normal, n.u, n.uv);
+    else light = light_sample(from, scatters_through(bsdf) ? vec3(0.0) : normal, n.u, n.uv);
     vec3 scattered = bsdf_eval(bsdf, normal, wo, light.direction) * light.radiance;
     if (MEETS_LIGHTS && light.pdf > 0.0) {
         scattered *= mis_weight(float(count) * light.pdf, bsdf_pdf(bsdf, normal, wo, light.direction));
@@ -120,9 +133,16 @@ ShadowRay light_ray(vec3 from, Bsdf bsdf, vec3 normal, vec3 up, vec3 wo, int sel
     ray.distance = light.distance;
     ray.radiance = throughput * scattered;
     ray.enabled = brightness(ray.radiance) > 0.0;
-    if (SMOOTH_NORMALS) ray.enabled = ray.enabled && dot(up, ray.direction) > 0.0;
+    if (SMOOTH_NORMALS) {
+        bool right = dot(up, ray.direction) > 0.0;
+        if (HAS_TRANSMISSION) right = right == (dot(normal, ray.direction) > 0.0);
+        ray.enabled = ray.enabled && right;
+    }
     return ray;
 }
+
+// The hit, moved off the surface to its other side.
+vec3 inside_of(Vertex v) { return v.surface.position - v.up * v.surface.offset; }
 
 // The same at a vertex, which gets `count` samples.
 ShadowRay direct_light(Vertex v, vec3 wo, uint index, uint key, uint count) {
@@ -130,7 +150,15 @@ ShadowRay direct_light(Vertex v, vec3 wo, uint index, uint key, uint count) {
     if (HAS_LIGHTS && !SINGLE_POINT) {
         n = light_numbers(key, v.first ? index_at_first(index) : index, v.hits, 0u, count > 1u && !v.last);
     }
-    return light_ray(v.outside, v.bsdf, v.normal, v.up, wo, self_id_of(v.self_id, v.surface, v.front), v.throughput, n, count);
+    ShadowRay ray = light_ray(v.outside, v.bsdf, v.normal, v.up, wo, self_id_of(v.self_id, v.surface, v.front), v.throughput, n, count);
+    bool crosses = false;
+    if (HAS_TRANSMISSION) {
+        crosses = scatters_through(v.bsdf) && dot(v.normal, ray.direction) < 0.0;
+        ray.origin = crosses ? inside_of(v) : ray.origin;
+        ray.self_id = self_id_of(v.self_id, v.surface, v.front != crosses);
+    }
+    if (HAS_ABSORPTION && MUTATION != MUTATE_SHADOW) ray.radiance *= transmittance(crosses ? v.beyond : v.medium, ray.distance);
+    return ray;
 }
 
 // ---- light that the path meets
@@ -198,12 +226,12 @@ Vertex vertex_at(inout Hit hit, Ray ray) {
     v.normal = v.front ? v.surface.shading : -v.surface.shading;
     v.up = v.front ? v.surface.normal : -v.surface.normal;
     if (HAS_METALLIC_ROUGHNESS && SMOOTH_NORMALS && MUTATION != MUTATE_BEND) {
-        bool bends = (v.surface.material.type & BSDF_TYPE_BITS) == BSDF_METALLIC_ROUGHNESS;
-        v.normal = bends ? bent_normal(v.normal, v.up, -ray.direction) : v.normal;
+        v.normal = bends_normal(v.surface.material) ? bent_normal(v.normal, v.up, -ray.direction) : v.normal;
     }
     v.bsdf = bsdf_of(v.surface.material, v.front, -dot(v.normal, ray.direction));
     v.outside = v.surface.position + v.up * v.surface.offset;
     v.throughput = vec3(0.0);
+    v.medium = v.beyond = -1;
     v.last = v.first = v.shareable = false;
     v.hits = 0u;
     return v;
@@ -216,6 +244,13 @@ bool path_arrive(Path path, Hit hit, uint key, uint light_samples, inout vec3 ra
     vec3 throughput = has_flag(path, PATH_FOR_OTHERS) ? vec3(0.0) : path.throughput;
     v = vertex_at(hit, ray_of(path));
     v.hits = path.hits + 1u;
+    if (HAS_ABSORPTION) {
+        // What meets the back of a body has come through it, whatever it left.
+        int body = v.surface.material.body;
+        v.medium = met && body >= 0 && !v.front ? body : path.medium;
+        v.beyond = body >= 0 ? (v.front ? body : -1) : v.medium;
+        if (met) throughput *= transmittance(v.medium, hit.t);
+    }
     vec3 emitted = throughput * emitted_light(path, v, met, hit.t, light_samples);
     vec3 seen = radiance;
     radiance += emitted;
@@ -283,7 +318,8 @@ void path_depart(inout Path path, Vertex v, bool alive, Camera camera, uvec2 at,
         if (REUSE && v.first && reconnectable) flags |= PATH_FOR_OTHERS;
         else throughput = vec3(0.0);
     }
-    vec3 start = HAS_DIELECTRIC && next.crosses ? v.surface.position - v.up * v.surface.offset : v.outside;
+    vec3 start = v.outside;
+    if (LETS_THROUGH) start = next.crosses ? inside_of(v) : v.outside;
     path.origin = alive ? start : first.origin;
     path.direction = alive ? next.direction : first.direction;
     path.self_id = alive ? self_id_of(v.self_id, v.surface, v.front != next.crosses) : -1;
@@ -299,6 +335,7 @@ void path_depart(inout Path path, Vertex v, bool alive, Camera camera, uvec2 at,
         if (hit == 1u && reconnectable) path.x2 = dot(v.outside, v.outside);
         if (hit == 0u) path.x2 = 0.0;
     }
+    if (HAS_ABSORPTION) path.medium = alive ? (next.crosses ? v.beyond : v.medium) : -1;
 }
 
 #endif

@@ -45,6 +45,7 @@ struct RayPool {
     vec4 light[PLACES];         // its radiance, index of the sample
     vec4 normal[PLACES];        // for reuse: normal; for emitters: density
     float x2[PLACES];           // for light paths
+    int medium[PLACES];         // with absorption
     uint entry[PLACES];         // where the ray enters the BVH (root_hit_mask), and above that the shadow ray
 };
 
@@ -58,7 +59,7 @@ struct PoolTraversal {
 };
 
 Held held_nothing() {
-    Path path = Path(vec3(0.0), vec3(0.0, 0.0, 1.0), -1, vec3(0.0), 0u, 0u, vec3(0.0), 0.0, 0.0, 0u);
+    Path path = Path(vec3(0.0), vec3(0.0, 0.0, 1.0), -1, vec3(0.0), 0u, 0u, vec3(0.0), 0.0, 0.0, 0u, -1);
     return Held(path, vec3(0.0), NOTHING, 0.0, -1, false, false, false);
 }
 
@@ -69,6 +70,7 @@ RayPool pool_empty() {
     p.origin[n] = p.direction[n] = p.throughput[n] = p.radiance[n] = p.toward[n] = p.light[n] = vec4(0.0); \
     p.normal[n] = vec4(0.0);                                                                              \
     p.x2[n] = 0.0;                                                                                        \
+    p.medium[n] = -1;                                                                                     \
     p.entry[n] = 0u;
     FOR_EACH_PLACE(CLEAR)
 #undef CLEAR
@@ -113,6 +115,7 @@ void pool_put(inout RayPool p, Held h, ShadowRay shadow, uint entry, uint root_m
         if (REUSE) p.normal[n].xyz = h.path.normal; \
         if (MEETS_LIGHTS) p.normal[n].w = h.path.pdf; \
         if (LIGHT_TRACING) p.x2[n] = h.path.x2;         \
+        if (HAS_ABSORPTION) p.medium[n] = h.path.medium; \
     }
     FOR_EACH_PLACE(PUT)
 #undef PUT
@@ -129,6 +132,7 @@ void pool_take(inout RayPool p, inout Held h) {
         vec4 light = p.light[0];
         vec4 normal = p.normal[0];
         float x2 = p.x2[0];
+        int medium = p.medium[0];
 #define TAKE(n)                                                        \
     if (n > 0) {                                                       \
         bvec4 here = bvec4(place == (1u << n));                        \
@@ -140,13 +144,14 @@ void pool_take(inout RayPool p, inout Held h) {
         if (REUSE) normal.xyz = mix(normal.xyz, p.normal[n].xyz, here.xyz); \
         if (MEETS_LIGHTS) normal.w = here.w ? p.normal[n].w : normal.w; \
         if (LIGHT_TRACING) x2 = here.x ? p.x2[n] : x2;                     \
+        if (HAS_ABSORPTION) medium = here.x ? p.medium[n] : medium;        \
     }
         FOR_EACH_PLACE(TAKE)
 #undef TAKE
         uint bits = floatBitsToUint(radiance.w);
         h.slot = bits & ((1u << SLOT_BITS) - 1u);
         h.path = Path(origin.xyz, direction.xyz, floatBitsToInt(throughput.w), throughput.xyz, bits >> HITS_SHIFT,
-                      floatBitsToUint(light.w), normal.xyz, normal.w, x2, bits >> SLOT_BITS & ((1u << PATH_FLAGS) - 1u));
+                      floatBitsToUint(light.w), normal.xyz, normal.w, x2, bits >> SLOT_BITS & ((1u << PATH_FLAGS) - 1u), medium);
         h.t = origin.w;
         h.id = floatBitsToInt(direction.w);
         h.radiance = radiance.xyz;

@@ -139,6 +139,13 @@ void add_details(inout Surface s, int primitive, vec2 barycentrics) {
     uvec3 corners = shape.xyz;
     bool is_triangle = BVH_TRIANGLES && primitive >= int(CONSTANTS) && !is_sphere(shape);
     vec3 b = vec3(1.0 - barycentrics.x - barycentrics.y, barycentrics);
+    vec4 glass = vec4(0.0);
+    if (HAS_TRANSMISSION) {
+        glass = uintBitsToFloat(texelFetch(geometry_texels, texel + 4));
+        m.transmission = glass.x;
+        m.glass_ior = glass.z;
+        m.body = glass.w > 0.0 ? int(m.ior) : -1;
+    }
     if (HAS_VERTEX_COLORS && is_triangle) {
         vec3 color = b.x * vertex_color(corners.x).xyz + b.y * vertex_color(corners.y).xyz + b.z * vertex_color(corners.z).xyz;
         m.reflectance *= color;
@@ -146,8 +153,11 @@ void add_details(inout Surface s, int primitive, vec2 barycentrics) {
     }
     if (HAS_TEXTURES && is_triangle) {
         ivec4 textures = ivec4(uintBitsToFloat(texelFetch(geometry_texels, texel + 3)));
-        if (any(greaterThanEqual(textures, ivec4(0)))) {
+        bool is_textured = any(greaterThanEqual(textures, ivec4(0)));
+        if (HAS_TRANSMISSION) is_textured = is_textured || glass.y >= 0.0;
+        if (is_textured) {
             vec4 uvs = uvs_at(corners, barycentrics);
+            if (HAS_TRANSMISSION && glass.y >= 0.0) m.transmission *= texture_value(uint(glass.y), uvs).x;
             if (textures.x >= 0) m.reflectance *= texture_value(uint(textures.x), uvs).xyz;
             if (textures.y >= 0) {
                 vec4 value = texture_value(uint(textures.y), uvs);
@@ -186,6 +196,11 @@ Surface surface_at(inout Hit hit, Ray ray) {
         if (!is_constant) s = surface_of_primitive(hit, ray, p);
     }
     if (HAS_DETAILS) add_details(s, max(hit.primitive, 0), hit.barycentrics);
+    if (HAS_TRANSMISSION) {
+        // Other numbers than those by which alpha stops rays.
+        float number = number_of_ray(ray.origin, ray.direction, hit.primitive);
+        choose_glass(s.material, unit_float(hash(floatBitsToUint(number) ^ 0x3c6ef372u)));
+    }
     if (SMOOTH_NORMALS) s.shading = dot(s.shading, s.normal) < 0.0 ? -s.shading : s.shading;
     return s;
 }

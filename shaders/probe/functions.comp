@@ -10,6 +10,7 @@
 #include "../lib/bsdf/diffuse.glsl"
 #include "../lib/bsdf/mirror.glsl"
 #include "../lib/bsdf/dielectric.glsl"
+#include "../lib/bsdf/glass.glsl"
 #include "../lib/bsdf/metallic_roughness.glsl"
 
 const uint PROBE_TWO_SUM = 0u;
@@ -24,6 +25,8 @@ const uint PROBE_DIELECTRIC = 8u;
 const uint PROBE_SAMPLE_PAIR = 9u;
 const uint PROBE_ATAN = 10u;
 const uint PROBE_LOBES = 11u;
+const uint PROBE_GLASS = 12u;
+const uint PROBE_EXP = 13u;
 
 void main() {
     uint i = gl_GlobalInvocationID.x;
@@ -48,7 +51,7 @@ void main() {
     if (PROBE == PROBE_DIFFUSE) x.xyz = cosine_sample(a.xyz, b.xy);
     if (PROBE == PROBE_FRESNEL) x.x = fresnel(a.x, a.y, x.y);
     if (PROBE == PROBE_DIELECTRIC) {
-        Bsdf glass = Bsdf(BSDF_DIELECTRIC, vec3(1.0), MUTATION == MUTATE_IOR ? 1.0 / a.w : a.w, NO_LOBES);
+        Bsdf glass = Bsdf(BSDF_DIELECTRIC, vec3(1.0), MUTATION == MUTATE_IOR ? 1.0 / a.w : a.w, NO_LOBES, NO_GLASS);
         BsdfSample s = dielectric_sample(glass, b.xyz, -a.xyz, b.ww);
         x = vec4(s.direction, s.crosses ? 1.0 : 0.0);
     }
@@ -60,6 +63,18 @@ void main() {
         lobes_eval(lobes, wo, b.xyz, value, pdf);
         x = vec4(value, pdf);
     }
+    if (PROBE == PROBE_GLASS) {
+        float mu = abs(b.w);
+        vec3 wo = vec3(sqrt(1.0 - mu * mu), 0.0, mu);
+        Bsdf glass = Bsdf(b.w < 0.0 ? BSDF_WALL : BSDF_GLASS, vec3(a.z), a.x, NO_LOBES, NO_GLASS);
+        float root = (a.x - 1.0) / (a.x + 1.0);
+        set_glass(glass, vec3(a.w * root * root), a.w, a.y, mu);
+        vec3 value;
+        float pdf;
+        glass_both(glass, wo, b.xyz, value, pdf);
+        x = vec4(value, pdf);
+    }
+    if (PROBE == PROBE_EXP) x.x = exp_accurate(a.x);
     if (PROBE == PROBE_SAMPLE_PAIR) x.xy = sample_pair(pixel_key(bits.x), bits.y, bits.z, bits.w);
     output_floats(2u * i, x);
     output_floats(2u * i + 1u, y);

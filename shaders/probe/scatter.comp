@@ -18,7 +18,7 @@ void scatter(uint i) {
     vec4 n = input_floats(5u * i + 3u);
     uvec4 sample_of = probe_in[5u * i + 4u];
     uint key = pixel_key(sample_of.x);
-    Path path = Path(o.xyz, d.xyz, floatBitsToInt(d.w), w.xyz, floatBitsToUint(w.w), sample_of.y, n.xyz, n.w, 0.0, 0u);
+    Path path = Path(o.xyz, d.xyz, floatBitsToInt(d.w), w.xyz, floatBitsToUint(w.w), sample_of.y, n.xyz, n.w, 0.0, 0u, -1);
     uint steps = 0u;
     Hit hit = intersect(ray_of(path), steps);
     vec3 radiance = vec3(0.0);

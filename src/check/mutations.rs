@@ -45,6 +45,9 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::ThresholdAlpha => &["materials/coverage"],
         Mutation::LinearSpot | Mutation::NoRange => &["materials/spots"],
         Mutation::TurnedEnvironment | Mutation::FlatEnvironment => &["environment/oracle"],
+        Mutation::UnsquaredRefraction => &["glass/rough-furnace"],
+        Mutation::SingleWall => &["glass/wall"],
+        Mutation::ClearShadows => &["glass/amber"],
         Mutation::OwnSampleMap => &["emitters/edges-of-glass"],
     }
 }

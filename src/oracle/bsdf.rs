@@ -7,69 +7,113 @@ use std::f64::consts::{FRAC_1_PI, TAU};
 
 use glam::DVec3;
 
+use crate::oracle::glass::Glass;
 use crate::oracle::{Hit, Pcg64, metallic_roughness};
-use crate::scene::Bsdf;
+use crate::scene::{Bsdf, MetallicRoughness};
+
+/// Where a path goes on.
+#[derive(Debug, Clone, Copy)]
+pub struct Scattered {
+    /// Of unit length.
+    pub direction: DVec3,
+    /// f·|cos θi|/pdf.
+    pub weight: DVec3,
+    /// To the other side of the surface.
+    pub crosses: bool,
+    /// It is one of single directions.
+    pub is_delta: bool,
+}
+
+/// The part of a material that lets light through, and what of its other parts is left.
+fn split(m: &MetallicRoughness) -> (f64, MetallicRoughness) {
+    let part = (1.0 - m.metallic) * m.transmission;
+    let metallic = if part < 1.0 { m.metallic / (1.0 - part) } else { 0.0 };
+    (part, MetallicRoughness { metallic, ..*m })
+}
 
 /// f(wo, wi)·|cos θi|; 0 where single directions are scattered into.
 pub fn eval(bsdf: &Bsdf, hit: &Hit, wo: DVec3, wi: DVec3) -> DVec3 {
+    let above = wi.dot(hit.normal) > 0.0;
     match *bsdf {
+        Bsdf::Diffuse { .. } if !above => DVec3::ZERO,
         Bsdf::Diffuse { reflectance } => DVec3::from(reflectance) * wi.dot(hit.shading_normal).max(0.0) * FRAC_1_PI,
         Bsdf::Mirror { .. } | Bsdf::Dielectric { .. } | Bsdf::Black => DVec3::ZERO,
         Bsdf::MetallicRoughness(m) => {
             let frame = Frame::of(hit, wo);
-            metallic_roughness::eval(&m, frame.to_local(wo), frame.to_local(wi))
+            let (wo, wi) = (frame.to_local(wo), frame.to_local(wi));
+            // The shading normal has it on the wrong side.
+            if above != (wi.z > 0.0) {
+                return DVec3::ZERO;
+            }
+            let (part, opaque) = split(&m);
+            let glass = if part > 0.0 { part * Glass::of(&m, hit.front).eval(wo, wi) } else { DVec3::ZERO };
+            glass + (1.0 - part) * metallic_roughness::eval(&opaque, wo, wi)
         }
     }
 }
 
-/// Density of [`sample`] per solid angle; 0 where single directions are scattered into.
-pub fn pdf(bsdf: &Bsdf, hit: &Hit, wo: DVec3, wi: DVec3) -> f64 {
-    match bsdf {
-        Bsdf::Diffuse { .. } => wi.dot(hit.shading_normal).max(0.0) * FRAC_1_PI,
-        Bsdf::Mirror { .. } | Bsdf::Dielectric { .. } | Bsdf::Black => 0.0,
-        Bsdf::MetallicRoughness(m) => {
-            let frame = Frame::of(hit, wo);
-            metallic_roughness::pdf(m, frame.to_local(wo), frame.to_local(wi))
-        }
-    }
-}
-
-/// Draws where a path goes on, and its weight f·|cos θi|/pdf. `None` ends it: nothing is scattered, or the shading normal of a diffuse
-/// surface has sent the ray to the wrong side.
+/// Draws where a path goes on. `None` ends it: nothing is scattered, or the shading normal of a surface that is not smooth has sent the
+/// ray to the wrong side.
 ///
-/// Where that of a mirror or of glass does, it is bent until the ray leaves within the surface.
-pub fn sample(bsdf: &Bsdf, hit: &Hit, wo: DVec3, rng: &mut Pcg64) -> Option<(DVec3, DVec3)> {
-    let normal = hit.shading_normal;
-    let (scattered, weight, crosses) = match *bsdf {
-        Bsdf::Diffuse { reflectance } => (cosine_hemisphere(normal, rng), reflectance.into(), false),
-        Bsdf::Mirror { reflectance } => (reflect(-wo, normal), reflectance.into(), false),
+/// Where that of a mirror or of smooth glass does, it is bent until the ray leaves within the surface.
+pub fn sample(bsdf: &Bsdf, hit: &Hit, wo: DVec3, rng: &mut Pcg64) -> Option<Scattered> {
+    let scattered = match *bsdf {
+        Bsdf::Diffuse { reflectance } => Scattered {
+            direction: cosine_hemisphere(hit.shading_normal, rng),
+            weight: reflectance.into(),
+            crosses: false,
+            is_delta: false,
+        },
+        Bsdf::Mirror { reflectance } => Scattered {
+            direction: reflect(-wo, hit.shading_normal),
+            weight: reflectance.into(),
+            crosses: false,
+            is_delta: true,
+        },
         Bsdf::Dielectric { ior } => {
+            let normal = hit.shading_normal;
             let ior = if hit.front { ior } else { 1.0 / ior };
             let reflectance = fresnel(wo.dot(normal).max(0.0), ior);
-            match refract(-wo, normal, ior) {
-                Some(refracted) if reflectance == 0.0 || rng.uniform() >= reflectance => (refracted, DVec3::ONE, true),
-                _ => (reflect(-wo, normal), DVec3::ONE, false),
+            let refracted = refract(-wo, normal, ior).filter(|_| reflectance == 0.0 || rng.uniform() >= reflectance);
+            Scattered {
+                direction: refracted.unwrap_or_else(|| reflect(-wo, normal)),
+                weight: DVec3::ONE,
+                crosses: refracted.is_some(),
+                is_delta: true,
             }
         }
         Bsdf::Black => return None,
         Bsdf::MetallicRoughness(m) => {
-            let frame = Frame::of(hit, wo);
-            let o = frame.to_local(wo);
-            let i = metallic_roughness::sample(&m, o, rng);
-            if i.z <= 0.0 {
-                return None;
+            let (part, opaque) = split(&m);
+            if part > 0.0 && rng.uniform() < part {
+                through_glass(&Glass::of(&m, hit.front), hit, wo, rng)?
+            } else {
+                let frame = Frame::of(hit, wo);
+                let o = frame.to_local(wo);
+                let i = metallic_roughness::sample(&opaque, o, rng);
+                if i.z <= 0.0 {
+                    return None;
+                }
+                let weight = metallic_roughness::eval(&opaque, o, i) / metallic_roughness::pdf(&opaque, o, i);
+                Scattered { direction: frame.to_world(i), weight, crosses: false, is_delta: false }
             }
-            let weight = metallic_roughness::eval(&m, o, i) / metallic_roughness::pdf(&m, o, i);
-            (frame.to_world(i), weight, false)
         }
     };
-    let up = if crosses { -hit.normal } else { hit.normal };
-    let height = scattered.dot(up);
-    match bsdf {
-        _ if height > 0.0 => Some((scattered, weight)),
-        Bsdf::Diffuse { .. } | Bsdf::Black | Bsdf::MetallicRoughness(_) => None,
-        Bsdf::Mirror { .. } | Bsdf::Dielectric { .. } => Some((grazing(scattered, up), weight)),
-    }
+    let up = if scattered.crosses { -hit.normal } else { hit.normal };
+    let direction = match scattered.direction {
+        direction if direction.dot(up) > 0.0 => direction,
+        direction if scattered.is_delta => grazing(direction, up),
+        _ => return None,
+    };
+    Some(Scattered { direction, ..scattered })
+}
+
+/// Fresnel's equations keep the normal of what is smooth, that of what is rough is bent.
+fn through_glass(glass: &Glass, hit: &Hit, wo: DVec3, rng: &mut Pcg64) -> Option<Scattered> {
+    let is_delta = glass.is_smooth();
+    let frame = if is_delta { Frame::about(hit.shading_normal) } else { Frame::of(hit, wo) };
+    let (wi, weight, crosses) = glass.sample(frame.to_local(wo), rng)?;
+    Some(Scattered { direction: frame.to_world(wi), weight, crosses, is_delta })
 }
 
 /// Two tangents and the normal that a microfacet model is evaluated about: the shading normal, or, where that would show the mirror
@@ -85,6 +129,10 @@ impl Frame {
         } else {
             (wo + (mirror.reject_from_normalized(hit.normal) + 1e-6 * hit.normal).normalize()).normalize()
         };
+        Self::about(normal)
+    }
+
+    fn about(normal: DVec3) -> Self {
         let (tangent, bitangent) = normal.any_orthonormal_pair();
         Self([tangent, bitangent, normal])
     }

@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 
 use crate::oracle::trace::{Hit, Ray, closest_hit, transmittance};
 use crate::oracle::{Pcg64, bsdf};
-use crate::scene::{Bsdf, Light, Scene, Surface};
+use crate::scene::{Bsdf, Light, Material, Scene, Surface};
 
 /// An estimate of the radiance that arrives at the ray's origin; its mean over `rng` is exact.
 ///
@@ -16,12 +16,25 @@ pub fn radiance(scene: &Scene, mut ray: Ray, rng: &mut Pcg64) -> DVec3 {
     let mut throughput = DVec3::ONE;
     let mut last_hit = scene.integrator.max_depth;
     let mut depth = 0;
+    let mut medium = DVec3::ZERO;
+    let mut way = 0.0;
     while let Some(hit) = closest_hit(scene, &ray) {
         if hit.coverage < 1.0 && rng.uniform() >= hit.coverage {
+            way += hit.t;
             ray = hit.spawn(ray.direction);
             continue;
         }
         depth += 1;
+        let behind = absorption(&scene.materials[hit.material]);
+        if let Some(body) = behind.filter(|_| !hit.front) {
+            medium = body;
+        }
+        let sides = match behind {
+            Some(body) => [medium, if hit.front { body } else { DVec3::ZERO }],
+            None => [medium; 2],
+        };
+        throughput *= (-medium * (way + hit.t)).exp();
+        way = 0.0;
         let Surface { bsdf, emission, two_sided } = hit.surface;
         if hit.front || two_sided {
             radiance += throughput * DVec3::from(emission);
@@ -30,14 +43,15 @@ pub fn radiance(scene: &Scene, mut ray: Ray, rng: &mut Pcg64) -> DVec3 {
             return radiance;
         }
         let wo = -ray.direction;
-        radiance += throughput * direct_light(scene, &hit, |wi| bsdf::eval(&bsdf, &hit, wo, wi));
-        if !scene.integrator.indirect && matches!(bsdf, Bsdf::Diffuse { .. } | Bsdf::MetallicRoughness(_)) {
-            last_hit = depth;
-        }
-        let Some((direction, weight)) = bsdf::sample(&bsdf, &hit, wo, rng) else {
+        radiance += throughput * direct_light(scene, &hit, sides, |wi| bsdf::eval(&bsdf, &hit, wo, wi));
+        let Some(scattered) = bsdf::sample(&bsdf, &hit, wo, rng) else {
             return radiance;
         };
-        throughput *= weight;
+        if !scene.integrator.indirect && !scattered.is_delta {
+            last_hit = depth;
+        }
+        throughput *= scattered.weight;
+        medium = sides[usize::from(scattered.crosses)];
         if scene.integrator.russian_roulette.is_some_and(|first| depth >= first) {
             let survival = throughput.max_element().min(0.95);
             if rng.uniform() >= survival {
@@ -45,9 +59,20 @@ pub fn radiance(scene: &Scene, mut ray: Ray, rng: &mut Pcg64) -> DVec3 {
             }
             throughput /= survival;
         }
-        ray = hit.spawn(direction);
+        ray = hit.spawn(scattered.direction);
     }
     radiance + throughput * background(scene, ray.direction, depth > 0)
+}
+
+/// What a body absorbs on a length of 1; `None` for what has no inside.
+fn absorption(material: &Material) -> Option<DVec3> {
+    match material.surface.bsdf {
+        Bsdf::MetallicRoughness(m) if m.has_volume && m.transmission > 0.0 => {
+            let per_distance = DVec3::from(m.attenuation_color).max(DVec3::splat(1e-40)).map(f64::ln);
+            Some(-per_distance / m.attenuation_distance)
+        }
+        _ => None,
+    }
 }
 
 /// Radiance from where a ray meets nothing; `reflected`: not by the camera's own ray.
@@ -68,8 +93,9 @@ fn background(scene: &Scene, direction: DVec3, reflected: bool) -> DVec3 {
     map.scale * row(y.floor()).lerp(row(y.floor() + 1.0), y - y.floor())
 }
 
-/// Light from all point lights at a hit, on the side that the ray came from, as `scatter` (f·cos) passes it on.
-fn direct_light(scene: &Scene, hit: &Hit, scatter: impl Fn(DVec3) -> DVec3) -> DVec3 {
+/// Light from all point lights at a hit, as `scatter` (f·cos) passes it on. `sides`: what the media on the side that the ray came from,
+/// and on the other one, absorb on a length of 1.
+fn direct_light(scene: &Scene, hit: &Hit, sides: [DVec3; 2], scatter: impl Fn(DVec3) -> DVec3) -> DVec3 {
     let mut sum = DVec3::ZERO;
     for light in &scene.lights {
         let (to_light, far) = match light {
@@ -78,10 +104,13 @@ fn direct_light(scene: &Scene, hit: &Hit, scatter: impl Fn(DVec3) -> DVec3) -> D
         };
         let distance = to_light.length();
         // also false where the light lies on the very point
-        if to_light.dot(hit.normal) > 0.0 {
+        let scattered = if distance > 0.0 { scatter(to_light / distance) } else { DVec3::ZERO };
+        if scattered.max_element() > 0.0 {
+            let medium = sides[usize::from(to_light.dot(hit.normal) <= 0.0)];
+            // What goes to infinity is in no body.
+            let left = if far.is_finite() { (-medium * distance).exp() } else { DVec3::ONE };
             let passes = transmittance(scene, &hit.spawn(to_light), far);
-            let irradiance = passes * irradiance(light, to_light / distance, distance);
-            sum += irradiance * scatter(to_light / distance);
+            sum += passes * left * irradiance(light, to_light / distance, distance) * scattered;
         }
     }
     sum
@@ -105,5 +134,6 @@ fn irradiance(light: &Light, wi: DVec3, distance: f64) -> DVec3 {
 
 /// Irradiance from all point lights at a hit, on the side that the ray came from.
 pub fn direct_irradiance(scene: &Scene, hit: &Hit) -> DVec3 {
-    direct_light(scene, hit, |wi| DVec3::splat(wi.dot(hit.shading_normal).max(0.0)))
+    let cosine = |wi: DVec3| if wi.dot(hit.normal) > 0.0 { wi.dot(hit.shading_normal).max(0.0) } else { 0.0 };
+    direct_light(scene, hit, [DVec3::ZERO; 2], |wi| DVec3::splat(cosine(wi)))
 }

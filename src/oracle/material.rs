@@ -50,6 +50,9 @@ impl Place<'_> {
                     m.roughness *= value.y;
                     m.metallic *= value.z;
                 }
+                if let Some(value) = self.look_up(scene, material, TextureSlot::Transmission) {
+                    m.transmission *= value.x;
+                }
             }
             Bsdf::Dielectric { .. } | Bsdf::Black => {}
         }

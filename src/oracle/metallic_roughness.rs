@@ -27,7 +27,7 @@ pub fn eval(m: &MetallicRoughness, wo: DVec3, wi: DVec3) -> DVec3 {
 }
 
 /// Reflectance of the dielectric at normal and at grazing incidence.
-fn dielectric(m: &MetallicRoughness) -> (DVec3, f64) {
+pub(super) fn dielectric(m: &MetallicRoughness) -> (DVec3, f64) {
     let f0 = ((m.ior - 1.0) / (m.ior + 1.0)).powi(2) * DVec3::from(m.specular_color);
     (f0.min(DVec3::ONE) * m.specular, m.specular)
 }
@@ -94,13 +94,13 @@ impl<'a> Albedo<'a> {
 }
 
 /// GGX.
-fn distribution(half: DVec3, alpha: f64) -> f64 {
+pub(super) fn distribution(half: DVec3, alpha: f64) -> f64 {
     let slope = (half.x * half.x + half.y * half.y) / (alpha * alpha) + half.z * half.z;
     FRAC_1_PI / (alpha * alpha * slope * slope)
 }
 
 /// Smith's function of GGX.
-fn lambda(w: DVec3, alpha: f64) -> f64 {
+pub(super) fn lambda(w: DVec3, alpha: f64) -> f64 {
     let tangent2 = (w.x * w.x + w.y * w.y) / (w.z * w.z);
     ((1.0 + alpha * alpha * tangent2).sqrt() - 1.0) / 2.0
 }

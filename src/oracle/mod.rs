@@ -13,11 +13,15 @@
 //!
 //! With `indirect = false` the first diffuse hit takes the part of hit `D`.
 //!
+//! A path knows the medium that it runs in: that of the last body which it entered, or whose back it meets. Light that meets a surface
+//! there has lost what the medium absorbs on the way.
+//!
 //! Lambertian surfaces and mirrors act on both sides. Every surface casts full shadows, glass too. Radiance is
 //! not scaled by n² on refraction (it cancels for every camera and light outside of glass).
 
 pub mod bsdf;
 mod camera;
+pub mod glass;
 mod integrator;
 pub mod material;
 pub mod metallic_roughness;

@@ -206,6 +206,20 @@ impl Default for MetallicRoughness {
     }
 }
 
+/// The most that a body absorbs on its attenuation distance, as −ln of what is left.
+const MOST_ABSORBED: f64 = 100.0;
+
+impl MetallicRoughness {
+    /// Of light that has gone a distance d through the body e^(−absorption·d) is left; per scene unit.
+    pub fn absorption(&self) -> Rgb {
+        if !self.has_volume {
+            return [0.0; 3];
+        }
+        let of_channel = |color: f64| (-color.ln()).clamp(0.0, MOST_ABSORBED) / self.attenuation_distance;
+        self.attenuation_color.map(of_channel)
+    }
+}
+
 /// What a surface does with light: it scatters and, on its front or on both sides, emits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Surface {
@@ -252,6 +266,16 @@ impl Surface {
 
     pub(crate) fn is_metallic_roughness(&self) -> bool {
         matches!(self.bsdf, Bsdf::MetallicRoughness(_))
+    }
+
+    /// Whether it is of the metallic-roughness model and lets light through.
+    pub(crate) fn is_transmissive(&self) -> bool {
+        matches!(self.bsdf, Bsdf::MetallicRoughness(m) if m.transmission > 0.0)
+    }
+
+    /// Whether light loses some of itself behind it.
+    pub(crate) fn absorbs(&self) -> bool {
+        matches!(self.bsdf, Bsdf::MetallicRoughness(m) if m.transmission > 0.0 && m.absorption() != [0.0; 3])
     }
 
     /// Whether any light leaves it that did not come to it.

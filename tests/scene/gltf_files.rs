@@ -137,6 +137,39 @@ fn materials_with_their_extensions() {
 }
 
 #[test]
+fn glass_is_a_body_or_a_thin_wall() {
+    let (mut json, binary) = triangle();
+    let png = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==";
+    json["images"] = json!([{"uri": png}]);
+    json["textures"] = json!([{"source": 0}]);
+    let transmission = json!({"transmissionFactor": 1, "transmissionTexture": {"index": 0}});
+    json["materials"] = json!([
+        {"extensions": {
+            "KHR_materials_transmission": transmission,
+            "KHR_materials_volume": {"thicknessFactor": 0.1, "attenuationDistance": 2, "attenuationColor": [1, 0.5, 0.25]},
+        }},
+        {"extensions": {"KHR_materials_transmission": {"transmissionFactor": 1}, "KHR_materials_volume": {}}},
+    ]);
+    for (index, is_body) in [(0, true), (1, false)] {
+        json["meshes"][0]["primitives"][0]["material"] = json!(index);
+        let loaded = load(&json, &binary).unwrap();
+        let material = &loaded.scene.materials[0];
+        let Bsdf::MetallicRoughness(model) = material.surface.bsdf else { panic!("{:?}", material.surface.bsdf) };
+        assert_eq!(model.has_volume, is_body);
+        assert!(!material.culls_back, "light that has entered leaves by the back");
+        assert!(!loaded.warnings.iter().any(|w| w.contains("transmission")), "{:?}", loaded.warnings);
+        let texture = material.textures.get(&TextureSlot::Transmission);
+        assert_eq!(texture.map(|texture| texture.srgb), is_body.then_some(false));
+        if is_body {
+            let absorption = model.absorption();
+            assert!(absorption[0] == 0.0 && (absorption[1] - 2f64.ln() / 2.0).abs() < 1e-12, "{absorption:?}");
+        } else {
+            assert_eq!(model.absorption(), [0.0; 3]);
+        }
+    }
+}
+
+#[test]
 fn candelas_become_power() {
     let (mut json, binary) = triangle();
     json["extensions"] =

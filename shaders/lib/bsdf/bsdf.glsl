@@ -18,6 +18,7 @@
 #include "closure.glsl"
 #include "dielectric.glsl"
 #include "diffuse.glsl"
+#include "glass.glsl"
 #include "metallic_roughness.glsl"
 #include "mirror.glsl"
 
@@ -28,27 +29,34 @@ const uint BSDF_RECONNECTABLE = 2u;
 
 uint bsdf_flags(Bsdf b) {
     if (HAS_DIFFUSE && b.type == BSDF_DIFFUSE) return BSDF_RECONNECTABLE;
+    if (HAS_TRANSMISSION && is_glass(b.type)) return b.glass.alpha == 0.0 ? BSDF_DELTA : 0u;
     return (HAS_MIRROR && b.type == BSDF_MIRROR) || (HAS_DIELECTRIC && b.type == BSDF_DIELECTRIC) ? BSDF_DELTA : 0u;
 }
 
 bool is_delta(Bsdf b) { return (bsdf_flags(b) & BSDF_DELTA) != 0u; }
 bool is_reconnectable(Bsdf b) { return (bsdf_flags(b) & BSDF_RECONNECTABLE) != 0u; }
 
+// Light comes from both sides of the surface, and not in single directions.
+bool scatters_through(Bsdf b) { return HAS_TRANSMISSION && is_glass(b.type) && b.glass.alpha > 0.0; }
+
 // The part of light from wo's direction that is scattered, an estimate: what Russian roulette goes by.
 vec3 bsdf_albedo(Bsdf b) {
     if (HAS_METALLIC_ROUGHNESS && b.type == BSDF_METALLIC_ROUGHNESS) return b.lobes.albedo;
+    if (HAS_TRANSMISSION && is_glass(b.type)) return b.glass.albedo;
     return b.reflectance;
 }
 
 vec3 bsdf_eval(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
     if (HAS_DIFFUSE && b.type == BSDF_DIFFUSE) return diffuse_eval(b, n, wo, wi);
     if (HAS_METALLIC_ROUGHNESS && b.type == BSDF_METALLIC_ROUGHNESS) return metallic_roughness_eval(b, n, wo, wi);
+    if (HAS_TRANSMISSION && is_glass(b.type)) return glass_eval(b, n, wo, wi);
     return vec3(0.0);
 }
 
 float bsdf_pdf(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
     if (HAS_DIFFUSE && b.type == BSDF_DIFFUSE) return diffuse_pdf(b, n, wo, wi);
     if (HAS_METALLIC_ROUGHNESS && b.type == BSDF_METALLIC_ROUGHNESS) return metallic_roughness_pdf(b, n, wo, wi);
+    if (HAS_TRANSMISSION && is_glass(b.type)) return glass_pdf(b, n, wo, wi);
     return 0.0;
 }
 
@@ -76,6 +84,7 @@ BsdfSample bsdf_sample(Bsdf b, vec3 n, vec3 wo, vec2 u) {
     if (HAS_MIRROR && b.type == BSDF_MIRROR) s = mirror_sample(b, n, wo, u);
     if (HAS_DIELECTRIC && b.type == BSDF_DIELECTRIC) s = dielectric_sample(b, n, wo, u);
     if (HAS_METALLIC_ROUGHNESS && b.type == BSDF_METALLIC_ROUGHNESS) s = metallic_roughness_sample(b, n, wo, u);
+    if (HAS_TRANSMISSION && is_glass(b.type)) s = glass_sample(b, n, wo, u);
     return s;
 }
 

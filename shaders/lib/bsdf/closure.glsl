@@ -10,6 +10,8 @@ const uint BSDF_DIFFUSE = 1u;
 const uint BSDF_MIRROR = 2u;
 const uint BSDF_DIELECTRIC = 3u;
 const uint BSDF_METALLIC_ROUGHNESS = 4u;
+const uint BSDF_GLASS = 5u;         // of the metallic-roughness model: the surface of a body that lets light through
+const uint BSDF_WALL = 6u;          // likewise: a thin wall
 
 // Of the metallic-roughness model: what does not depend on wi.
 struct Lobes {
@@ -26,14 +28,30 @@ struct Lobes {
 
 const Lobes NO_LOBES = Lobes(vec3(0.0), 0.0, 1.0, 0.0, vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), 0.0);
 
-struct Bsdf {
-    uint type;
-    vec3 reflectance;   // 1 of a dielectric
-    float eta;          // of a dielectric: index of refraction beyond the surface over that on the side of wo
-    Lobes lobes;        // of BSDF_METALLIC_ROUGHNESS
+// Of BSDF_GLASS and BSDF_WALL: what does not depend on wi.
+struct Glass {
+    vec3 f0;            // reflectance at normal incidence
+    float f90;          // and at grazing
+    float alpha;        // of GGX; 0: smooth
+    float row;          // in the tables of albedos
+    float slice;        // likewise, for light from wo's side
+    vec2 multiple;      // of (1 − E(μi)) cos θi/π: on wo's side, and beyond
+    float beyond_share; // of directions that are sampled by the cosine
+    float single_share; // of directions that are sampled by the microfacets
+    vec3 albedo;        // an estimate
 };
 
-Bsdf diffuse_bsdf(vec3 reflectance) { return Bsdf(BSDF_DIFFUSE, reflectance, 1.0, NO_LOBES); }
+const Glass NO_GLASS = Glass(vec3(0.0), 1.0, 0.0, 0.0, 0.0, vec2(0.0), 0.0, 1.0, vec3(0.0));
+
+struct Bsdf {
+    uint type;
+    vec3 reflectance;   // 1 of a dielectric; of glass and walls, of what crosses
+    float eta;          // index of refraction beyond the surface over that on the side of wo; of a wall, of its matter
+    Lobes lobes;        // of BSDF_METALLIC_ROUGHNESS
+    Glass glass;        // of BSDF_GLASS and BSDF_WALL
+};
+
+Bsdf diffuse_bsdf(vec3 reflectance) { return Bsdf(BSDF_DIFFUSE, reflectance, 1.0, NO_LOBES, NO_GLASS); }
 
 struct BsdfSample {
     vec3 direction;

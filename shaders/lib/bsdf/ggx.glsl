@@ -38,14 +38,16 @@ float ggx_pdf(vec3 wo, vec3 wi, float alpha) {
     return ggx_distribution(wo + wi, alpha) / (2.0 * (ggx_bound(wo, alpha) * wo.z + ggx_root(wo, alpha)));
 }
 
-// A direction of reflection, by a visible normal (Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps", 2023).
-vec3 ggx_sample(vec3 wo, float alpha, vec2 u) {
+// A visible normal (Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps", 2023), within ggx_bound, or with 1 any.
+vec3 ggx_normal(vec3 wo, float alpha, float bound, vec2 u) {
     vec3 stretched = normalize(vec3(alpha * wo.xy, wo.z));
-    float lowest = ggx_bound(wo, alpha) * stretched.z;
+    float lowest = bound * stretched.z;
     float z = (1.0 - u.y) * (1.0 + lowest) - lowest;
     vec3 cap = vec3(sqrt(clamp(1.0 - z * z, 0.0, 1.0)) * cos_sin_2pi(u.x), z) + stretched;
-    vec3 h = normalize(vec3(alpha * cap.xy, fast_max(cap.z, 1e-12)));
-    return mirrored(wo, h);
+    return normalize(vec3(alpha * cap.xy, fast_max(cap.z, 1e-12)));
 }
+
+// A direction of reflection, by a visible normal.
+vec3 ggx_sample(vec3 wo, float alpha, vec2 u) { return mirrored(wo, ggx_normal(wo, alpha, ggx_bound(wo, alpha), u)); }
 
 #endif

@@ -138,6 +138,12 @@ LightSample light_candidate(int cell, vec3 from, float u, float more, bool even,
     return s;
 }
 
+// What a light's direction counts for a surface with the normal n, which is 0 where light comes from both sides.
+float towards(vec3 n, vec3 direction) {
+    if (HAS_TRANSMISSION && n == vec3(0.0)) return 1.0;
+    return fast_max(dot(n, direction), 0.0);
+}
+
 // Light from one of all lights, for a surface with the normal n: of two candidates one is kept by the light that it brings to a diffuse
 // surface. `pdf` is that of a candidate: for weights against rays that hit lights by chance, which need no more than that both use the
 // same.
@@ -163,8 +169,8 @@ LightSample light_sample(vec3 from, vec3 n, vec2 u, vec2 uv) {
     LightSample s = light_candidate(cell, from, u.x, more, even, uv);
     if (LIGHT_COUNT > 1u) {
         LightSample other = light_candidate(cell, from, u.x < 0.5 ? u.x + 0.5 : u.x - 0.5, more, even, uv);
-        float mine = brightness(s.radiance) * fast_max(dot(n, s.direction), 0.0);
-        float theirs = brightness(other.radiance) * fast_max(dot(n, other.direction), 0.0);
+        float mine = brightness(s.radiance) * towards(n, s.direction);
+        float theirs = brightness(other.radiance) * towards(n, other.direction);
         bool takes = keeps * (mine + theirs) < theirs;
         float kept = (takes ? theirs : mine) / (mine + theirs);
         if (even && mine > 0.0 && theirs > 0.0) {

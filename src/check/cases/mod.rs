@@ -13,6 +13,7 @@ mod lights;
 mod materials;
 mod oracle;
 mod reuse;
+mod rough_glass;
 mod sampling;
 mod scale;
 mod slivers;
@@ -38,6 +39,7 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
         emitters::CASES,
         energy::CASES,
         materials::CASES,
+        rough_glass::CASES,
         scale::CASES,
         cameras::CASES,
         film::CASES,

@@ -36,6 +36,10 @@ pub(crate) enum Function {
     Atan = 10,
     /// (metalness, roughness, base, cosine of wo); wi → f·cos θi, density; wo has azimuth 0
     Lobes = 11,
+    /// (η, roughness, tint, specular); (wi, cosine of wo, negative: of a wall) → f·cos θi, density; wo has azimuth 0
+    Glass = 12,
+    /// x → eˣ
+    Exp = 13,
 }
 
 impl Function {

@@ -82,23 +82,24 @@ impl Features {
 
     /// Whether paths go on from surfaces that they meet.
     pub fn has_long_paths(&self) -> bool {
-        self.max_depth > 1 && (self.indirect || self.mirror || self.dielectric)
+        self.max_depth > 1 && (self.indirect || self.mirror || self.dielectric || self.transmission)
     }
 
     /// Whether there are paths that other pixels can use: two diffuse hits, the first of which, seen directly, ends none at
-    /// random.
+    /// random, and between which nothing absorbs light.
     pub fn can_reuse(&self) -> bool {
-        self.diffuse && self.indirect && self.max_depth > 1 && self.roulette != 1
+        self.diffuse && self.indirect && self.max_depth > 1 && self.roulette != 1 && !self.absorption
     }
 
     /// Whether most noise may be that of light which comes from emitters by way of glass and mirrors, which reuse of paths does
     /// not lower.
     pub fn has_caustics(&self) -> bool {
-        self.bvh && self.emitter && (self.dielectric || self.mirror)
+        self.bvh && self.emitter && (self.dielectric || self.mirror || self.transmission)
     }
 
     /// Whether light may be traced from emitters: to what the camera sees of diffuse surfaces, by way of glass and mirrors. Smooth
-    /// normals do not let it back the way that it came; and it goes to a pinhole.
+    /// normals do not let it back the way that it came; it is not traced through glass of the metallic-roughness model; and it goes to a
+    /// pinhole.
     pub fn may_trace_light(&self) -> bool {
         self.emitter
             && (self.dielectric || self.mirror)
@@ -106,6 +107,7 @@ impl Features {
             && self.indirect
             && self.max_depth > 1
             && !self.smooth_normals
+            && !self.transmission
             && !self.brute_force
             && !self.lens
             && !self.orthographic

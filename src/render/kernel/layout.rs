@@ -99,6 +99,8 @@ pub(crate) struct SceneValues {
     pub environment_share: f32,
     pub environment_turn: [f32; 4],
     pub environment_map: [u32; 4],
+    /// First texel of the albedos of glass; unused.
+    pub glass_table: [u32; 4],
 }
 
 /// Push constants: what changes from dispatch to dispatch.
@@ -155,6 +157,8 @@ pub(crate) mod texture {
     pub const SECOND_UV: u32 = 0x40;
     pub const CODES_16: u32 = 0x80;
     pub const FLOATS: u32 = 0x100;
+    /// Steps of roughness of the means of a slice of the table of glass (shaders/lib/bsdf/glass_albedo.glsl).
+    pub const GLASS_MEANS: usize = 93;
 }
 
 /// Beside a primitive's material (geometry.rs).

@@ -66,7 +66,8 @@ impl SceneGeometry {
     /// Constant spheres, polygons and materials.
     pub fn constants(scene: &Scene, space: &RenderSpace, settings: &RenderSettings, textures: &TextureTable) -> Self {
         let has_colors = scene.meshes.iter().any(|mesh| !mesh.colors.is_empty());
-        let materials = MaterialTexels::of(&scene.materials, has_colors, |index, slot| textures.number(index, slot));
+        let materials =
+            MaterialTexels::of(&scene.materials, space, has_colors, |index, slot| textures.number(index, slot));
         let visible: Vec<_> = spheres::visible_lights(scene).collect();
         let points: Vec<_> = visible.iter().filter(|l| l.shines()).map(|l| point_light(l, space)).collect();
         let (constant_origins, other_spheres) = spheres::partition(scene, space);

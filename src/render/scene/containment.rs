@@ -16,7 +16,8 @@ pub(crate) enum Place {
 
 /// Whether no light goes through a sphere's surface.
 pub(crate) fn is_opaque(sphere: &Sphere, scene: &Scene) -> bool {
-    !scene.surface(sphere.material).is_dielectric()
+    let surface = scene.surface(sphere.material);
+    !surface.is_dielectric() && !surface.is_transmissive()
 }
 
 /// Where a point of the scene is.

@@ -4,12 +4,18 @@ use crate::accel::Texel;
 use crate::scene::{Bsdf, Coverage, Material, MetallicRoughness, Surface, TextureSlot};
 
 use crate::render::kernel::layout::{bsdf as kind, flag};
+use crate::render::space::RenderSpace;
 
-/// The textures of a material's details, in the order of their texel.
-pub(crate) const SLOTS: [TextureSlot; 4] =
-    [TextureSlot::BaseColor, TextureSlot::MetallicRoughness, TextureSlot::Normal, TextureSlot::Emission];
+/// The textures of a material's details; the first four in the order of their texel.
+pub(crate) const SLOTS: [TextureSlot; 5] = [
+    TextureSlot::BaseColor,
+    TextureSlot::MetallicRoughness,
+    TextureSlot::Normal,
+    TextureSlot::Emission,
+    TextureSlot::Transmission,
+];
 /// Texels of a material's details.
-const DETAIL_TEXELS: usize = 4;
+const DETAIL_TEXELS: usize = 6;
 
 /// Records of all materials, and details.
 #[derive(Debug, Default)]
@@ -22,7 +28,12 @@ impl MaterialTexels {
     /// `texture_of` has the number of a material's texture.
     ///
     /// A triangle with vertex colours needs details of its material; `all` gives some to each.
-    pub fn of(materials: &[Material], all: bool, texture_of: impl Fn(usize, TextureSlot) -> Option<u32>) -> Self {
+    pub fn of(
+        materials: &[Material],
+        space: &RenderSpace,
+        all: bool,
+        texture_of: impl Fn(usize, TextureSlot) -> Option<u32>,
+    ) -> Self {
         let mut details: Vec<[f32; 4]> = Vec::new();
         let mut records = Vec::with_capacity(materials.len());
         for (index, material) in materials.iter().enumerate() {
@@ -30,7 +41,7 @@ impl MaterialTexels {
             let is_detailed = (all || material.has_details()) && !material.surface.is_dielectric();
             records.push(record(material, is_detailed.then_some(number)));
             if is_detailed {
-                details.extend(detail_texels(material, |slot| texture_of(index, slot)));
+                details.extend(detail_texels(material, space, |slot| texture_of(index, slot)));
             }
         }
         let details = details.into_iter().map(|texel| texel.map(f32::to_bits)).collect();
@@ -58,7 +69,11 @@ fn record(material: &Material, details: Option<f32>) -> [Texel; 2] {
     [rgb(reflectance, f32::from_bits(kind)), rgb(emission, last)].map(|texel| texel.map(f32::to_bits))
 }
 
-fn detail_texels(material: &Material, texture_of: impl Fn(TextureSlot) -> Option<u32>) -> [[f32; 4]; DETAIL_TEXELS] {
+fn detail_texels(
+    material: &Material,
+    space: &RenderSpace,
+    texture_of: impl Fn(TextureSlot) -> Option<u32>,
+) -> [[f32; 4]; DETAIL_TEXELS] {
     let model = match material.surface.bsdf {
         Bsdf::MetallicRoughness(model) => model,
         _ => MetallicRoughness { metallic: 0.0, ..MetallicRoughness::default() },
@@ -69,11 +84,16 @@ fn detail_texels(material: &Material, texture_of: impl Fn(TextureSlot) -> Option
         Coverage::Blend => -1.0,
     };
     let (f0, f90) = dielectric_fresnel(&model);
+    let number = |slot| texture_of(slot).map_or(-1.0, |number| number as f32);
+    let [first, second, third, fourth, transmission] = SLOTS.map(number);
+    let is_body = if model.has_volume && model.transmission > 0.0 { 1.0 } else { 0.0 };
     [
         [model.metallic as f32, model.roughness as f32, material.alpha as f32, coverage],
         rgb(f0, f90 as f32),
         [material.normal_scale as f32, 0.0, 0.0, 0.0],
-        SLOTS.map(|slot| texture_of(slot).map_or(-1.0, |number| number as f32)),
+        [first, second, third, fourth],
+        [model.transmission as f32, transmission, model.ior as f32, is_body],
+        rgb(model.absorption().map(|per_unit| space.scene_length(per_unit)), 0.0),
     ]
 }
 

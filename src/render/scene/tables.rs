@@ -43,6 +43,8 @@ pub(crate) struct Tables {
     pub textures: Vec<Texel>,
     /// Where in these the environment is, and how much of light sampling goes to it.
     environment: EnvironmentValues,
+    /// First texel of the albedos of glass among them.
+    glass: u32,
     pub lights: LightTable,
     /// Follows the lights' texels; empty where no light paths are wanted.
     pub light_paths: CasterTable,
@@ -118,6 +120,7 @@ impl Tables {
             geometry: geometry.geometry.into_texels(),
             textures: textures.texels,
             environment,
+            glass: textures.glass,
             single_point: single_point(&lights, scene.environment.is_some()),
             light_count: lights.len() as u32,
             point_count: points as u32,
@@ -209,6 +212,7 @@ impl Tables {
             environment_share: self.environment.share,
             environment_turn: self.environment.turn,
             environment_map: self.environment.map,
+            glass_table: [self.glass, 0, 0, 0],
             ..SceneValues::zeroed()
         };
         for (value, s) in values.spheres.iter_mut().zip(&self.constant_spheres) {

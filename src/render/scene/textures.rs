@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use crate::accel::Texel;
 use crate::ggx_albedo;
+use crate::glass_albedo;
 use crate::scene::{Material, Scene, Texels, Texture, TextureImage, TextureSlot};
 
 use crate::render::kernel::layout::texture::*;
@@ -17,6 +18,8 @@ const BLOCK: usize = 2;
 /// The texels, and the numbers of textures.
 pub(crate) struct TextureTable {
     pub texels: Vec<Texel>,
+    /// First texel of the albedos of glass; 0 where nothing needs them.
+    pub glass: u32,
     /// In the order of materials, then of their slots.
     numbers: Vec<[Option<u32>; SLOTS.len()]>,
 }
@@ -25,7 +28,7 @@ impl TextureTable {
     /// Of the materials of a scene; a texel that nothing looks at if none has details.
     pub fn of(scene: &Scene) -> Self {
         if !scene.materials.iter().any(|material| material.has_details()) {
-            return Self { texels: vec![[0; 4]], numbers: Vec::new() };
+            return Self { texels: vec![[0; 4]], glass: 0, numbers: Vec::new() };
         }
         let mut textures = Vec::new();
         let mut number = |texture: &Texture| {
@@ -51,7 +54,12 @@ impl TextureTable {
             });
             texels[records + 3 * i..][..3].copy_from_slice(&texture_texels(texture, image, first as u32));
         }
-        Self { texels, numbers }
+        let mut glass = 0;
+        if scene.materials.iter().any(|material| material.surface.is_transmissive()) {
+            glass = texels.len() as u32;
+            texels.extend(&*GLASS_TEXELS);
+        }
+        Self { texels, glass, numbers }
     }
 
     /// The number of a material's texture.
@@ -105,6 +113,25 @@ fn in_blocks<P: Copy + Sync>(
     };
     (0..height.div_ceil(BLOCK)).into_par_iter().map(|y| row(BLOCK * y)).flatten_iter().collect()
 }
+
+/// The slices of the table of glass, a texel for a cell, and means.
+static GLASS_TEXELS: LazyLock<Vec<Texel>> = LazyLock::new(|| {
+    use crate::glass_albedo::{COSINES, ROUGHNESSES, SLICES};
+    let table = glass_albedo::table();
+    let value = |k: usize, j: usize, i: usize| table.value(k, j.min(ROUGHNESSES - 1), i.min(COSINES - 1)).to_bits();
+    let cell = |k, j, i| [value(k, j, i), value(k, j, i + 1), value(k, j + 1, i), value(k, j + 1, i + 1)];
+    let cells = |k| (0..ROUGHNESSES).flat_map(move |j| (0..COSINES).map(move |i| cell(k, j, i)));
+    let last = GLASS_MEANS - 1;
+    let means: Vec<Vec<u32>> = (0..SLICES)
+        .into_par_iter()
+        .map(|k| (0..=last).map(|j| (table.mean_of_slice(k, j as f64 / last as f64) as f32).to_bits()).collect())
+        .collect();
+    let mean = |k: usize, j: usize| means[k.min(SLICES - 1)][j.min(last)];
+    let of_slice = |k| (0..=last).map(move |j| (k, j));
+    let means =
+        (0..SLICES).flat_map(of_slice).map(|(k, j)| [mean(k, j), mean(k, j + 1), mean(k + 1, j), mean(k + 1, j + 1)]);
+    (0..SLICES).flat_map(cells).chain(means).collect()
+});
 
 /// Both parts of the table, a texel for a cell, and means.
 static ALBEDO_TEXELS: LazyLock<Vec<Texel>> = LazyLock::new(|| {

@@ -150,6 +150,12 @@ features! {
     /// The metallic-roughness model.
     metallic_roughness MetallicRoughness, "metallic-roughness", 49 HAS_METALLIC_ROUGHNESS: |n| n.uses(Surface::is_metallic_roughness);
         "a surface uses it"; "no surface uses it";
+    /// Glass of the metallic-roughness model.
+    transmission Transmission, "transmission", 62 HAS_TRANSMISSION: |n| n.uses(Surface::is_transmissive);
+        "a metallic-roughness surface lets light through"; "none lets light through";
+    /// Bodies that absorb light.
+    absorption Absorption, "absorption", 63 HAS_ABSORPTION: |n| n.uses(Surface::absorbs);
+        "a body of glass absorbs light"; "no body absorbs light";
     /// Materials with more to them than a colour or an index.
     details Details, "material-details", 50 HAS_DETAILS: |n| n.uses_material(Material::has_details) || n.vertex_colors();
         "textures, vertex colours or the metallic-roughness model"; "colours of materials are constant";
@@ -187,10 +193,11 @@ impl Feature {
     /// minutes and gigabytes to compile: general kernels are without.
     pub(crate) fn is_of_models(self) -> bool {
         use Feature::{
-            Coverage, Details, Environment, MetallicRoughness, NormalMaps, Textures, VariedEmission, VertexColors,
+            Absorption, Coverage, Details, Environment, MetallicRoughness, NormalMaps, Textures, Transmission,
+            VariedEmission, VertexColors,
         };
         let of_surfaces = matches!(self, Details | MetallicRoughness | NormalMaps | Textures | VertexColors);
-        of_surfaces || matches!(self, Coverage | Environment | VariedEmission)
+        of_surfaces || matches!(self, Absorption | Coverage | Environment | Transmission | VariedEmission)
     }
 
     /// Its name.

@@ -90,11 +90,17 @@ pub enum Mutation {
     CentredLens = 38,
     /// Parallel rays are as close as if the image were 2 % narrower.
     NarrowView = 39,
+    /// The density of refracted directions lacks η².
+    UnsquaredRefraction = 50,
+    /// Of a thin wall only one side reflects.
+    SingleWall = 51,
+    /// What bodies absorb is left out of shadow rays.
+    ClearShadows = 52,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 43] = [
+    pub const ALL: [Self; 46] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -138,6 +144,9 @@ impl Mutation {
         Self::FlatEnvironment,
         Self::CentredLens,
         Self::NarrowView,
+        Self::UnsquaredRefraction,
+        Self::SingleWall,
+        Self::ClearShadows,
     ];
 
     /// What is broken, in words.
@@ -186,6 +195,9 @@ impl Mutation {
             Self::FlatEnvironment => "density of environment sampling as if all cells were alike",
             Self::CentredLens => "rays leave the lens more often near its middle",
             Self::NarrowView => "an orthographic view that is 2 % narrower",
+            Self::UnsquaredRefraction => "density of refracted directions without the square of the index",
+            Self::SingleWall => "thin walls reflect on one side only",
+            Self::ClearShadows => "light that bodies absorb left out of shadow rays",
         }
     }
 }

@@ -317,7 +317,6 @@ fn left_out_of(materials: &[Material]) -> impl Iterator<Item = (String, String)>
         let Bsdf::MetallicRoughness(m) = material.surface.bsdf else { return None };
         let has = |slot| material.textures.contains_key(&slot);
         let parts = [
-            ("transmission", m.transmission > 0.0),
             ("clear coat", m.coat > 0.0),
             ("sheen", m.sheen_color != [0.0; 3]),
             ("anisotropy", m.anisotropy > 0.0),

@@ -148,6 +148,7 @@ fn scene_values() {
         ("environment_share", offset_of!(SceneValues, environment_share)),
         ("environment_turn", offset_of!(SceneValues, environment_turn)),
         ("environment_map", offset_of!(SceneValues, environment_map)),
+        ("glass_table", offset_of!(SceneValues, glass_table)),
     ]
     .map(|(name, offset)| (name.to_owned(), offset));
     for (kernel, interface) in kernels() {
