@@ -200,6 +200,10 @@ pub(super) struct MaterialTable {
     pub roughness: Option<f64>,
     pub specular: Option<f64>,
     pub specular_color: Option<Triple>,
+    pub transmission: Option<f64>,
+    pub thin: Option<bool>,
+    pub attenuation_color: Option<Triple>,
+    pub attenuation_distance: Option<f64>,
 }
 
 #[derive(Deserialize, Clone, Copy)]

@@ -246,19 +246,29 @@ fn define_material(materials: &mut MaterialList, index: usize, table: MaterialTa
             ("diffuse", Surface::diffuse(reflectance))
         }
         MaterialKind::Mirror => ("mirror", Surface::mirror(table.reflectance.map_or([1.0; 3], |triple| triple.0))),
-        MaterialKind::Dielectric => ("dielectric", Surface::dielectric(required(entity, "ior", table.ior)?)),
+        MaterialKind::Dielectric => ("dielectric", dielectric(entity, &table)?),
         MaterialKind::Pbr => {
             let default = MetallicRoughness::default();
             let color = |triple: Option<Triple>| triple.map_or([1.0; 3], |triple| triple.0);
+            let transmission = table.transmission.unwrap_or(default.transmission);
             let model = MetallicRoughness {
+                transmission,
+                has_volume: transmission > 0.0 && !table.thin.unwrap_or(false),
                 base_color: color(table.base_color),
                 metallic: table.metallic.unwrap_or(0.0),
                 roughness: table.roughness.unwrap_or(default.roughness),
                 ior: table.ior.unwrap_or(default.ior),
                 specular: table.specular.unwrap_or(default.specular),
                 specular_color: color(table.specular_color),
-                ..default
+                ..with_attenuation(entity, &table, default)?
             };
+            if table.thin.is_some() && transmission == 0.0 {
+                return Err(Problem::new(entity, "thin", "given", "none for a material without transmission"));
+            }
+            if table.attenuation_color.is_some() && !model.has_volume {
+                let expected = "none for a material that is thin or without transmission";
+                return Err(Problem::new(entity, "attenuation_color", "given", expected));
+            }
             ("pbr", Surface { bsdf: Bsdf::MetallicRoughness(model), ..Surface::diffuse([0.0; 3]) })
         }
         MaterialKind::Emitter => {
@@ -268,13 +278,18 @@ fn define_material(materials: &mut MaterialList, index: usize, table: MaterialTa
     };
     let takes_reflectance = matches!(table.kind, MaterialKind::Diffuse | MaterialKind::Mirror);
     let is_pbr = matches!(table.kind, MaterialKind::Pbr);
+    let is_dielectric = matches!(table.kind, MaterialKind::Dielectric);
     let is_emitter = matches!(table.kind, MaterialKind::Emitter);
     let superfluous = [
         ("reflectance", table.reflectance.is_some() && !takes_reflectance),
-        ("ior", table.ior.is_some() && !matches!(table.kind, MaterialKind::Dielectric | MaterialKind::Pbr)),
+        ("ior", table.ior.is_some() && !is_pbr && !is_dielectric),
         ("base_color", table.base_color.is_some() && !is_pbr),
         ("metallic", table.metallic.is_some() && !is_pbr),
-        ("roughness", table.roughness.is_some() && !is_pbr),
+        ("roughness", table.roughness.is_some() && !is_pbr && !is_dielectric),
+        ("transmission", table.transmission.is_some() && !is_pbr),
+        ("thin", table.thin.is_some() && !is_pbr),
+        ("attenuation_color", table.attenuation_color.is_some() && !is_pbr && !is_dielectric),
+        ("attenuation_distance", table.attenuation_distance.is_some() && !is_pbr && !is_dielectric),
         ("specular", table.specular.is_some() && !is_pbr),
         ("specular_color", table.specular_color.is_some() && !is_pbr),
         ("radiance", table.radiance.is_some() && !is_emitter),
@@ -293,6 +308,37 @@ fn define_material(materials: &mut MaterialList, index: usize, table: MaterialTa
     match materials.define(table.name, surface) {
         Some(_) => Ok(()),
         None => Err(Problem::new(entity, "name", quoted_name, "a name that no earlier material has")),
+    }
+}
+
+/// Glass that is rough or absorbs light is of the metallic-roughness model.
+fn dielectric(entity: Entity, table: &MaterialTable) -> Result<Surface, Problem> {
+    let ior = required(entity, "ior", table.ior)?;
+    let roughness = table.roughness.unwrap_or(0.0);
+    let model =
+        MetallicRoughness { metallic: 0.0, roughness, ior, transmission: 1.0, has_volume: true, ..Default::default() };
+    let model = with_attenuation(entity, table, model)?;
+    let is_plain = roughness == 0.0 && model.attenuation_distance == f64::INFINITY;
+    let rough = Surface { bsdf: Bsdf::MetallicRoughness(model), ..Surface::diffuse([0.0; 3]) };
+    Ok(if is_plain { Surface::dielectric(ior) } else { rough })
+}
+
+fn with_attenuation(
+    entity: Entity,
+    table: &MaterialTable,
+    model: MetallicRoughness,
+) -> Result<MetallicRoughness, Problem> {
+    match (table.attenuation_color, table.attenuation_distance) {
+        (None, None) => Ok(model),
+        (Some(color), Some(attenuation_distance)) => {
+            Ok(MetallicRoughness { attenuation_color: color.0, attenuation_distance, ..model })
+        }
+        (None, _) => {
+            Err(Problem::new(entity, "attenuation_color", "missing", "a value: attenuation_distance is given"))
+        }
+        (_, None) => {
+            Err(Problem::new(entity, "attenuation_distance", "missing", "a value: attenuation_color is given"))
+        }
     }
 }
 

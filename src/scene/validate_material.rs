@@ -63,7 +63,9 @@ fn check_metallic_roughness(entity: Entity, m: &MetallicRoughness) -> Check {
         check_share(entity, field, value)?;
     }
     check_finite(entity, "anisotropy_rotation", m.anisotropy_rotation)?;
-    if !(m.ior >= 1.0 && IOR_RANGE.contains(&m.ior)) {
+    if m.has_volume {
+        check_ior(entity, m.ior)?;
+    } else if !(m.ior >= 1.0 && IOR_RANGE.contains(&m.ior)) {
         return Err(Problem::new(entity, "ior", number(m.ior), "a number from 1 to 1000"));
     }
     if m.attenuation_distance.is_nan() || m.attenuation_distance <= 0.0 {

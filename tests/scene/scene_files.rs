@@ -4,7 +4,9 @@ use std::fs;
 use std::path::Path;
 
 use photolith::Scene;
-use photolith::scene::{Film, Integrator, Light, Loaded, PixelFilter, SceneError, Sphere, Surface, Transfer};
+use photolith::scene::{
+    Bsdf, Film, Integrator, Light, Loaded, MetallicRoughness, PixelFilter, SceneError, Sphere, Surface, Transfer,
+};
 
 const CAMERA: &str = "[camera]\nposition = [0, 0, 5]\ntarget = [0, 0, 0]\nhorizontal_fov = 40\n";
 const WHITE: &str = "[[material]]\nname = \"white\"\ntype = \"diffuse\"\nreflectance = [0.8, 0.8, 0.8]\n";
@@ -162,6 +164,20 @@ fn material_sphere_and_light_values() {
         // Would be 0 in single precision.
         ("type = \"dielectric\"\nior = 1e-50 #!", "material 2: ior is 1e-50, expected a number from 0.001 to 1000"),
         ("type = \"dielectric\"\nior = 1000.1 #!", "material 2: ior is 1000.1"),
+        ("type = \"dielectric\"\nior = 1.5\nroughness = 1.5 #!", "material 2: roughness is 1.5"),
+        ("type = \"dielectric\"\nior = 1.5\nattenuation_distance = 2 #!", "material 2: attenuation_color is missing"),
+        ("type = \"dielectric\"\nior = 1.5\nthin = true #!", "material 2: thin is given, expected none"),
+        ("type = \"pbr\"\nthin = true #!", "material 2: thin is given, expected none"),
+        ("type = \"pbr\"\ntransmission = 2 #!", "material 2: transmission is 2, expected a number from 0 to 1"),
+        (
+            "type = \"pbr\"\ntransmission = 1\nattenuation_distance = 0\nattenuation_color = [1, 1, 1] #!",
+            "material 2: attenuation_distance is 0, expected a number > 0",
+        ),
+        (
+            "type = \"pbr\"\ntransmission = 1\nthin = true\nattenuation_distance = 1\nattenuation_color = [1, 1, 1] #!",
+            "material 2: attenuation_color is given, expected none",
+        ),
+        ("type = \"mirror\"\ntransmission = 1 #!", "material 2: transmission is given, expected none"),
         ("type = \"emitter\"\nradiance = [1, -2, 1] #!", "material 2: radiance is [1, -2, 1]"),
         ("type = \"mirror\"\nreflectance = [2, 1, 1] #!", "material 2: reflectance is [2, 1, 1]"),
         ("type = \"mirror\"\nior = 1.5 #!", "material 2: ior is given, expected none"),
@@ -291,6 +307,35 @@ fn all_keys() {
     assert_eq!(scene.spheres[1], glass);
     assert_eq!(scene.lights, [Light::Point { position: [0.0, 9.0, 0.0].into(), power: [1.0; 3] }]);
     assert_eq!(load_text(&good(extra).replace('\n', "\r\n")).unwrap(), loaded);
+}
+
+#[test]
+fn glass_that_is_rough_or_absorbs_light() {
+    let extra = "[[material]]\nname = \"smooth\"\ntype = \"dielectric\"\nior = 1.3\nroughness = 0\n\
+        [[material]]\nname = \"rough\"\ntype = \"dielectric\"\nior = 0.8\nroughness = 0.5\n\
+        [[material]]\nname = \"amber\"\ntype = \"dielectric\"\nior = 1.5\n\
+        attenuation_color = [0.9, 0.5, 0]\nattenuation_distance = 2\n\
+        [[material]]\nname = \"wall\"\ntype = \"pbr\"\ntransmission = 0.5\nthin = true\nroughness = 0.25\n\
+        [[material]]\nname = \"body\"\ntype = \"pbr\"\ntransmission = 1\nattenuation_color = [1, 0.5, 1]\nattenuation_distance = 3\n";
+    let scene = load_text(&good(extra)).unwrap().scene;
+    assert_eq!(scene.materials[1].surface, Surface::dielectric(1.3));
+    let models: Vec<_> = scene.materials[2..]
+        .iter()
+        .map(|material| match material.surface.bsdf {
+            Bsdf::MetallicRoughness(model) => model,
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    let clear =
+        MetallicRoughness { metallic: 0.0, transmission: 1.0, has_volume: true, ..MetallicRoughness::default() };
+    assert_eq!(models[0], MetallicRoughness { ior: 0.8, roughness: 0.5, ..clear });
+    let (attenuation_color, attenuation_distance) = ([0.9, 0.5, 0.0], 2.0);
+    assert_eq!(models[1], MetallicRoughness { roughness: 0.0, attenuation_color, attenuation_distance, ..clear });
+    let [red, green, blue] = models[1].absorption();
+    assert!((red + 0.9f64.ln() / 2.0).abs() < 1e-12 && (green + 0.5f64.ln() / 2.0).abs() < 1e-12);
+    assert!(blue > 40.0 && blue.is_finite(), "nothing is left of it");
+    assert_eq!(models[2], MetallicRoughness { transmission: 0.5, has_volume: false, roughness: 0.25, ..clear });
+    assert!(models[3].has_volume && models[3].attenuation_distance == 3.0);
 }
 
 #[test]
