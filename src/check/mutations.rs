@@ -37,7 +37,7 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::CentredLens => &["camera/circle-of-confusion"],
         Mutation::NarrowView => &["camera/orthographic-silhouette"],
         Mutation::FlushEmitters => &["emitters/flush"],
-        Mutation::SingleScattering => &["materials/furnace"],
+        Mutation::SingleScattering => &["materials/furnace", "glass/rough-furnace"],
         Mutation::UncoupledBase => &["materials/furnace", "materials/reciprocity"],
         Mutation::UnboundedNormals => &["materials/furnace"],
         Mutation::UndecodedColors => &["materials/textures"],

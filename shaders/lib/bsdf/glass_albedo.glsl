@@ -1,8 +1,8 @@
 // Albedo of single scattering by a rough interface of glass, reflection and refraction together, from a table (assets/glass_albedo.bin):
 // what is missing to 1 is what microfacets scatter more than once (glass.glsl).
 //
-// The table has it at equal steps of the cosine's coordinate (albedo.glsl), of roughness, and of ±√|w|, w = (η − 1)/(η + 1), η the index
-// of the far side over that of the near side: a slice for each of the last. A texel has four neighbouring values of a slice. Means over the
+// The table has it at equal steps of the mean of the cosine and its coordinate (albedo.glsl), of roughness, and of ±√|w|,
+// w = (η − 1)/(η + 1), η the index of the far side over that of the near side: a slice for each of the last. A texel has four neighbouring values of a slice. Means over the
 // hemisphere follow, at finer steps of roughness, with a texel for two such steps and two slices.
 
 #ifndef GLASS_ALBEDO_GLSL
@@ -12,10 +12,10 @@
 #include "../math.glsl"
 #include "albedo.glsl"
 
-const uint GLASS_COSINES = 64u;
-const uint GLASS_ROUGHNESSES = 24u;
+const uint GLASS_COSINES = 48u;
+const uint GLASS_ROUGHNESSES = 32u;
 const uint GLASS_SLICES = 65u;
-const uint GLASS_MEANS = 93u;      // of a slice: four for each step of roughness
+const uint GLASS_MEANS = 94u;      // of a slice: three for each step of roughness
 
 // Where an index is between the slices.
 float glass_slice(float eta) {
@@ -36,7 +36,7 @@ float glass_cell(int slice, float x, float y) {
 // What single scattering loses of light from a direction under the cosine mu, to an interface of that roughness and slice.
 float glass_lost(float mu, float alpha, float row, float slice) {
     mu = clamp(mu, 0.0, 1.0);
-    float x = sqrt(mu * (1.0 + 2.0 * alpha) / (mu + 2.0 * alpha)) * float(GLASS_COSINES - 1u);
+    float x = (mu + sqrt(mu * (1.0 + 2.0 * alpha) / (mu + 2.0 * alpha))) * (0.5 * float(GLASS_COSINES - 1u));
     float y = row * float(GLASS_ROUGHNESSES - 1u);
     int k = floor_int(fast_min(slice, float(GLASS_SLICES) - 1.5));
     return 1.0 - mix(glass_cell(k, x, y), glass_cell(k + 1, x, y), slice - float(k));

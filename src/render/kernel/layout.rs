@@ -158,7 +158,7 @@ pub(crate) mod texture {
     pub const CODES_16: u32 = 0x80;
     pub const FLOATS: u32 = 0x100;
     /// Steps of roughness of the means of a slice of the table of glass (shaders/lib/bsdf/glass_albedo.glsl).
-    pub const GLASS_MEANS: usize = 93;
+    pub const GLASS_MEANS: usize = 94;
 }
 
 /// Beside a primitive's material (geometry.rs).
