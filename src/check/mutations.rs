@@ -45,12 +45,12 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::ThresholdAlpha => &["materials/coverage"],
         Mutation::LinearSpot | Mutation::NoRange => &["materials/spots"],
         Mutation::TurnedEnvironment | Mutation::FlatEnvironment => &["environment/oracle"],
-        Mutation::FullGrazing => &["materials/specular-textures"],
+        Mutation::FullNormalIncidence => &["materials/specular-textures"],
         Mutation::ClearWayOut => &["materials/layer-formula", "materials/layer-reciprocity", "materials/layer-furnace"],
         Mutation::CoatOfBase => &["materials/layer-textures"],
-        Mutation::HalfBoundSheen => &["materials/layer-formula", "materials/layer-reciprocity"],
+        Mutation::ClearSheen => &["materials/layer-formula", "materials/layer-reciprocity"],
         Mutation::TurnedAnisotropy => &["materials/anisotropy"],
-        Mutation::PolarisedConductor => &["materials/conductor-fresnel", "materials/conductors"],
+        Mutation::PolarisedConductor => &["materials/conductor-fresnel"],
         Mutation::OwnSampleMap => &["emitters/edges-of-glass"],
     }
 }

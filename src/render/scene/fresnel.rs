@@ -37,7 +37,7 @@ mod tests {
     #[test]
     fn without_k_it_is_that_of_a_dielectric() {
         for (cosine, eta) in [(1.0, 1.5), (0.6, 1.5), (0.1, 2.4)] {
-            let transmitted = ((eta * eta - 1.0 + cosine * cosine) as f64).sqrt() / eta;
+            let transmitted = f64::sqrt(eta * eta - 1.0 + cosine * cosine) / eta;
             let s = (cosine - eta * transmitted) / (cosine + eta * transmitted);
             let p = (eta * cosine - transmitted) / (eta * cosine + transmitted);
             assert!((reflectance(cosine, eta, 0.0) - 0.5 * (s * s + p * p)).abs() < 1e-14);

@@ -38,7 +38,8 @@ impl MaterialTexels {
     ///
     /// A triangle with vertex colours needs details of its material; `all` gives some to each.
     pub fn of(materials: &[Material], all: bool, texture_of: impl Fn(usize, TextureSlot) -> Option<u32>) -> Self {
-        let (mut details, mut layers): (Vec<[f32; 4]>, Vec<(usize, [[f32; 4]; LAYER_TEXELS])>) = Default::default();
+        let mut details: Vec<[f32; 4]> = Vec::new();
+        let mut layers = Vec::new();
         let mut records = Vec::with_capacity(materials.len());
         for (index, material) in materials.iter().enumerate() {
             let number = (details.len() / DETAIL_TEXELS) as f32;

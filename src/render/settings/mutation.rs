@@ -90,14 +90,14 @@ pub enum Mutation {
     CentredLens = 38,
     /// Parallel rays are as close as if the image were 2 % narrower.
     NarrowView = 39,
-    /// Textures of specular reflection do not weaken it where light grazes.
-    FullGrazing = 60,
+    /// Textures of specular strength weaken reflection where light grazes alone.
+    FullNormalIncidence = 60,
     /// Coats take nothing from what the base sends out.
     ClearWayOut = 61,
     /// Normals of coats are those of the base.
     CoatOfBase = 62,
-    /// Sheen is divided by its albedo for the direction of view alone.
-    HalfBoundSheen = 63,
+    /// Sheen takes nothing from what is below it towards the light.
+    ClearSheen = 63,
     /// Anisotropy is turned the other way.
     TurnedAnisotropy = 64,
     /// Conductors reflect light of either polarisation alike.
@@ -150,10 +150,10 @@ impl Mutation {
         Self::FlatEnvironment,
         Self::CentredLens,
         Self::NarrowView,
-        Self::FullGrazing,
+        Self::FullNormalIncidence,
         Self::ClearWayOut,
         Self::CoatOfBase,
-        Self::HalfBoundSheen,
+        Self::ClearSheen,
         Self::TurnedAnisotropy,
         Self::PolarisedConductor,
     ];
@@ -204,12 +204,12 @@ impl Mutation {
             Self::FlatEnvironment => "density of environment sampling as if all cells were alike",
             Self::CentredLens => "rays leave the lens more often near its middle",
             Self::NarrowView => "an orthographic view that is 2 % narrower",
-            Self::FullGrazing => "grazing reflection of dielectrics not weakened by textures",
+            Self::FullNormalIncidence => "reflection of dielectrics weakened by textures where light grazes alone",
             Self::ClearWayOut => "coats take nothing from what the base sends out",
             Self::CoatOfBase => "coats with the normals of the base",
             Self::TurnedAnisotropy => "anisotropy turned the other way",
             Self::PolarisedConductor => "conductors reflect light of either polarisation alike",
-            Self::HalfBoundSheen => "sheen divided by its albedo for the direction of view alone",
+            Self::ClearSheen => "sheen takes nothing from what is below it towards the light",
         }
     }
 }
