@@ -130,11 +130,10 @@ vec3 unit_or_zero(vec3 v) { return v * inversesqrt(max(dot(v, v), 1e-30)); }
 void vary_dielectric(inout Material m, int layers, vec4 uvs) {
     ivec2 textures = ivec2(uintBitsToFloat(geometry_texel(layers + 4).zw));
     if (textures.x < 0 && textures.y < 0) return;
-    float grazing = m.dielectric.w;
+    float strength = m.dielectric.w;
     if (textures.x >= 0) m.dielectric.w *= texture_value(uint(textures.x), uvs).w;
     vec3 color = textures.y >= 0 ? texture_value(uint(textures.y), uvs).xyz : vec3(1.0);
-    m.dielectric.xyz = min(m.dielectric.xyz * color, vec3(1.0)) * m.dielectric.w;
-    if (MUTATION == MUTATE_GRAZING) m.dielectric.w = grazing;
+    m.dielectric.xyz = min(m.dielectric.xyz * color, vec3(1.0)) * (MUTATION == MUTATE_SPECULAR ? strength : m.dielectric.w);
 }
 
 // A normal that a texture gives in the frame of the tangent, the bitangent and the normal n of a triangle.

@@ -51,15 +51,15 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         | Mutation::QueriedDistance
         | Mutation::QueriedTies => &["query/closest"],
         Mutation::QueriedMask => &["query/closest", "query/image"],
-        Mutation::FullGrazing => &["materials/specular-textures"],
+        Mutation::FullNormalIncidence => &["materials/specular-textures"],
         Mutation::ClearWayOut => &["materials/layer-formula", "materials/layer-reciprocity", "materials/layer-furnace"],
         Mutation::CoatOfBase => &["materials/layer-textures"],
-        Mutation::HalfBoundSheen => &["materials/layer-formula", "materials/layer-reciprocity"],
+        Mutation::ClearSheen => &["materials/layer-formula", "materials/layer-reciprocity"],
         Mutation::UnsquaredRefraction => &["glass/rough-furnace"],
         Mutation::SingleWall => &["glass/wall"],
         Mutation::ClearShadows => &["glass/amber"],
         Mutation::TurnedAnisotropy => &["materials/anisotropy"],
-        Mutation::PolarisedConductor => &["materials/conductor-fresnel", "materials/conductors"],
+        Mutation::PolarisedConductor => &["materials/conductor-fresnel"],
         Mutation::OwnSampleMap => &["emitters/edges-of-glass"],
     }
 }

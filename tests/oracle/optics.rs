@@ -1,7 +1,7 @@
 //! Mirrors and glass against the laws of optics.
 
 use glam::DVec3;
-use photolith::oracle::{self, Pcg64, fresnel, reflect, refract};
+use photolith::oracle::{self, Pcg64, conductor, fresnel, reflect, refract};
 
 use crate::*;
 
@@ -115,6 +115,19 @@ fn fresnel_and_snell_agree_with_textbook_angles() {
         assert_eq!(fresnel(0.0, ior), 1.0);
     }
     assert_eq!(reflect(v(0.6, 0.0, -0.8), DVec3::Z), v(0.6, 0.0, 0.8));
+}
+
+/// Numbers of Mitsuba 3.9.1 (`fresnel_conductor`, single precision).
+#[test]
+fn conductors_reflect_what_others_say() {
+    for (cosine, eta, k, expected) in [
+        (0.5, 0.2, 3.9, 0.94588208),
+        (0.05, 1.6575, 9.2238, 0.87771428),
+        (0.9, 1.1, 2.1, 0.50150996),
+        (1.0, 0.143, 3.983, 0.96668738),
+    ] {
+        assert_close(conductor::fresnel(cosine, eta, k), expected, 1e-6);
+    }
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! glTF: what is made of what a file says.
 
 use glam::DVec3;
-use photolith::scene::{Bsdf, Coverage, Light, Normals, Texels, TextureSlot};
+use photolith::scene::{Bsdf, Coverage, Light, Loaded, Normals, Texels, TextureSlot};
 use serde_json::{Value, json};
 
 use crate::glb::{add, load, triangle};
@@ -134,6 +134,87 @@ fn materials_with_their_extensions() {
     assert!(material.surface.two_sided && !material.culls_back);
     assert_eq!((model.ior, model.transmission, model.has_volume), (1.33, 0.9, true));
     assert_eq!(model.attenuation_distance, f64::INFINITY, "0 absorbs nothing");
+}
+
+/// A triangle with a material of these extensions, and two images.
+fn with_extensions(extensions: &serde_json::Value) -> Loaded {
+    let (mut json, mut binary) = triangle();
+    let uvs: Vec<u8> =
+        [[0f32, 0.0], [1.0, 0.0], [0.0, 1.0]].as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+    let uv = add(&mut json, &mut binary, &uvs, json!({"componentType": 5126, "count": 3, "type": "VEC2"}));
+    let normals: Vec<u8> = [[0f32, 0.0, 1.0]; 3].as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+    let normal = add(&mut json, &mut binary, &normals, json!({"componentType": 5126, "count": 3, "type": "VEC3"}));
+    let png = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==";
+    json["images"] = json!([{"uri": png}]);
+    json["textures"] = json!([{"source": 0}]);
+    json["materials"] = json!([{"extensions": extensions}]);
+    json["meshes"][0]["primitives"][0]["material"] = json!(0);
+    json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = json!(uv);
+    json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = json!(normal);
+    load(&json, &binary).unwrap()
+}
+
+fn left_out(loaded: &Loaded) -> Vec<&String> {
+    loaded.warnings.iter().filter(|warning| warning.contains("left out")).collect()
+}
+
+#[test]
+fn coats_and_sheen_with_their_textures() {
+    let loaded = with_extensions(&json!({
+        "KHR_materials_clearcoat": {
+            "clearcoatFactor": 0.7, "clearcoatTexture": {"index": 0},
+            "clearcoatRoughnessFactor": 0.4, "clearcoatRoughnessTexture": {"index": 0},
+            "clearcoatNormalTexture": {"index": 0, "scale": 0.5},
+        },
+        "KHR_materials_sheen": {
+            "sheenColorFactor": [0.9, 0.5, 0.1], "sheenColorTexture": {"index": 0},
+            "sheenRoughnessFactor": 0.3, "sheenRoughnessTexture": {"index": 0},
+        },
+    }));
+    let material = &loaded.scene.materials[0];
+    let Bsdf::MetallicRoughness(model) = material.surface.bsdf else { panic!("{:?}", material.surface.bsdf) };
+    assert_eq!((model.coat, model.coat_roughness, material.coat_normal_scale), (0.7, 0.4, 0.5));
+    assert_eq!((model.sheen_color, model.sheen_roughness), ([0.9, 0.5, 0.1], 0.3));
+    let is_srgb = |slot| material.textures[&slot].srgb;
+    for slot in [TextureSlot::Coat, TextureSlot::CoatRoughness, TextureSlot::CoatNormal, TextureSlot::SheenRoughness] {
+        assert!(!is_srgb(slot), "{slot:?}");
+    }
+    assert!(is_srgb(TextureSlot::SheenColor));
+    assert_eq!(loaded.scene.meshes[0].tangents.len(), 3, "the coat's normals need them");
+    assert!(left_out(&loaded).is_empty(), "{:?}", loaded.warnings);
+}
+
+#[test]
+fn anisotropy_gets_tangents() {
+    let loaded = with_extensions(&json!({
+        "KHR_materials_anisotropy":
+            {"anisotropyStrength": 0.6, "anisotropyRotation": 1.5, "anisotropyTexture": {"index": 0}},
+    }));
+    let material = &loaded.scene.materials[0];
+    let Bsdf::MetallicRoughness(model) = material.surface.bsdf else { panic!("{:?}", material.surface.bsdf) };
+    assert_eq!((model.anisotropy, model.anisotropy_rotation), (0.6, 1.5));
+    assert!(!material.textures[&TextureSlot::Anisotropy].srgb);
+    let [tangent, bitangent] = loaded.scene.meshes[0].tangents[0];
+    assert_eq!(tangent, [1.0, 0.0, 0.0]);
+    // v runs down.
+    assert_eq!(bitangent, [0.0, -1.0, 0.0]);
+    assert!(left_out(&loaded).is_empty(), "{:?}", loaded.warnings);
+}
+
+#[test]
+fn specular_reflection_has_textures() {
+    let loaded = with_extensions(&json!({
+        "KHR_materials_specular": {
+            "specularFactor": 0.5, "specularTexture": {"index": 0},
+            "specularColorFactor": [2, 1, 0.5], "specularColorTexture": {"index": 0},
+        },
+    }));
+    let material = &loaded.scene.materials[0];
+    let Bsdf::MetallicRoughness(model) = material.surface.bsdf else { panic!("{:?}", material.surface.bsdf) };
+    assert_eq!((model.specular, model.specular_color), (0.5, [2.0, 1.0, 0.5]));
+    let is_srgb = |slot| material.textures[&slot].srgb;
+    assert!(!is_srgb(TextureSlot::Specular) && is_srgb(TextureSlot::SpecularColor));
+    assert!(left_out(&loaded).is_empty(), "{:?}", loaded.warnings);
 }
 
 #[test]

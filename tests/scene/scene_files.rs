@@ -5,7 +5,8 @@ use std::path::Path;
 
 use photolith::Scene;
 use photolith::scene::{
-    Bsdf, Film, Integrator, Light, Loaded, MetallicRoughness, PixelFilter, SceneError, Sphere, Surface, Transfer,
+    Bsdf, Conductor, Film, Integrator, Light, Loaded, MetallicRoughness, PixelFilter, Reflection, SceneError, Sphere,
+    Surface, Transfer,
 };
 
 const CAMERA: &str = "[camera]\nposition = [0, 0, 5]\ntarget = [0, 0, 0]\nhorizontal_fov = 40\n";
@@ -571,4 +572,56 @@ fn spots_and_parallel_light() {
     ] {
         assert_rejected(&good(&format!("[[light]] #!\n{keys}")), &[words]);
     }
+/// The BSDF of a material of these lines.
+fn bsdf_of(lines: &str) -> Bsdf {
+    let text = good(&format!("[[material]]\nname = \"other\"\n{lines}"));
+    load_text(&text).unwrap().scene.materials[1].surface.bsdf
+}
+
+fn rejected_material(lines: &str, words: &[&str]) {
+    assert_rejected(&good(&format!("[[material]]\nname = \"other\"\n{lines}")), words);
+}
+
+#[test]
+fn conductors_have_an_index_or_a_name() {
+    let Bsdf::Conductor(own) =
+        bsdf_of("type = \"conductor\"\neta = [0.2, 0.9, 1.1]\nk = [3.9, 2.5, 2.1]\nroughness = 0.3")
+    else {
+        panic!()
+    };
+    assert_eq!(own.reflection, Reflection::Index { eta: [0.2, 0.9, 1.1], k: [3.9, 2.5, 2.1] });
+    assert_eq!(own.roughness, 0.3);
+    let Bsdf::Conductor(gold) = bsdf_of("type = \"conductor\"\npreset = \"gold\"") else { panic!() };
+    let Reflection::Index { eta, k } = gold.reflection else { panic!("{gold:?}") };
+    assert!(eta[0] < 0.2 && k[0] > 3.9, "red is reflected most");
+    rejected_material("type = \"conductor\" #!\nk = [1, 1, 1]", &["material 2: eta is missing"]);
+    rejected_material("type = \"conductor\"\npreset = \"gold\"\nk = [1, 1, 1] #!", &["k is given", "beside preset"]);
+    rejected_material("type = \"conductor\"\npreset = \"lead\" #!", &["lead", "gold"]);
+    rejected_material("type = \"conductor\"\neta = [1, 0, 1] #!\nk = [1, 1, 1]", &["eta is [1, 0, 1]", "0.001"]);
+    rejected_material("type = \"mirror\"\neta = [1, 1, 1] #!", &["eta is given", "mirror"]);
+}
+
+#[test]
+fn mirrors_may_be_rough() {
+    assert_eq!(bsdf_of("type = \"mirror\"\nroughness = 0"), Surface::mirror([1.0; 3]).bsdf);
+    let Bsdf::Conductor(rough) = bsdf_of("type = \"mirror\"\nreflectance = [0.5, 0.6, 0.7]\nroughness = 0.2") else {
+        panic!()
+    };
+    assert_eq!(rough, Conductor { reflection: Reflection::Constant([0.5, 0.6, 0.7]), roughness: 0.2 });
+    rejected_material("type = \"mirror\"\nroughness = 2 #!", &["roughness is 2", "from 0 to 1"]);
+}
+
+#[test]
+fn layers_of_pbr() {
+    let Bsdf::MetallicRoughness(model) = bsdf_of(
+        "type = \"pbr\"\nclearcoat = 0.5\nclearcoat_roughness = 0.1\nsheen_color = [1, 0.5, 0]\nsheen_roughness = 0.4\n\
+         anisotropy = 0.7\nanisotropy_rotation = 90",
+    ) else {
+        panic!()
+    };
+    assert_eq!((model.coat, model.coat_roughness), (0.5, 0.1));
+    assert_eq!((model.sheen_color, model.sheen_roughness), ([1.0, 0.5, 0.0], 0.4));
+    assert_eq!((model.anisotropy, model.anisotropy_rotation), (0.7, std::f64::consts::FRAC_PI_2));
+    rejected_material("type = \"pbr\"\nclearcoat = 1.5 #!", &["clearcoat is 1.5"]);
+    rejected_material("type = \"mirror\"\nsheen_color = [1, 1, 1] #!", &["sheen_color is given"]);
 }

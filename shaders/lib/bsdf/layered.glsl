@@ -67,7 +67,7 @@ void layered_eval(Bsdf b, vec3 wo, vec3 wi, vec3 o, vec3 i, out vec3 value, out 
     float coat_density = 0.0;
     if (HAS_SHEEN && b.sheen.albedo > 0.0) {
         of_layers = sheen_eval(b.sheen, o, i);
-        over.diffuse = 1.0 - sheen_albedo(b.sheen, i.z);
+        over.diffuse = MUTATION == MUTATE_SHEEN ? 1.0 : 1.0 - sheen_albedo(b.sheen, i.z);
         over.specular = vec3(fast_min(1.0 - b.sheen.albedo, over.diffuse));
     }
     if (HAS_COAT && b.coat.strength > 0.0) {

@@ -54,7 +54,7 @@ vec3 sheen_eval(Sheen s, vec3 wo, vec3 wi) {
     float sine2 = fast_max((h.x * h.x + h.y * h.y) / dot(h, h), 1e-30);
     float inverse = 1.0 / s.alpha;
     float distribution = (2.0 + inverse) * (0.5 / PI) * exp_accurate(0.5 * inverse * log_accurate(sine2));
-    float bound = s.bound * (MUTATION == MUTATE_SHEEN ? 1.0 : fast_max(sheen_albedos(s, wi.z).x, 1.0));
+    float bound = s.bound * fast_max(sheen_albedos(s, wi.z).x, 1.0);
     return s.color * (distribution / ((1.0 + s.lambda + sheen_lambda(wi.z, s.alpha)) * 4.0 * wo.z * bound));
 }
 

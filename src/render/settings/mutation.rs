@@ -102,14 +102,14 @@ pub enum Mutation {
     QueriedTies = 48,
     /// Ray queries with a mask that no instance has.
     QueriedMask = 49,
-    /// Textures of specular reflection do not weaken it where light grazes.
-    FullGrazing = 60,
+    /// Textures of specular strength weaken reflection where light grazes alone.
+    FullNormalIncidence = 60,
     /// Coats take nothing from what the base sends out.
     ClearWayOut = 61,
     /// Normals of coats are those of the base.
     CoatOfBase = 62,
-    /// Sheen is divided by its albedo for the direction of view alone.
-    HalfBoundSheen = 63,
+    /// Sheen takes nothing from what is below it towards the light.
+    ClearSheen = 63,
     /// The density of refracted directions lacks η².
     UnsquaredRefraction = 50,
     /// Of a thin wall only one side reflects.
@@ -174,10 +174,10 @@ impl Mutation {
         Self::QueriedDistance,
         Self::QueriedTies,
         Self::QueriedMask,
-        Self::FullGrazing,
+        Self::FullNormalIncidence,
         Self::ClearWayOut,
         Self::CoatOfBase,
-        Self::HalfBoundSheen,
+        Self::ClearSheen,
         Self::UnsquaredRefraction,
         Self::SingleWall,
         Self::ClearShadows,
@@ -237,12 +237,12 @@ impl Mutation {
             Self::QueriedDistance => "distances as a ray query has committed them",
             Self::QueriedTies => "of equal distances, what a ray query proposes first",
             Self::QueriedMask => "ray queries with a mask that no instance has",
-            Self::FullGrazing => "grazing reflection of dielectrics not weakened by textures",
+            Self::FullNormalIncidence => "reflection of dielectrics weakened by textures where light grazes alone",
             Self::ClearWayOut => "coats take nothing from what the base sends out",
             Self::CoatOfBase => "coats with the normals of the base",
             Self::TurnedAnisotropy => "anisotropy turned the other way",
             Self::PolarisedConductor => "conductors reflect light of either polarisation alike",
-            Self::HalfBoundSheen => "sheen divided by its albedo for the direction of view alone",
+            Self::ClearSheen => "sheen takes nothing from what is below it towards the light",
             Self::UnsquaredRefraction => "density of refracted directions without the square of the index",
             Self::SingleWall => "thin walls reflect on one side only",
             Self::ClearShadows => "light that bodies absorb left out of shadow rays",

@@ -6,6 +6,7 @@ mod reflect;
 use std::collections::BTreeMap;
 use std::mem::offset_of;
 
+use crate::anisotropic_albedo;
 use crate::render::film::tiling;
 use crate::render::kernel::layout::{
     Counters, FilmSlot, GradientSlot, POLYGON_CONSTANTS, Push, SPHERE_CONSTANTS, SceneValues, SplatRecord, binding,
@@ -18,6 +19,7 @@ use crate::render::kernel::{LIGHT_TRACE, PATH_KERNELS};
 use crate::render::light::table;
 use crate::render::scene::tables;
 use crate::render::settings::mutation::Mutation;
+use crate::sheen_albedo;
 
 /// Every specialization constant that the shaders may have, by name.
 fn expected_constants() -> BTreeMap<String, u32> {
@@ -245,6 +247,18 @@ fn kinds_and_mutations() {
     ] {
         assert!(geometry.contains(&format!("const uint {name} = {bits:#010x}u;")), "{name}");
     }
+    let albedo = include_str!("../../../../shaders/lib/bsdf/albedo.glsl");
+    let [a, b, c, d] = anisotropic_albedo::STEPS;
+    for expected in [
+        format!("ANISOTROPIC_STEPS = uvec4({a}u, {b}u, {c}u, {d}u);"),
+        format!("ANISOTROPIC_CELLS = {a}u * {b}u * {c}u * {d}u;"),
+        format!("ANISOTROPIC_CELLS + {c}u * {d}u;"),
+        format!("ALBEDO_STEPS = {}u;", sheen_albedo::STEPS),
+    ] {
+        assert!(albedo.contains(&expected), "{expected}");
+    }
+    let material = include_str!("../../../../shaders/lib/material.glsl");
+    assert!(material.contains(&format!("const uint CONDUCTOR = {:#x}u;", flag::CONDUCTOR)));
     let light = include_str!("../../../../shaders/lib/light/light.glsl");
     for (name, kind) in [
         ("POINT", table::kind::POINT),
