@@ -72,7 +72,7 @@ fn step(words: &mut [u32], given: &[u32], number: u32) {
 
 /// The same on the device.
 fn record(r: &mut Recorder<'_>, kernel: (&crate::gpu::Pipeline, &crate::gpu::BindingSet), number: u32) {
-    let push = [number, u32::from(number % 3 == 0)];
+    let push = [number, u32::from(number.is_multiple_of(3))];
     r.barrier(Access::Compute, Access::Compute);
     r.dispatch(kernel.0, kernel.1, bytemuck::bytes_of(&push), [WORKGROUPS, 1, 1]);
 }
