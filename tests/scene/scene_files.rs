@@ -572,6 +572,8 @@ fn spots_and_parallel_light() {
     ] {
         assert_rejected(&good(&format!("[[light]] #!\n{keys}")), &[words]);
     }
+}
+
 /// The BSDF of a material of these lines.
 fn bsdf_of(lines: &str) -> Bsdf {
     let text = good(&format!("[[material]]\nname = \"other\"\n{lines}"));
