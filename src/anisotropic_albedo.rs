@@ -162,7 +162,7 @@ mod tests {
             .collect();
         let rms = (errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt();
         let worst = errors.iter().copied().fold(0.0, f64::max);
-        assert!(worst < 2e-2 && rms < 3e-3, "worst {worst:.1e}, rms {rms:.1e}");
+        assert!(worst < 3e-2 && rms < 3e-3, "worst {worst:.1e}, rms {rms:.1e}");
     }
 
     #[test]

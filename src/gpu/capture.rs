@@ -2,8 +2,8 @@
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use crate::gpu::bindings::BindingLayout;
 use crate::gpu::code::{Code, pruned};
+use crate::gpu::kept_layout::BindingKind;
 
 /// Bytes of a buffer that are kept; of longer ones only their beginning.
 const MOST_BYTES: usize = 32 << 20;
@@ -51,14 +51,14 @@ pub(crate) struct Captures(Mutex<Capture>);
 
 impl Captures {
     /// Keeps a shader that is about to be compiled.
-    pub(super) fn shader(&self, code: &Code<'_>, layout: &BindingLayout) {
+    pub(super) fn shader(&self, code: &Code<'_>, bindings: &[(u32, BindingKind)], push_bytes: u32) {
         let spirv = bytemuck::cast_slice(&pruned(code)).to_vec();
         let shader = CapturedShader {
             name: code.name.to_owned(),
             spirv,
             constants: code.specialization.entries.clone(),
-            bindings: layout.bindings.iter().map(|&(number, kind)| (number, kind.word())).collect(),
-            push_bytes: layout.push_bytes,
+            bindings: bindings.iter().map(|&(number, kind)| (number, kind.word())).collect(),
+            push_bytes,
         };
         let mut all = self.lock();
         all.shaders.retain(|known| *known != shader);

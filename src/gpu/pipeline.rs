@@ -40,7 +40,7 @@ impl Pipeline {
         let push = layout.push_ranges();
         let code = Code { name, spirv, specialization, identity: &identity, set: layout.set, push: &push };
         if let Some(captures) = &device.captures {
-            captures.shader(&code, layout);
+            captures.shader(&code, &layout.bindings, layout.push_bytes);
         }
         let raw = match device.pipelines.take(&identity) {
             Some(spare) => spare,

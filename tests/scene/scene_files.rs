@@ -166,12 +166,11 @@ fn material_sphere_and_light_values() {
         ("type = \"dielectric\"\nior = 1e-50 #!", "material 2: ior is 1e-50, expected a number from 0.001 to 1000"),
         ("type = \"dielectric\"\nior = 1000.1 #!", "material 2: ior is 1000.1"),
         ("type = \"dielectric\"\nior = 1.5\nroughness = 1.5 #!", "material 2: roughness is 1.5"),
-        ("type = \"dielectric\"\nior = 1.5\nattenuation_distance = 2 #!", "material 2: attenuation_color is missing"),
         ("type = \"dielectric\"\nior = 1.5\nthin = true #!", "material 2: thin is given, expected none"),
         ("type = \"pbr\"\nthin = true #!", "material 2: thin is given, expected none"),
         ("type = \"pbr\"\ntransmission = 2 #!", "material 2: transmission is 2, expected a number from 0 to 1"),
         (
-            "type = \"pbr\"\ntransmission = 1\nattenuation_distance = 0\nattenuation_color = [1, 1, 1] #!",
+            "type = \"pbr\"\ntransmission = 1\nattenuation_distance = 0 #!\nattenuation_color = [1, 1, 1]",
             "material 2: attenuation_distance is 0, expected a number > 0",
         ),
         (
@@ -188,6 +187,8 @@ fn material_sphere_and_light_values() {
     }
     let missing = good("[[material]] #!\nname = \"b\"\ntype = \"dielectric\"");
     assert_rejected(&missing, &["material 2: ior is missing"]);
+    let half = format!("{missing}\nior = 1.5\nattenuation_distance = 2");
+    assert_rejected(&half, &["material 2: attenuation_color is missing"]);
     let unnamed = good("[[material]]\nname = \"\" #!\ntype = \"mirror\"");
     assert_rejected(&unnamed, &["material 2: name is empty"]);
     let duplicate = good("[[material]]\nname = \"white\" #!\ntype = \"mirror\"");
@@ -596,7 +597,10 @@ fn conductors_have_an_index_or_a_name() {
     let Bsdf::Conductor(gold) = bsdf_of("type = \"conductor\"\npreset = \"gold\"") else { panic!() };
     let Reflection::Index { eta, k } = gold.reflection else { panic!("{gold:?}") };
     assert!(eta[0] < 0.2 && k[0] > 3.9, "red is reflected most");
-    rejected_material("type = \"conductor\" #!\nk = [1, 1, 1]", &["material 2: eta is missing"]);
+    assert_rejected(
+        &good("[[material]] #!\nname = \"other\"\ntype = \"conductor\"\nk = [1, 1, 1]"),
+        &["material 2: eta is missing"],
+    );
     rejected_material("type = \"conductor\"\npreset = \"gold\"\nk = [1, 1, 1] #!", &["k is given", "beside preset"]);
     rejected_material("type = \"conductor\"\npreset = \"lead\" #!", &["lead", "gold"]);
     rejected_material("type = \"conductor\"\neta = [1, 0, 1] #!\nk = [1, 1, 1]", &["eta is [1, 0, 1]", "0.001"]);

@@ -2,6 +2,7 @@
 
 mod develop;
 mod dual;
+mod plan;
 mod resume;
 mod techniques;
 
@@ -36,7 +37,7 @@ use crate::render::light_tracing::tracer::LightTracer;
 use crate::render::plan::launch::Launch;
 use crate::render::plan::prepared::Prepared;
 use crate::render::renderer::develop::develop;
-use crate::render::renderer::resume::Plan;
+use crate::render::renderer::plan::Plan;
 use crate::render::renderer::techniques::{Decisions, Techniques};
 use crate::render::reuse::decision::ReuseDecision;
 use crate::render::reuse::pilot::{PilotOptions, run_pilot};

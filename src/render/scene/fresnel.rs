@@ -52,9 +52,17 @@ mod tests {
     }
 
     #[test]
-    fn the_mean_lies_between_normal_and_grazing() {
-        let [gold, ..] = mean(&Reflection::Index { eta: [0.143; 3], k: [3.983; 3] });
-        assert!(gold > reflectance(1.0, 0.143, 3.983) && gold < 1.0, "{gold}");
+    fn the_mean_is_that_of_the_hemisphere() {
+        // Of a dielectric, in closed form (Walsh 1926).
+        let n: f64 = 1.5;
+        let (m, p) = (n * n - 1.0, n * n + 1.0);
+        let walsh = 0.5
+            + (n - 1.0) * (3.0 * n + 1.0) / (6.0 * (n + 1.0).powi(2))
+            + n * n * m * m / p.powi(3) * ((n - 1.0) / (n + 1.0)).ln()
+            - 2.0 * n.powi(3) * (n * n + 2.0 * n - 1.0) / (p * (n.powi(4) - 1.0))
+            + 8.0 * n.powi(4) * (n.powi(4) + 1.0) / (p * (n.powi(4) - 1.0).powi(2)) * n.ln();
+        let [glass, ..] = mean(&Reflection::Index { eta: [n; 3], k: [0.0; 3] });
+        assert!((glass - walsh).abs() < 1e-4, "{glass} {walsh}");
         assert_eq!(mean(&Reflection::Constant([0.1, 0.2, 0.3])), [0.1, 0.2, 0.3]);
     }
 }
