@@ -81,6 +81,15 @@ pub(super) const CASES: &[Case] = &[
         measure: |lab| against_oracle(lab, &bodies(&ANISOTROPIC.map(surface))),
     },
     Case {
+        name: "materials/layer-frames",
+        what: "cards of anisotropic metal, turned, and of black plastic below a coat with normals of its own, under a point alone",
+        oracle: "path tracer in f64",
+        quantity: "the same",
+        threshold: 1.0,
+        full_only: false,
+        measure: |lab| against_oracle(lab, &layer_frames()),
+    },
+    Case {
         name: "materials/anisotropic-furnace",
         what: "white anisotropic metal and dielectric of three roughnesses and strengths, under a sky of radiance 1",
         oracle: "1",
@@ -407,6 +416,30 @@ fn layer_textures() -> Scene {
             &[TextureSlot::Anisotropy],
         ),
     ])
+}
+
+/// All that is seen is direct light of a point, which has no noise: a highlight in another place is found.
+fn layer_frames() -> Scene {
+    let black = MetallicRoughness { base_color: [0.0; 3], specular: 0.0, ..PLASTIC };
+    let coated = |coat_roughness| MetallicRoughness { coat: 1.0, coat_roughness, ..black };
+    let turned = |anisotropy_rotation, roughness| MetallicRoughness {
+        anisotropy: 1.0,
+        anisotropy_rotation,
+        metallic: 1.0,
+        roughness,
+        ..PLASTIC
+    };
+    let mut scene = cards([
+        (turned(0.8, 0.3), &[]),
+        (turned(2.2, 0.4), &[]),
+        (turned(1.0, 0.5), &[TextureSlot::Anisotropy]),
+        (coated(0.3), &[TextureSlot::CoatNormal]),
+        (coated(0.5), &[TextureSlot::CoatNormal]),
+        (coated(0.4), &[TextureSlot::CoatNormal, TextureSlot::Normal]),
+    ]);
+    scene.background = [0.0; 3];
+    scene.integrator.max_depth = 1;
+    scene
 }
 
 fn specular_textures() -> Scene {
