@@ -200,7 +200,7 @@ void main() [[maximally_reconverges]] {
         if (shows && !occluded) {
             float r = light_path_ratio(light_path.light, light_path.y, light_path.direction, light_path.cos_light, x2);
             float weight = MUTATION == MUTATE_LIGHT_TRACING ? 1.0 : r / (1.0 + r);
-            vec3 light = light_path.power * bsdf_eval(v.bsdf, v.normal, wo, to_camera) * (weight * importance);
+            vec3 light = light_path.power * bsdf_eval(v.bsdf, v.normal, wo, to_camera).value * (weight * importance);
             bool good = is_finite(brightness(light));
             counts.bad += good ? 0u : 1u;
             if (good) record_splat(current, light_path.splats++, pixel, light);

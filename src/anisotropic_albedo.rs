@@ -6,7 +6,7 @@
 
 use std::sync::LazyLock;
 
-use crate::ggx_albedo::MIN_ALPHA;
+use crate::ggx_albedo::{bilinear, cell_of, row_of};
 
 /// Steps of √μ, of azimuth, of roughness and of strength.
 pub(crate) const STEPS: [usize; 4] = [12, 6, 16, 12];
@@ -57,24 +57,11 @@ fn mean_weights() -> Vec<f64> {
     of_azimuth.iter().flat_map(|a| of_mu.iter().map(move |m| a * m)).collect()
 }
 
-/// Cell and place in it, at `x` from 0 to 1.
-fn place(x: f64, steps: usize) -> (usize, f64) {
-    let x = x.clamp(0.0, 1.0) * (steps - 1) as f64;
-    let first = (x as usize).min(steps - 2);
-    (first, x - first as f64)
-}
-
-/// Where a roughness is between the least and 1.
-fn row_of(roughness: f64) -> f64 {
-    let least = MIN_ALPHA.sqrt();
-    (roughness.clamp(least, 1.0) - least) / (1.0 - least)
-}
-
 impl Table {
     /// `(a, b)` under the cosine `mu`, at an azimuth of that squared cosine from the tangent.
     pub fn albedo(&self, mu: f64, azimuth: f64, roughness: f64, strength: f64) -> [f64; 2] {
         let at = [mu.max(0.0).sqrt(), azimuth, row_of(roughness), strength];
-        let places: [(usize, f64); 4] = std::array::from_fn(|k| place(at[k], STEPS[k]));
+        let places: [(usize, f64); 4] = std::array::from_fn(|k| cell_of(at[k].clamp(0.0, 1.0), STEPS[k]));
         let mut sum = [0.0; 2];
         for corner in 0..16 {
             let (mut index, mut weight) = (0, 1.0);
@@ -92,10 +79,8 @@ impl Table {
 
     /// The mean over the hemisphere, weighted with the cosine.
     pub fn mean_of(&self, roughness: f64, strength: f64) -> [f64; 2] {
-        let ((i, s), (j, t)) = (place(row_of(roughness), STEPS[2]), place(strength, STEPS[3]));
-        let value = |i: usize, j: usize, k: usize| self.means[j * STEPS[2] + i][k];
-        let row = |j: usize, k: usize| value(i, j, k) * (1.0 - s) + value(i + 1, j, k) * s;
-        [0, 1].map(|k| row(j, k) * (1.0 - t) + row(j + 1, k) * t)
+        let (column, row) = (cell_of(row_of(roughness), STEPS[2]), cell_of(strength.clamp(0.0, 1.0), STEPS[3]));
+        [0, 1].map(|part| bilinear(column, row, |i, j| self.means[j * STEPS[2] + i][part]))
     }
 }
 
@@ -106,7 +91,7 @@ mod tests {
     use rayon::prelude::*;
 
     use super::*;
-    use crate::ggx_albedo::alpha_of;
+    use crate::ggx_albedo::{MIN_ALPHA, alpha_of};
 
     /// `(a, b)`, integrated over visible normals by the midpoint rule with `n` points along either axis, as for the isotropic table.
     fn quadrature(mu: f64, azimuth: f64, roughness: f64, strength: f64, n: u32) -> [f64; 2] {

@@ -88,17 +88,23 @@ pub(crate) fn mean_over_hemisphere(of: impl Fn(f64) -> f64) -> f64 {
     (0..POINTS).map(weighted).sum()
 }
 
-/// Bilinear, at `x` and `y` from 0 to 1.
-fn interpolated(table: &[f32], x: f64, y: f64) -> f64 {
-    let place = |t: f64| {
-        let t = t * (STEPS - 1) as f64;
-        let first = (t as usize).min(STEPS - 2);
-        (first, t - first as f64)
-    };
-    let ((i, s), (j, t)) = (place(x), place(y));
-    let value = |i: usize, j: usize| f64::from(table[j * STEPS + i]);
-    let row = |j: usize| value(i, j) * (1.0 - s) + value(i + 1, j) * s;
-    row(j) * (1.0 - t) + row(j + 1) * t
+/// The cell of `x` among steps from 0 to 1, and the place in it.
+pub(crate) fn cell_of(x: f64, steps: usize) -> (usize, f64) {
+    let x = x * (steps - 1) as f64;
+    let first = (x as usize).min(steps - 2);
+    (first, x - first as f64)
+}
+
+/// Bilinear in the cells of a table of `value(column, row)`.
+pub(crate) fn bilinear(column: (usize, f64), row: (usize, f64), value: impl Fn(usize, usize) -> f64) -> f64 {
+    let ((i, s), (j, t)) = (column, row);
+    let of_row = |j: usize| value(i, j) * (1.0 - s) + value(i + 1, j) * s;
+    of_row(j) * (1.0 - t) + of_row(j + 1) * t
+}
+
+/// Bilinear in a table of [`STEPS`] along either axis, at `x` and `y` from 0 to 1.
+pub(crate) fn interpolated(table: &[f32], x: f64, y: f64) -> f64 {
+    bilinear(cell_of(x, STEPS), cell_of(y, STEPS), |i, j| f64::from(table[j * STEPS + i]))
 }
 
 #[cfg(test)]

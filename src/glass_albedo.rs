@@ -1,11 +1,12 @@
 //! How much light a rough interface of glass scatters once, reflection and refraction together: the table that defines the model.
 //!
 //! By the cosine of a direction at equal steps of the mean of itself and of [`crate::ggx_albedo`]'s coordinate, by roughness, and at
-//! equal steps of ±√|w|, w = (η − 1)/(η + 1), η the index of the far side over that of the near side. It is made by [quadrature](quadrature), to which a test holds it.
+//! equal steps of ±√|w|, w = (η − 1)/(η + 1), η the index of the far side over that of the near side. It is made by
+//! [quadrature](quadrature), to which a test holds it.
 
 use std::sync::LazyLock;
 
-use crate::ggx_albedo::{alpha_of, mean_over_hemisphere, roughness_of, row_of, sum_column};
+use crate::ggx_albedo::{alpha_of, bilinear, cell_of, mean_over_hemisphere, roughness_of, row_of, sum_column};
 
 /// Steps of the cosine's coordinate.
 pub(crate) const COSINES: usize = 48;
@@ -60,16 +61,8 @@ impl Table {
     }
 
     fn of_slice(&self, slice: usize, mu: f64, roughness: f64) -> f64 {
-        let place = |t: f64, steps: usize| {
-            let t = t * (steps - 1) as f64;
-            let first = (t as usize).min(steps - 2);
-            (first, t - first as f64)
-        };
-        let (i, s) = place(column(mu.clamp(0.0, 1.0), alpha_of(roughness)), COSINES);
-        let (j, t) = place(row_of(roughness), ROUGHNESSES);
-        let value = |i: usize, j: usize| f64::from(self.value(slice, j, i));
-        let row = |j: usize| value(i, j) * (1.0 - s) + value(i + 1, j) * s;
-        row(j) * (1.0 - t) + row(j + 1) * t
+        let column = cell_of(column(mu.clamp(0.0, 1.0), alpha_of(roughness)), COSINES);
+        bilinear(column, cell_of(row_of(roughness), ROUGHNESSES), |i, j| f64::from(self.value(slice, j, i)))
     }
 
     /// The mean over the hemisphere, weighted with the cosine; `row` is 0 at the least roughness and 1 at 1.

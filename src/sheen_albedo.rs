@@ -7,8 +7,9 @@
 
 use std::sync::LazyLock;
 
-/// Steps along either axis.
-pub(crate) const STEPS: usize = 64;
+pub(crate) use crate::ggx_albedo::STEPS;
+use crate::ggx_albedo::interpolated;
+
 /// Smaller roughnesses are raised to it.
 pub(crate) const MIN_ROUGHNESS: f64 = 0.07;
 
@@ -37,23 +38,16 @@ pub(crate) fn tables() -> &'static Tables {
 impl Tables {
     /// The albedo by which sheen is divided where it is above 1.
     pub fn raw(&self, mu: f64, roughness: f64) -> f64 {
-        interpolated(&self.raw, mu, roughness)
+        at(&self.raw, mu, roughness)
     }
 
     /// The albedo of white sheen.
     pub fn bounded(&self, mu: f64, roughness: f64) -> f64 {
-        interpolated(&self.bounded, mu, roughness)
+        at(&self.bounded, mu, roughness)
     }
 }
 
-fn interpolated(table: &[f32], mu: f64, roughness: f64) -> f64 {
-    let place = |t: f64| {
-        let t = t.clamp(0.0, 1.0) * (STEPS - 1) as f64;
-        let first = (t as usize).min(STEPS - 2);
-        (first, t - first as f64)
-    };
-    let ((i, s), (j, t)) = (place(mu.max(0.0).sqrt()), place((roughness - MIN_ROUGHNESS) / (1.0 - MIN_ROUGHNESS)));
-    let value = |i: usize, j: usize| f64::from(table[j * STEPS + i]);
-    let row = |j: usize| value(i, j) * (1.0 - s) + value(i + 1, j) * s;
-    row(j) * (1.0 - t) + row(j + 1) * t
+fn at(table: &[f32], mu: f64, roughness: f64) -> f64 {
+    let row = (roughness - MIN_ROUGHNESS) / (1.0 - MIN_ROUGHNESS);
+    interpolated(table, mu.clamp(0.0, 1.0).sqrt(), row.clamp(0.0, 1.0))
 }

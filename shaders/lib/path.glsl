@@ -125,9 +125,10 @@ ShadowRay light_ray(vec3 from, Bsdf bsdf, vec3 normal, vec3 up, vec3 wo, int sel
     LightSample light;
     if (SINGLE_POINT) light = point_sample(point_at, point_power, from);
     else light = light_sample(from, scatters_through(bsdf) ? vec3(0.0) : normal, n.u, n.uv);
-    vec3 scattered = bsdf_eval(bsdf, normal, wo, light.direction) * light.radiance;
+    BsdfValue bsdf_value = bsdf_eval(bsdf, normal, wo, light.direction);
+    vec3 scattered = bsdf_value.value * light.radiance;
     if (MEETS_LIGHTS && light.pdf > 0.0) {
-        scattered *= mis_weight(float(count) * light.pdf, bsdf_pdf(bsdf, normal, wo, light.direction));
+        scattered *= mis_weight(float(count) * light.pdf, bsdf_value.pdf);
     }
     ray.direction = light.direction;
     ray.distance = light.distance;

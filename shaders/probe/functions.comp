@@ -80,15 +80,16 @@ void main() {
     if (PROBE == PROBE_LOBES) {
         vec3 wo = vec3(sqrt(1.0 - a.w * a.w), 0.0, a.w);
         Lobes lobes = lobes_of(vec3(a.z), a.x, a.y, vec3(0.04), 1.0, 0.0, wo);
-        vec3 value;
-        float pdf;
-        lobes_eval(lobes, NO_COVER, wo, b.xyz, value, pdf);
-        x = vec4(value, pdf);
+        BsdfValue v = lobes_eval(lobes, NO_COVER, wo, b.xyz);
+        x = vec4(v.value, v.pdf);
     }
     if (PROBE == PROBE_LAYERS || PROBE == PROBE_LAYER_SAMPLE) {
         vec3 wo = vec3(sqrt(1.0 - a.w * a.w), 0.0, a.w);
         Bsdf layered = layered_bsdf(a, probe_in[2u * i + 1u].w, wo);
-        if (PROBE == PROBE_LAYERS) metallic_roughness_both(layered, vec3(0.0, 0.0, 1.0), wo, b.xyz, x.xyz, x.w);
+        if (PROBE == PROBE_LAYERS) {
+            BsdfValue v = metallic_roughness_eval(layered, vec3(0.0, 0.0, 1.0), wo, b.xyz);
+            x = vec4(v.value, v.pdf);
+        }
         if (PROBE == PROBE_LAYER_SAMPLE) {
             BsdfSample s = metallic_roughness_sample(layered, vec3(0.0, 0.0, 1.0), wo, b.xy);
             x = vec4(s.direction, s.pdf);
@@ -101,10 +102,8 @@ void main() {
         Bsdf glass = Bsdf(b.w < 0.0 ? BSDF_WALL : BSDF_GLASS, vec3(a.z), a.x, vec3(0.0), NO_LOBES, NO_SHEEN, NO_COAT, NO_GLASS);
         float root = (a.x - 1.0) / (a.x + 1.0);
         set_glass(glass, vec3(a.w * root * root), a.w, a.y, mu);
-        vec3 value;
-        float pdf;
-        glass_both(glass, wo, b.xyz, value, pdf);
-        x = vec4(value, pdf);
+        BsdfValue v = glass_value(glass, wo, b.xyz);
+        x = vec4(v.value, v.pdf);
     }
     if (PROBE == PROBE_EXP) x.x = exp_accurate(a.x);
     if (PROBE == PROBE_CONDUCTOR) x.x = conductor_fresnel(a.x, a.y, a.z);

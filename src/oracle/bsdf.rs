@@ -1,4 +1,4 @@
-//! How surfaces scatter light: three functions for every BSDF, as in the shaders, but none of their code.
+//! How surfaces scatter light: two functions for every BSDF, as in the shaders, but none of their code.
 //!
 //! `wo` points to where the path came from, `wi` to where it goes on, both of unit length. The path arrives on the side of the
 //! hit's normals.

@@ -208,26 +208,8 @@ pub struct MetallicRoughness {
 }
 
 impl Default for MetallicRoughness {
-    /// What glTF says of a material that states nothing.
     fn default() -> Self {
-        Self {
-            base_color: [1.0; 3],
-            metallic: 1.0,
-            roughness: 1.0,
-            ior: 1.5,
-            specular: 1.0,
-            specular_color: [1.0; 3],
-            transmission: 0.0,
-            has_volume: false,
-            attenuation_color: [1.0; 3],
-            attenuation_distance: f64::INFINITY,
-            coat: 0.0,
-            coat_roughness: 0.0,
-            sheen_color: [0.0; 3],
-            sheen_roughness: 0.0,
-            anisotropy: 0.0,
-            anisotropy_rotation: 0.0,
-        }
+        Self::DEFAULT
     }
 }
 
@@ -235,6 +217,26 @@ impl Default for MetallicRoughness {
 const MOST_ABSORBED: f64 = 100.0;
 
 impl MetallicRoughness {
+    /// What glTF says of a material that states nothing.
+    pub const DEFAULT: Self = Self {
+        base_color: [1.0; 3],
+        metallic: 1.0,
+        roughness: 1.0,
+        ior: 1.5,
+        specular: 1.0,
+        specular_color: [1.0; 3],
+        transmission: 0.0,
+        has_volume: false,
+        attenuation_color: [1.0; 3],
+        attenuation_distance: f64::INFINITY,
+        coat: 0.0,
+        coat_roughness: 0.0,
+        sheen_color: [0.0; 3],
+        sheen_roughness: 0.0,
+        anisotropy: 0.0,
+        anisotropy_rotation: 0.0,
+    };
+
     /// Of light that has gone a distance d through the body e^(−absorption·d) is left; per scene unit.
     pub fn absorption(&self) -> Rgb {
         if !self.has_volume {

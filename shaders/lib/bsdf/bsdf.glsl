@@ -1,12 +1,11 @@
 // How a surface scatters light: one dispatch over the BSDFs, each of which is a file with the same functions.
 //
-//   eval    f(wo, wi)·|cos θi|
+//   eval    f(wo, wi)·|cos θi|, and the density per solid angle with which sample draws wi
 //   sample  a direction wi, its weight f·|cos θi|/pdf, and its density per solid angle
-//   pdf     that density for any wi
 //   flags   BSDF_… below
 //
 // wo points to where the path came from, n is the shading normal on that side. Directions and normals are unit vectors. Distributions
-// of single directions (DELTA) have eval and pdf 0, and a sample of density 0.
+// of single directions (DELTA) have an eval of 0, and a sample of density 0.
 //
 // Conditions name a constant first, so that what a scene lacks is dropped before the driver sees it (src/gpu/prune.rs).
 //
@@ -46,18 +45,11 @@ vec3 bsdf_albedo(Bsdf b) {
     return b.reflectance;
 }
 
-vec3 bsdf_eval(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
+BsdfValue bsdf_eval(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
     if (HAS_DIFFUSE && b.type == BSDF_DIFFUSE) return diffuse_eval(b, n, wo, wi);
     if (HAS_METALLIC_ROUGHNESS && b.type == BSDF_METALLIC_ROUGHNESS) return metallic_roughness_eval(b, n, wo, wi);
     if (HAS_TRANSMISSION && is_glass(b.type)) return glass_eval(b, n, wo, wi);
-    return vec3(0.0);
-}
-
-float bsdf_pdf(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
-    if (HAS_DIFFUSE && b.type == BSDF_DIFFUSE) return diffuse_pdf(b, n, wo, wi);
-    if (HAS_METALLIC_ROUGHNESS && b.type == BSDF_METALLIC_ROUGHNESS) return metallic_roughness_pdf(b, n, wo, wi);
-    if (HAS_TRANSMISSION && is_glass(b.type)) return glass_pdf(b, n, wo, wi);
-    return 0.0;
+    return BsdfValue(vec3(0.0), 0.0);
 }
 
 // The direction, or if it is not above the plane across `up` the one in the plane next to it, just above. For a mirror that is to bend the

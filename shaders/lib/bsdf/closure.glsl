@@ -93,6 +93,12 @@ struct Bsdf {
 
 Bsdf diffuse_bsdf(vec3 reflectance) { return Bsdf(BSDF_DIFFUSE, reflectance, 1.0, vec3(0.0), NO_LOBES, NO_SHEEN, NO_COAT, NO_GLASS); }
 
+// Of scattering from wo to wi.
+struct BsdfValue {
+    vec3 value;         // f·|cos θi|
+    float pdf;          // density of sampling wi, per solid angle
+};
+
 struct BsdfSample {
     vec3 direction;
     vec3 weight;        // f·|cos θ|/pdf

@@ -22,13 +22,12 @@ vec3 cosine_sample(vec3 n, vec2 u) {
 
 float cosine_pdf(float cos_theta) { return fast_max(cos_theta, 0.0) * (1.0 / PI); }
 
-vec3 diffuse_eval(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
+BsdfValue diffuse_eval(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
     float cos_theta = dot(n, wi);
+    float pdf = cosine_pdf(cos_theta);
     if (MUTATION == MUTATE_COSINE) cos_theta = cos_theta > 0.0 ? 1.0 : cos_theta;
-    return b.reflectance * cosine_pdf(cos_theta);
+    return BsdfValue(b.reflectance * cosine_pdf(cos_theta), pdf);
 }
-
-float diffuse_pdf(Bsdf b, vec3 n, vec3 wo, vec3 wi) { return cosine_pdf(dot(n, wi)); }
 
 BsdfSample diffuse_sample(Bsdf b, vec3 n, vec3 wo, vec2 u) {
     vec3 wi = cosine_sample(n, u);

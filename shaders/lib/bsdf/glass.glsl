@@ -91,12 +91,11 @@ void set_glass(inout Bsdf b, vec3 f0, float f90, float roughness, float mu) {
     b.glass = g;
 }
 
-// In the frame of the normal. Sets f·cos θi and the density.
-void glass_both(Bsdf b, vec3 wo, vec3 wi, out vec3 value, out float pdf) {
-    value = vec3(0.0);
-    pdf = 0.0;
+// In the frame of the normal.
+BsdfValue glass_value(Bsdf b, vec3 wo, vec3 wi) {
+    BsdfValue v = BsdfValue(vec3(0.0), 0.0);
     Glass g = b.glass;
-    if (wo.z <= 0.0 || wi.z == 0.0 || g.alpha == 0.0) return;
+    if (wo.z <= 0.0 || wi.z == 0.0 || g.alpha == 0.0) return v;
     bool crosses = wi.z < 0.0;
     bool wall = b.type == BSDF_WALL;
     bool refracts = crosses && !wall;
@@ -116,37 +115,24 @@ void glass_both(Bsdf b, vec3 wo, vec3 wi, out vec3 value, out float pdf) {
         float cos_t;
         glass_parts(b, oh, reflected, passed, cos_t);
         vec3 part = crosses ? passed : reflected;
-        value = part * (d * depth / (wo.z * ggx_root(wi, g.alpha, vec2(1.0)) + depth * root));
+        v.value = part * (d * depth / (wo.z * ggx_root(wi, g.alpha, vec2(1.0)) + depth * root));
         if (MUTATION == MUTATE_REFRACTION && refracts) d /= eta2;
         float bound = wall ? ggx_bound(wo, g.alpha, vec2(1.0)) : 1.0;
         float all = brightness(reflected + passed);
-        pdf = all > 0.0 ? g.single_share * brightness(part) / all * d / (bound * wo.z + root) : 0.0;
+        v.pdf = all > 0.0 ? g.single_share * brightness(part) / all * d / (bound * wo.z + root) : 0.0;
     }
     float even = cosine_pdf(depth);
     vec3 tint = crosses || wall ? b.reflectance : vec3(1.0);
-    value += tint * ((crosses ? g.multiple.y : g.multiple.x) * lost_by_glass(b, depth, crosses) * even);
-    pdf += (1.0 - g.single_share) * (crosses ? g.beyond_share : 1.0 - g.beyond_share) * even;
+    v.value += tint * ((crosses ? g.multiple.y : g.multiple.x) * lost_by_glass(b, depth, crosses) * even);
+    v.pdf += (1.0 - g.single_share) * (crosses ? g.beyond_share : 1.0 - g.beyond_share) * even;
+    return v;
 }
 
 // About the normal n.
-void glass_both_about(Bsdf b, vec3 n, vec3 wo, vec3 wi, out vec3 value, out float pdf) {
+BsdfValue glass_eval(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
     vec3 tangent, bitangent;
     basis(n, tangent, bitangent);
-    glass_both(b, to_frame(wo, tangent, bitangent, n), to_frame(wi, tangent, bitangent, n), value, pdf);
-}
-
-vec3 glass_eval(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
-    vec3 value;
-    float pdf;
-    glass_both_about(b, n, wo, wi, value, pdf);
-    return value;
-}
-
-float glass_pdf(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
-    vec3 value;
-    float pdf;
-    glass_both_about(b, n, wo, wi, value, pdf);
-    return pdf;
+    return glass_value(b, to_frame(wo, tangent, bitangent, n), to_frame(wi, tangent, bitangent, n));
 }
 
 // Where light goes on that a microfacet of normal h, under the cosine c, lets through.
@@ -198,11 +184,9 @@ BsdfSample glass_sample(Bsdf b, vec3 n, vec3 wo, vec2 u) {
         i = cosine_sample(u);
         i.z = which < g.beyond_share ? -i.z : i.z;
     }
-    vec3 value;
-    float pdf;
-    glass_both(b, o, i, value, pdf);
+    BsdfValue v = glass_value(b, o, i);
     vec3 direction = normalize(tangent * i.x + bitangent * i.y + n * i.z);
-    return BsdfSample(direction, pdf > 0.0 ? value / pdf : vec3(0.0), pdf, i.z < 0.0);
+    return BsdfSample(direction, v.pdf > 0.0 ? v.value / v.pdf : vec3(0.0), v.pdf, i.z < 0.0);
 }
 
 #endif

@@ -60,8 +60,8 @@ void cover(inout Bsdf b) {
     }
 }
 
-// f·cos θi and the density; o and i are the directions about the normal of the base.
-void layered_eval(Bsdf b, vec3 wo, vec3 wi, vec3 o, vec3 i, out vec3 value, out float pdf) {
+// o and i are the directions about the normal of the base.
+BsdfValue layered_eval(Bsdf b, vec3 wo, vec3 wi, vec3 o, vec3 i) {
     Cover over = NO_COVER;
     vec3 of_layers = vec3(0.0);
     float coat_density = 0.0;
@@ -78,9 +78,10 @@ void layered_eval(Bsdf b, vec3 wo, vec3 wi, vec3 o, vec3 i, out vec3 value, out 
         over.diffuse *= 1.0 - albedo;
         over.specular *= vec3((1.0 - b.coat.albedo) * (1.0 - albedo)) / (1.0 - b.lobes.f0 * fast_min(albedo, b.coat.albedo));
     }
-    lobes_eval(b.lobes, over, o, i, value, pdf);
-    if (HAS_COVER) value += of_layers;
-    if (HAS_COAT) pdf = mix(pdf, coat_density, b.coat.share);
+    BsdfValue v = lobes_eval(b.lobes, over, o, i);
+    if (HAS_COVER) v.value += of_layers;
+    if (HAS_COAT) v.pdf = mix(v.pdf, coat_density, b.coat.share);
+    return v;
 }
 
 void frame_of(Bsdf b, vec3 n, out vec3 tangent, out vec3 bitangent) {
@@ -89,24 +90,10 @@ void frame_of(Bsdf b, vec3 n, out vec3 tangent, out vec3 bitangent) {
 }
 
 // About the normal n.
-void metallic_roughness_both(Bsdf b, vec3 n, vec3 wo, vec3 wi, out vec3 value, out float pdf) {
+BsdfValue metallic_roughness_eval(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
     vec3 tangent, bitangent;
     frame_of(b, n, tangent, bitangent);
-    layered_eval(b, wo, wi, to_frame(wo, tangent, bitangent, n), to_frame(wi, tangent, bitangent, n), value, pdf);
-}
-
-vec3 metallic_roughness_eval(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
-    vec3 value;
-    float pdf;
-    metallic_roughness_both(b, n, wo, wi, value, pdf);
-    return value;
-}
-
-float metallic_roughness_pdf(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
-    vec3 value;
-    float pdf;
-    metallic_roughness_both(b, n, wo, wi, value, pdf);
-    return pdf;
+    return layered_eval(b, wo, wi, to_frame(wo, tangent, bitangent, n), to_frame(wi, tangent, bitangent, n));
 }
 
 BsdfSample metallic_roughness_sample(Bsdf b, vec3 n, vec3 wo, vec2 u) {
@@ -121,10 +108,8 @@ BsdfSample metallic_roughness_sample(Bsdf b, vec3 n, vec3 wo, vec2 u) {
         direction = coat_sample(b.coat, wo, u);
         i = to_frame(direction, tangent, bitangent, n);
     }
-    vec3 value;
-    float pdf;
-    layered_eval(b, wo, direction, o, i, value, pdf);
-    return BsdfSample(direction, pdf > 0.0 ? value / pdf : vec3(0.0), pdf, false);
+    BsdfValue v = layered_eval(b, wo, direction, o, i);
+    return BsdfSample(direction, v.pdf > 0.0 ? v.value / v.pdf : vec3(0.0), v.pdf, false);
 }
 
 #endif

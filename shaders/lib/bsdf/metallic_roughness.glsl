@@ -93,11 +93,9 @@ Lobes conductor_lobes(vec3 f0, vec4 k, vec3 mean_fresnel, float roughness, float
     return l;
 }
 
-// In the frame of the normal. Sets f·cos θi, of which what lies over it takes its part, and the density.
-void lobes_eval(Lobes l, Cover over, vec3 wo, vec3 wi, out vec3 value, out float pdf) {
-    value = vec3(0.0);
-    pdf = 0.0;
-    if (wo.z <= 0.0 || wi.z <= 0.0) return;
+// In the frame of the normal; what lies over it takes its part of the value.
+BsdfValue lobes_eval(Lobes l, Cover over, vec3 wo, vec3 wi) {
+    if (wo.z <= 0.0 || wi.z <= 0.0) return BsdfValue(vec3(0.0), 0.0);
     float angle;
     float single = ggx_eval(wo, wi, l.alpha, l.stretch, angle);
     float angle2 = angle * angle;
@@ -112,10 +110,10 @@ void lobes_eval(Lobes l, Cover over, vec3 wo, vec3 wi, out vec3 value, out float
         multiple *= over.specular;
         let_through *= over.diffuse;
     }
-    value = fresnel * single + (multiple * lost + l.diffuse * let_through) * cosine_pdf(wi.z);
+    vec3 value = fresnel * single + (multiple * lost + l.diffuse * let_through) * cosine_pdf(wi.z);
     float of_single = MUTATION == MUTATE_VISIBLE_NORMALS ? ggx_distribution(wo + wi, l.alpha, l.stretch) / (2.0 * (wo.z + ggx_root(wo, l.alpha, l.stretch)))
                                                          : ggx_pdf(wo, wi, l.alpha, l.stretch);
-    pdf = mix(cosine_pdf(wi.z), of_single, l.single_share);
+    return BsdfValue(value, mix(cosine_pdf(wi.z), of_single, l.single_share));
 }
 
 // Tangent and bitangent about the normal n, the first as close to `along` as can be.

@@ -118,25 +118,9 @@ pub(super) const CASES: &[Case] = &[
     },
 ];
 
-/// What a dielectric over a grey base has if nothing else is said.
-const PLASTIC: MetallicRoughness = MetallicRoughness {
-    base_color: [0.8, 0.5, 0.3],
-    metallic: 0.0,
-    roughness: 0.5,
-    ior: 1.5,
-    specular: 1.0,
-    specular_color: [1.0; 3],
-    transmission: 0.0,
-    has_volume: false,
-    attenuation_color: [1.0; 3],
-    attenuation_distance: f64::INFINITY,
-    coat: 0.0,
-    coat_roughness: 0.0,
-    sheen_color: [0.0; 3],
-    sheen_roughness: 0.0,
-    anisotropy: 0.0,
-    anisotropy_rotation: 0.0,
-};
+/// A dielectric over a coloured base.
+const PLASTIC: MetallicRoughness =
+    MetallicRoughness { base_color: [0.8, 0.5, 0.3], metallic: 0.0, roughness: 0.5, ..MetallicRoughness::DEFAULT };
 
 const COATS: [MetallicRoughness; 4] = [
     MetallicRoughness { coat: 1.0, coat_roughness: 0.15, ..PLASTIC },
