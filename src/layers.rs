@@ -5,7 +5,7 @@ use std::fs::{read_dir, read_to_string};
 use std::path::Path;
 
 /// The layers of `render` from the lowest on; modules of one layer may import each other. The longest path counts.
-const LAYERS: [&[&str]; 11] = [
+const LAYERS: [&[&str]; 12] = [
     &["settings", "error", "statistics", "kernel::layout", "film::tiling"],
     &["space"],
     &["light"],
@@ -14,6 +14,7 @@ const LAYERS: [&[&str]; 11] = [
     &["plan"],
     &["film"],
     &["engine"],
+    &["first_hit"],
     &["reuse", "gradient", "sampling", "light_tracing"],
     &["renderer"],
     &[""],

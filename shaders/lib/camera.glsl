@@ -34,9 +34,8 @@ struct CameraRay {
     vec3 direction;
 };
 
-// The camera ray of a sample through a point of the pixel at column and row `at`, chosen by u.
-CameraRay camera_ray(Camera camera, uvec2 at, vec2 u, uint key, uint sample_index) {
-    vec2 p = vec2(at) + 0.5 + (REUSE && in_mode(MODE_SURVEY) ? vec2(0.0) : filter_offset(u));
+// The camera ray through a point of the image, in pixels from its upper left corner, and the point of the lens that v chooses evenly.
+CameraRay camera_ray(Camera camera, vec2 p, vec2 v) {
     float x = p.x * camera.column - 1.0;
     float y = 1.0 - p.y * camera.row;
     if (!HAS_LENS && !ORTHOGRAPHIC) return CameraRay(vec3(0.0), normalize(camera.forward + x * camera.right + y * camera.up));
@@ -48,15 +47,20 @@ CameraRay camera_ray(Camera camera, uvec2 at, vec2 u, uint key, uint sample_inde
         direction = camera.forward;
     }
     if (HAS_LENS && camera_right.w > 0.0) {
-        // Evenly over a disc; all rays of the pixel meet in the plane that is in focus.
-        vec2 v = REUSE && in_mode(MODE_SURVEY) ? vec2(0.0) : sample_pair(key, sample_index, PAIR_LENS, 0u);
+        // All rays of a point meet in the plane that is in focus.
         float radius = camera_right.w * (MUTATION == MUTATE_LENS ? v.x : sqrt(v.x));
-        vec2 p = radius * cos_sin_2pi(v.y);
-        vec3 on_lens = p.x * normalize(camera.right) + p.y * normalize(camera.up);
+        vec2 at = radius * cos_sin_2pi(v.y);
+        vec3 on_lens = at.x * normalize(camera.right) + at.y * normalize(camera.up);
         origin += on_lens;
         direction = camera_up.w * direction - on_lens;
     }
     return CameraRay(origin, normalize(direction));
+}
+
+// The camera ray of a sample: through a point of the pixel at column and row `at`, chosen by u.
+CameraRay sampled_camera_ray(Camera camera, uvec2 at, vec2 u, uint key, uint sample_index) {
+    vec2 lens = HAS_LENS && camera_right.w > 0.0 ? sample_pair(key, sample_index, PAIR_LENS, 0u) : vec2(0.0);
+    return camera_ray(camera, vec2(at) + 0.5 + filter_offset(u), lens);
 }
 
 #endif

@@ -185,6 +185,8 @@ const uint PATH_ROWS = 7u;
 layout(rgba32ui, binding = 9) readonly uniform uimageBuffer gradient_texels;
 layout(std430, binding = 13) writeonly buffer GradientRows { vec4 gradient_rows[]; };
 const uint GRADIENT_ROWS = 3u;
+layout(std430, binding = 16) writeonly buffer FirstHitRows { uvec4 first_hit_rows[]; };    // FIRST_HIT_ROWS a ray, see first_hit.comp
+const uint FIRST_HIT_ROWS = 5u;
 
 // The numbers of a scene, of which only how many there are is compiled in: a kernel serves all scenes of a kind, and is not
 // compiled anew because something moves.
@@ -246,15 +248,17 @@ layout(push_constant, std430) uniform Push {
     uint other_samples;     // of the samples per pixel, those in groups that lie elsewhere, see sample_map.glsl
     float light_path_scale; // 0: paths leave no light to light paths, see light_tracing.glsl
     uint tile_bits;         // log2 of the tiles of a workgroup of path_queue.comp
+    uint camera_sample;     // whose rays first_hit.comp traces; CENTER: through the centres of pixels and of the lens
+    uint follows_mirrors;   // 1: first_hit.comp looks for what is seen in mirrors
 };
 
 const uint MODE_SHIFTED = 1u;       // groups lie elsewhere, see pixel_order.glsl
 const uint MODE_CORRELATED = 2u;         // pixels of a group sample lights alike, see reuse.glsl
-const uint MODE_SURVEY = 4u;        // a sample is the place at its pixel's centre, see gradient.glsl
-const uint MODE_SCATTERED = 8u;     // one group of every tile is worked on, see pixel_order.glsl
-const uint MODE_REUSED = 16u;       // paths serve several pixels, see reuse.glsl
-const uint MODE_EMITTERS = 32u;     // a sample is what its ray sees of emitters, mirrors and glass, see sample_map.glsl
-const uint MODES_TURN = 6u;         // bits from there on: of these, which
+const uint MODE_SCATTERED = 4u;     // one group of every tile is worked on, see pixel_order.glsl
+const uint MODE_REUSED = 8u;        // paths serve several pixels, see reuse.glsl
+const uint MODES_TURN = 4u;         // bits from there on: of these, which
+
+const uint CENTER = 0xffffffffu;
 
 bool in_mode(uint mode) { return (modes & mode) != 0u; }
 

@@ -8,8 +8,7 @@
 #include "math.glsl"
 #include "sampler.glsl"
 #include "camera.glsl"
-#include "surface.glsl"
-#include "bsdf/bsdf.glsl"
+#include "vertex.glsl"
 #include "light/background.glsl"
 #include "light_tracing.glsl"
 
@@ -52,24 +51,6 @@ ShadowRay shadow_none(vec3 from, int self_id) { return ShadowRay(from, vec3(0.0,
 Ray ray_of(Path path) { return Ray(path.origin, path.direction, path.self_id); }
 Ray ray_of(ShadowRay ray) { return Ray(ray.origin, ray.direction, ray.self_id); }
 
-// A vertex of a path: the surface that its ray has met, seen from the side from which it came.
-struct Vertex {
-    Surface surface;
-    Bsdf bsdf;
-    int self_id;        // of the hit
-    vec3 normal;        // shading normal
-    vec3 up;            // geometric normal
-    vec3 outside;       // the hit, moved off the surface by its error bound
-    vec3 throughput;    // before the surface scatters
-    bool front;
-    bool last;          // the next ray can only meet light
-    bool first;         // with REUSE: no reconnectable surface was met before
-    int medium;         // with absorption: what the ray came through
-    int beyond;         // likewise: what is on the other side of the surface
-    bool shareable;         // a second hit that other pixels can use as well: the path goes on with throughput 1
-    uint hits;
-};
-
 // Whether a path is followed one hit further than MAX_DEPTH, for light that it meets there.
 const bool LIGHT_AFTER_LAST_HIT = HAS_BACKGROUND || HAS_EMITTER;
 
@@ -77,7 +58,7 @@ const bool LIGHT_AFTER_LAST_HIT = HAS_BACKGROUND || HAS_EMITTER;
 // move (pixel_order.glsl) that changes; the places go on as they began, and are spread as well as if groups had not moved.
 Path path_begin(Camera camera, uvec2 at, uint key, uint index) {
     vec2 u = sample_pair(key, index_of_sample(index), PAIR_PIXEL, 0u);
-    CameraRay ray = camera_ray(camera, at, u, key, index_of_sample(index));
+    CameraRay ray = sampled_camera_ray(camera, at, u, key, index_of_sample(index));
     return Path(ray.origin, ray.direction, -1, vec3(1.0), 0u, index, vec3(0.0), 0.0, 0.0, 0u, -1);
 }
 
@@ -141,9 +122,6 @@ ShadowRay light_ray(vec3 from, Bsdf bsdf, vec3 normal, vec3 up, vec3 wo, int sel
     }
     return ray;
 }
-
-// The hit, moved off the surface to its other side.
-vec3 inside_of(Vertex v) { return v.surface.position - v.up * v.surface.offset; }
 
 // The same at a vertex, which gets `count` samples.
 ShadowRay direct_light(Vertex v, vec3 wo, uint index, uint key, uint count) {
@@ -218,43 +196,6 @@ vec3 emitted_light(Path path, Vertex v, bool met, float t, uint light_samples) {
 
 // ---- a vertex
 
-// Puts layers over the BSDF of a vertex.
-void cover_bsdf(inout Vertex v, vec3 wo) {
-    Material m = v.surface.material;
-    if (HAS_SHEEN && m.sheen.xyz != vec3(0.0)) v.bsdf.sheen = sheen_of(min(m.sheen.xyz, vec3(1.0)), m.sheen.w, dot(v.normal, wo));
-    if (HAS_COAT && m.coat > 0.0) {
-        vec3 normal = v.front ? m.coat_normal : -m.coat_normal;
-        if (MUTATION == MUTATE_COAT_NORMAL) normal = v.normal;
-        if (SMOOTH_NORMALS) {
-            normal = dot(normal, v.up) < 0.0 ? -normal : normal;
-            normal = bent_normal(normal, v.up, wo);
-        }
-        v.bsdf.coat = coat_of(m.coat, m.coat_roughness, normal, wo);
-    }
-    cover(v.bsdf);
-}
-
-// The surface that a ray has met; what a path makes of it is still to be told.
-Vertex vertex_at(inout Hit hit, Ray ray) {
-    Vertex v;
-    v.surface = surface_at(hit, ray);
-    v.self_id = hit.self_id;
-    v.front = dot(ray.direction, v.surface.normal) <= 0.0;
-    v.normal = v.front ? v.surface.shading : -v.surface.shading;
-    v.up = v.front ? v.surface.normal : -v.surface.normal;
-    if (HAS_METALLIC_ROUGHNESS && SMOOTH_NORMALS && MUTATION != MUTATE_BEND) {
-        v.normal = bends_normal(v.surface.material) ? bent_normal(v.normal, v.up, -ray.direction) : v.normal;
-    }
-    v.bsdf = bsdf_of(v.surface.material, v.front, v.normal, -ray.direction);
-    if (HAS_COVER) cover_bsdf(v, -ray.direction);
-    v.outside = v.surface.position + v.up * v.surface.offset;
-    v.throughput = vec3(0.0);
-    v.medium = v.beyond = -1;
-    v.last = v.first = v.shareable = false;
-    v.hits = 0u;
-    return v;
-}
-
 // The path's ray meets a surface, or leaves the scene. Adds emitted light to `radiance` and gives a shadow ray. The first reconnectable
 // vertex gets `light_samples` samples of lights. Returns false when the path ends here.
 bool path_arrive(Path path, Hit hit, uint key, uint light_samples, inout vec3 radiance, out Vertex v, out ShadowRay shadow) {
@@ -269,22 +210,10 @@ bool path_arrive(Path path, Hit hit, uint key, uint light_samples, inout vec3 ra
         v.beyond = body >= 0 ? (v.front ? body : -1) : v.medium;
         if (met) throughput *= transmittance(v.medium, hit.t);
     }
-    vec3 emitted = throughput * emitted_light(path, v, met, hit.t, light_samples);
-    vec3 seen = radiance;
-    radiance += emitted;
+    radiance += throughput * emitted_light(path, v, met, hit.t, light_samples);
 
     bool reconnectable = is_reconnectable(v.bsdf);
     bool alive = met && v.hits <= MAX_DEPTH;
-    bool mirror = HAS_MIRROR && v.bsdf.type == BSDF_MIRROR;
-    // Samples that are no light, but tell what the camera sees, directly or in mirrors: the place of a reconnectable surface
-    // (gradient.glsl), or what decides about the sample map (sample_map.glsl).
-    if (REUSE && in_mode(MODE_SURVEY)) radiance = alive && reconnectable ? v.surface.position : vec3(0.0);
-    if (SAMPLE_MAP && in_mode(MODE_EMITTERS)) {
-        bool glass = HAS_DIELECTRIC && v.bsdf.type == BSDF_DIELECTRIC;
-        radiance = seen + vec3(met ? brightness(emitted) : 0.0, alive && mirror ? 1.0 : 0.0, alive && glass ? 1.0 : 0.0);
-    }
-    bool surveys = (REUSE || SAMPLE_MAP) && in_mode(MODE_SURVEY | MODE_EMITTERS);
-    if (surveys) alive = alive && mirror;
     v.first = REUSE && !has_flag(path, PATH_RECONNECTABLE);
     v.shareable = has_flag(path, PATH_FROM_FIRST) && reconnectable && alive && throughput != vec3(0.0);
     v.throughput = v.shareable ? vec3(1.0) : throughput;
@@ -304,7 +233,7 @@ bool path_arrive(Path path, Hit hit, uint key, uint light_samples, inout vec3 ra
     if (ROULETTE_DEPTH > 0u) {
         // A path is safe while its throughput is above ¼: ending strong paths costs more in noise than it saves. Where the path gets
         // further samples of light, its throughput must be what light counts.
-        bool may_end = v.hits >= ROULETTE_DEPTH && !surveys && !(light_samples > 1u && v.first && reconnectable);
+        bool may_end = v.hits >= ROULETTE_DEPTH && !(light_samples > 1u && v.first && reconnectable);
         float survive = may_end ? fast_min(4.0 * strongest, 0.95) : 1.0;
         alive = alive && sample_independent(key, path.index, v.hits) < survive;
         v.throughput *= 1.0 / survive;
@@ -320,7 +249,7 @@ bool path_arrive(Path path, Hit hit, uint key, uint light_samples, inout vec3 ra
 void path_depart(inout Path path, Vertex v, bool alive, Camera camera, uvec2 at, uint key, uint index) {
     uint hit = alive ? v.hits : 0u;
     vec2 u = sample_pair(key, alive ? index : index_of_sample(index), hit, hit);
-    CameraRay first = camera_ray(camera, at, u, key, index_of_sample(index));
+    CameraRay first = sampled_camera_ray(camera, at, u, key, index_of_sample(index));
     BsdfSample next = bsdf_sample(v.bsdf, v.normal, -path.direction, u);
     // A shading normal may send the ray to the wrong side of the surface. Glass and mirrors would lose that light: theirs is bent.
     if (SMOOTH_NORMALS && is_delta(v.bsdf) && MUTATION != MUTATE_BEND) {

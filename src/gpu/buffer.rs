@@ -21,8 +21,9 @@ pub(crate) enum Usage {
     Texel,
     /// Read and written by shaders through a typed view, or as an array of numbers; on the device, and mapped where that is a CPU.
     StorageTexelAndArray,
-    /// Written by shaders through a typed view, read by the host: in the host's memory, to which a device with its own writes over a bus.
-    HostTexel,
+    /// Written by shaders through a typed view or as an array of numbers, read by the host: in the host's memory, to which a device with its
+    /// own writes over a bus.
+    HostTexelAndArray,
     /// Written by the host, source of copies.
     Upload,
     /// Read by the host, destination of copies.
@@ -38,12 +39,12 @@ pub(crate) enum Usage {
 impl Usage {
     /// Whether shaders may see it as an array.
     fn is_array(self) -> bool {
-        matches!(self, Self::Storage | Self::StorageTexelAndArray)
+        matches!(self, Self::Storage | Self::StorageTexelAndArray | Self::HostTexelAndArray)
     }
 
     /// Whether shaders may see it as texels.
     fn is_texel(self) -> bool {
-        matches!(self, Self::Texel | Self::StorageTexelAndArray | Self::HostTexel)
+        matches!(self, Self::Texel | Self::StorageTexelAndArray | Self::HostTexelAndArray)
     }
 }
 
@@ -96,7 +97,10 @@ impl Buffer {
                 vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER | vk::BufferUsageFlags::TRANSFER_DST,
                 MemoryLocation::GpuOnly,
             ),
-            Usage::HostTexel => (vk::BufferUsageFlags::STORAGE_TEXEL_BUFFER, MemoryLocation::GpuToCpu),
+            Usage::HostTexelAndArray => (
+                vk::BufferUsageFlags::STORAGE_TEXEL_BUFFER | vk::BufferUsageFlags::STORAGE_BUFFER,
+                MemoryLocation::GpuToCpu,
+            ),
             Usage::StorageTexelAndArray => {
                 // There the host reads what shaders wrote where it is.
                 let on_host = device.info.kind == DeviceKind::Cpu;

@@ -1,6 +1,7 @@
 //! From a scene to a film: what the scene needs, how it is cut into dispatches, and the loop that runs them.
 
 pub(crate) mod engine;
+pub(crate) mod first_hit;
 pub(crate) mod gradient;
 pub(crate) mod kernel;
 pub(crate) mod plan;

@@ -14,7 +14,7 @@ use crate::gpu::{Access, Pipeline, Timeline};
 
 use crate::render::engine::buffers::{Band, Buffers};
 use crate::render::error::RenderError;
-use crate::render::film::tiling::{pixels_in, rows_of_blocks, slots_of_row};
+use crate::render::film::tiling::{rows_of_blocks, slots_of_row};
 use crate::render::kernel::layout::Push;
 use crate::render::plan::dispatch::{Pace, Span, tile_spans};
 use crate::render::plan::launch::Launch;
@@ -68,12 +68,6 @@ impl Engine {
         tile_spans(tiles, &bands)
     }
 
-    /// Pixels in `spans`.
-    pub fn pixels(&self, spans: &[Span]) -> u64 {
-        let [width, height] = self.size();
-        spans.iter().map(|s| pixels_in(s.first_slot, s.end_slot, width, height)).sum()
-    }
-
     /// Rows of pixels in a band of the film, but for the last one.
     pub fn band_rows(&self) -> u32 {
         rows_of_blocks(self.buffers.bands[0].slots, self.push.width)
@@ -113,7 +107,8 @@ impl Engine {
         let (pace, statistics) = (self.pace, self.statistics.clone());
         let result = self.with_push(change, work);
         self.pace = pace;
-        self.statistics = RenderStatistics { stages: take(&mut self.statistics.stages), ..statistics };
+        let RenderStatistics { compile_seconds, stages, .. } = take(&mut self.statistics);
+        self.statistics = RenderStatistics { compile_seconds, stages, ..statistics };
         result
     }
 

@@ -2,7 +2,6 @@
 
 use std::collections::VecDeque;
 use std::mem::offset_of;
-use std::ops::ControlFlow;
 use std::time::Instant;
 
 use crate::gpu::{Access, BindingSet, Buffer, Pipeline, Recorder, Ticket, Timeline};
@@ -79,15 +78,6 @@ impl Engine {
             let uneven = pass.from == 0 && plan.in_first_round();
             control.report(done, seconds, uneven || done <= control.redone);
         }
-    }
-
-    /// Takes so many samples of each pixel of some spans. Not to be stopped: what is stopped should have samples of the image.
-    pub fn take_samples(&mut self, spans: &[Span], samples: u32) -> Result<(), RenderError> {
-        let end = self.statistics.samples + self.pixels(spans) * u64::from(samples);
-        let pass = Pass { spans, from: 0, to: samples, end, most_factor: 1 };
-        let mut on_progress = |_: &_| ControlFlow::Continue(());
-        self.pass(&pass, &mut RenderControl::new(None, None, &mut on_progress), &mut |_, _| Ok(()))?;
-        Ok(())
     }
 
     /// Does some work until there are `end` samples of all pixels together: again, sample by sample, if the budget of loops does not suffice.

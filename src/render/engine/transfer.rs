@@ -10,7 +10,6 @@ use crate::render::engine::Engine;
 use crate::render::engine::buffers::{Band, IN_FLIGHT, Passage, mapped, unmapped};
 use crate::render::error::RenderError;
 use crate::render::film::Film;
-use crate::render::film::tiling::to_pixels;
 use crate::render::kernel::layout::{FilmSlot, GradientSlot};
 use crate::render::plan::dispatch::Span;
 
@@ -109,17 +108,6 @@ impl Engine {
         let mut film = Film::new(width, height);
         self.read_slots(&self.whole_film(), |first, slots| film.read_slots(first, slots))?;
         Ok(film)
-    }
-
-    /// Reads spans of the film, and hands their slots to the pixels of an image, row by row, that they stand for.
-    pub fn read_pixels<P: Send>(
-        &mut self,
-        spans: &[Span],
-        pixels: &mut [P],
-        put: impl Fn(&mut P, &FilmSlot) + Sync,
-    ) -> Result<(), RenderError> {
-        let width = self.push.width;
-        self.read_slots(spans, |first, slots| to_pixels(first, slots, pixels, width, &put))
     }
 
     /// Reads slots of the film; `visit` gets the slots of each span, in order, and the number of the first one: at once, or, of a long

@@ -8,7 +8,7 @@ use crate::render::film::Film;
 use crate::render::film::tiling::to_pixels;
 use crate::render::gradient::phases::Phases;
 use crate::render::gradient::screened_poisson::{Observation, System};
-use crate::render::gradient::surfaces::{FirstHits, Side};
+use crate::render::gradient::surfaces::{DiffusePlaces, Side};
 use crate::render::gradient::weights::ClassWeights;
 use crate::render::kernel::layout::GradientSlot;
 use crate::render::sampling::sample_map::SampleMap;
@@ -19,7 +19,7 @@ pub(crate) struct GradientPlan {
     /// Where groups of pixels are.
     pub phases: Phases,
     /// What pixels show.
-    pub first_hits: FirstHits,
+    pub places: DiffusePlaces,
     /// How certain differences between pixels are, by their class.
     pub weights: ClassWeights,
     /// Rows of pixels in a band of the film, within which groups are shifted.
@@ -57,8 +57,8 @@ pub(crate) fn use_gradients(film: &mut Film, sums: GradientSums, plan: &Gradient
         recorded
     });
     let phases = phases.collect();
-    let GradientPlan { first_hits, weights, band_rows, .. } = plan;
-    let recorded = Recorded { pixels, phases, first_hits, weights: *weights, band_rows: *band_rows };
+    let GradientPlan { places, weights, band_rows, .. } = plan;
+    let recorded = Recorded { pixels, phases, places, weights: *weights, band_rows: *band_rows };
     let system = recorded.system();
     let Recorded { mut pixels, phases, .. } = recorded;
     let corrections = system.solve(&mut pixels);
@@ -79,7 +79,7 @@ struct Recorded<'a> {
     pixels: Vec<[Vec4; 3]>,
     /// Samples that were recorded, with groups as they are and shifted.
     phases: Vec<[u32; 2]>,
-    first_hits: &'a FirstHits,
+    places: &'a DiffusePlaces,
     weights: ClassWeights,
     /// Rows of pixels in a band of the film, within which groups are shifted.
     band_rows: usize,
@@ -93,7 +93,7 @@ fn recorded_count(phases: [u32; 2]) -> f32 {
 impl Recorded<'_> {
     /// The neighbour on a side of the pixel in column x and row y, if both can be of one group.
     fn neighbour(&self, [x, y]: [usize; 2], side: Side) -> Option<usize> {
-        let width = self.first_hits.width;
+        let width = self.places.width;
         match side {
             Side::Right => (x + 1 < width).then_some(y * width + x + 1),
             Side::Down => {
@@ -105,7 +105,7 @@ impl Recorded<'_> {
 
     /// Samples in which the pixel in column x and row y and its neighbour on a side were of one group: 4×2 pixels, shifted by 2 and 1.
     fn shared(&self, [x, y]: [usize; 2], side: Side) -> u32 {
-        let [a, b] = self.phases[y * self.first_hits.width + x];
+        let [a, b] = self.phases[y * self.places.width + x];
         let (plain, shifted) = match side {
             Side::Right => (x % 4 != 3, x % 4 != 1),
             Side::Down => (y % 2 == 0, y % 2 == 1),
@@ -118,14 +118,14 @@ impl Recorded<'_> {
         let pair = |at: [usize; 2], p: usize, side: Side| {
             let samples = self.shared(at, side);
             let q = self.neighbour(at, side).filter(|_| samples > 0)?;
-            let weight = self.weights[self.first_hits.class_of_pair(p, q, side)?];
+            let weight = self.weights[self.places.class_of_pair(p, q, side)?];
             let [light, right, down] = self.pixels[p];
             let difference = if side == Side::Right { right } else { down };
             let residual = (difference - samples as f32 * (light - self.pixels[q][0])).truncate();
             let pair = (weight * samples as f32, (weight * residual).extend(0.0));
             Some(pair).filter(|(_, residual)| residual.is_finite())
         };
-        let width = self.first_hits.width;
+        let width = self.places.width;
         System::of([width, self.pixels.len() / width], |[x, y]| {
             let p = y * width + x;
             let [(right, residual_right), (down, residual_down)] =
@@ -153,24 +153,24 @@ mod tests {
             *light = Vec4::splat(2.0 + too_much / samples as f32);
         }
         let all: Vec<_> = (0..64).map(|p| Vec3::new((p % 8) as f32, (p / 8) as f32, 1.0)).collect();
-        let first_hits = FirstHits::new(width, all.clone());
+        let places = DiffusePlaces::new(width, all.clone());
         let phases = vec![Phases::new(samples, false).samples(samples); 64];
-        let corrections = |first_hits: &FirstHits, band_rows: usize| {
+        let corrections = |places: &DiffusePlaces, band_rows: usize| {
             let (phases, weights) = (phases.clone(), [30.0; CLASSES]);
-            let mut recorded = Recorded { pixels: slots.clone(), phases, first_hits, weights, band_rows };
+            let mut recorded = Recorded { pixels: slots.clone(), phases, places, weights, band_rows };
             recorded.system().solve(&mut recorded.pixels).to_vec()
         };
-        let found = corrections(&first_hits, 64);
+        let found = corrections(&places, 64);
         let total: f32 = found.iter().map(|c| c.x).sum();
         // But for the last steps of the iteration.
         assert!(total.abs() < 0.02, "{total}");
         assert!(found[0].x < -0.1 && found[63].x > 0.0, "{} and {}", found[0].x, found[63].x);
         // Nothing is spread to where there is no surface.
         let apart = all.into_iter().map(|place| if place.x >= 4.0 { Vec3::ZERO } else { place }).collect();
-        let found = corrections(&FirstHits::new(width, apart), 64);
+        let found = corrections(&DiffusePlaces::new(width, apart), 64);
         assert!(found.iter().enumerate().all(|(p, c)| p % 8 < 4 || *c == Vec4::ZERO));
         // Nor from one band to the next, where shifted groups are others.
-        let found = corrections(&first_hits, 2);
+        let found = corrections(&places, 2);
         assert!(found.iter().enumerate().all(|(p, c)| p / 8 < 2 || *c == Vec4::ZERO));
     }
 }

@@ -2,14 +2,16 @@
 //! (shaders/lib/gradient.glsl).
 
 use bytemuck::zeroed_vec;
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::render::engine::Engine;
 use crate::render::error::RenderError;
-use crate::render::kernel::layout::{FilmSlot, mode};
+use crate::render::first_hit::{CameraRay, FirstHitTracer};
+use crate::render::kernel::layout::FirstHit;
+use crate::render::kernel::layout::first_hit::RECONNECTABLE;
 
-/// Classes of pairs of pixels, see [`FirstHits::class`].
+/// Classes of pairs of pixels, see [`DiffusePlaces::class`].
 pub(crate) const CLASSES: usize = 8;
 
 /// A pixel's neighbour.
@@ -21,7 +23,7 @@ pub(crate) enum Side {
 
 /// The places of diffuse surfaces that pixels show, in render space, row by row; 0 where there is none.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct FirstHits {
+pub(crate) struct DiffusePlaces {
     pub width: usize,
     all: Vec<Vec3>,
     /// How much the ways from a pixel's place to those of its neighbours differ, along a row and along a column: see [`curvature`]. NaN where
@@ -29,7 +31,7 @@ pub(crate) struct FirstHits {
     bends: Vec<[f32; 2]>,
 }
 
-impl FirstHits {
+impl DiffusePlaces {
     /// Of pixels in rows of such a width.
     pub fn new(width: usize, all: Vec<Vec3>) -> Self {
         let rows: Vec<_> = all.chunks_exact(width).collect();
@@ -91,19 +93,24 @@ fn curvature(places: [Vec3; 3]) -> f32 {
     if cos.is_finite() { 2.0 - 2.0 * cos } else { 4.0 }
 }
 
-/// Before a rendering: finds the surfaces at the pixels' centres. The film is left to the caller.
+/// Before a rendering: finds the surfaces at the pixels' centres, also those that are seen in mirrors.
 ///
 /// # Errors
 /// The device fails.
-pub(crate) fn find_first_hits(engine: &mut Engine) -> Result<FirstHits, RenderError> {
-    engine.clear_film()?;
-    let whole = engine.whole_film();
-    engine.look(|push| push.modes |= mode::SURVEY, |engine| engine.take_samples(&whole, 1))?;
+pub(crate) fn find_diffuse_places(
+    engine: &mut Engine,
+    first_hits: &mut FirstHitTracer,
+) -> Result<DiffusePlaces, RenderError> {
     let [width, height] = engine.size().map(|size| size as usize);
     let mut all: Vec<Vec3> = zeroed_vec(width * height);
-    let place = |slot: &FilmSlot| DVec3::from_array(std::array::from_fn(|axis| slot.total(axis))).as_vec3();
-    engine.read_pixels(&whole, &mut all, |at, slot| *at = place(slot))?;
-    Ok(FirstHits::new(width, all))
+    let whole = engine.whole_film();
+    let put = |place: &mut Vec3, hit: &FirstHit| {
+        if hit.is(RECONNECTABLE) {
+            *place = Vec3::from_array(hit.position);
+        }
+    };
+    engine.look(|_| (), |engine| first_hits.trace(engine, &whole, (CameraRay::Center, true), &mut all, put))?;
+    Ok(DiffusePlaces::new(width, all))
 }
 
 #[cfg(test)]
@@ -115,7 +122,7 @@ mod tests {
         let class = |heights: [f32; 4]| {
             let place = |(x, y): (usize, &f32)| Vec3::new(x as f32 + 1.0, *y, -5.0);
             let all: Vec<_> = heights.iter().enumerate().map(place).collect();
-            let (row, column) = (FirstHits::new(4, all.clone()), FirstHits::new(1, all));
+            let (row, column) = (DiffusePlaces::new(4, all.clone()), DiffusePlaces::new(1, all));
             assert_eq!(row.class(1, Side::Right), column.class(1, Side::Down));
             row.class(1, Side::Right)
         };
@@ -128,7 +135,7 @@ mod tests {
     #[test]
     fn pairs_need_two_places() {
         let all = vec![Vec3::X, Vec3::new(1.0, 0.0, 1.0), Vec3::ZERO, Vec3::Z];
-        let places = FirstHits::new(2, all);
+        let places = DiffusePlaces::new(2, all);
         // Nothing tells of a plane.
         assert_eq!(places.class(0, Side::Right), Some(CLASSES - 1));
         assert_eq!((places.class(0, Side::Down), places.class(2, Side::Right)), (None, None));

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::render::gradient::surfaces::{CLASSES, FirstHits};
+use crate::render::gradient::surfaces::{CLASSES, DiffusePlaces};
 use crate::render::reuse::pilot_statistics::PilotPair;
 
 /// How many times as certain as a pixel's value a difference may be taken to be: more gains little, but takes more steps
@@ -13,7 +13,7 @@ const MAX_WEIGHT: f32 = 32.0;
 pub(crate) type ClassWeights = [f32; CLASSES];
 
 /// What the pilot pass shows of neighbours of each class.
-pub(crate) fn class_weights(pairs: &[PilotPair], first_hits: &FirstHits) -> ClassWeights {
+pub(crate) fn class_weights(pairs: &[PilotPair], places: &DiffusePlaces) -> ClassWeights {
     // In parallel, and added up in their order.
     let add = |mut a: PairSums, b: PairSums| {
         a.iter_mut().zip(b).for_each(|(a, b)| *a = [a[0] + b[0], a[1] + b[1]]);
@@ -22,7 +22,7 @@ pub(crate) fn class_weights(pairs: &[PilotPair], first_hits: &FirstHits) -> Clas
     let sum = |pairs: &[PilotPair]| {
         let mut sums = PairSums::default();
         for pair in pairs {
-            let Some(class) = first_hits.class(pair.pixel, pair.side) else { continue };
+            let Some(class) = places.class(pair.pixel, pair.side) else { continue };
             sums[class] = [sums[class][0] + pair.values, sums[class][1] + pair.difference];
         }
         sums

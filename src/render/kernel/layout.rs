@@ -43,6 +43,7 @@ pub(crate) mod binding {
     pub const SCENE: u32 = 11;
     pub const TEXTURES: u32 = 14;
     pub const LEAF_BOXES: u32 = 15;
+    pub const FIRST_HITS: u32 = 16;
 }
 
 const _: () = assert!(cfg!(target_endian = "little"), "the words of a counter would change places");
@@ -124,17 +125,17 @@ pub(crate) struct Push {
     pub other_samples: u32,
     pub light_path_scale: f32,
     pub tile_bits: u32,
+    pub camera_sample: u32,
+    pub follows_mirrors: u32,
 }
 
 /// Bits of [`Push::modes`].
 pub(crate) mod mode {
     pub const SHIFTED: u32 = 1;
     pub const CORRELATED: u32 = 2;
-    pub const SURVEY: u32 = 4;
-    pub const SCATTERED: u32 = 8;
-    pub const REUSED: u32 = 16;
-    pub const EMITTERS: u32 = 32;
-    pub const TURN_SHIFT: u32 = 6;
+    pub const SCATTERED: u32 = 4;
+    pub const REUSED: u32 = 8;
+    pub const TURN_SHIFT: u32 = 4;
 }
 
 /// Types of BSDFs (shaders/lib/bsdf/closure.glsl).
@@ -211,6 +212,45 @@ impl SplatRecord {
     pub const NO_PIXEL: u32 = u32::MAX;
     /// The loop budget was spent before the light path ended.
     pub const UNFINISHED: u32 = u32::MAX - 1;
+}
+
+/// What a camera ray meets first (shaders/first_hit.comp).
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable, Default, PartialEq)]
+pub(crate) struct FirstHit {
+    pub position: [f32; 3],
+    /// Length of the ray, or of the part after the last mirror.
+    pub t: f32,
+    /// Geometric.
+    pub normal: [f32; 3],
+    /// -1: the ray meets nothing.
+    pub primitive: i32,
+    pub shading: [f32; 3],
+    pub instance: i32,
+    pub albedo: [f32; 3],
+    pub material: u32,
+    /// Brightness of what is emitted towards the camera.
+    pub emitted: f32,
+    /// Bits of [`first_hit`].
+    pub flags: u32,
+    pub unused: [u32; 2],
+}
+
+impl FirstHit {
+    /// Whether all of these flags are set.
+    pub fn is(&self, flags: u32) -> bool {
+        self.flags & flags == flags
+    }
+}
+
+/// Bits of [`FirstHit::flags`], and which ray is traced.
+pub(crate) mod first_hit {
+    pub const MET: u32 = 1;
+    pub const RECONNECTABLE: u32 = 2;
+    pub const GLASS: u32 = 4;
+    pub const BY_MIRRORS: u32 = 8;
+    /// In place of the number of a sample: the ray through the centre of the pixel.
+    pub const CENTER: u32 = u32::MAX;
 }
 
 /// Where a film's slot has its pixel's multipliers (shaders/lib/sample_map.glsl).

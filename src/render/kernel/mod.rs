@@ -55,6 +55,10 @@ const PATH_QUEUE: Kernel =
 pub(crate) const LIGHT_TRACE: Kernel =
     Kernel { name: "light_trace", spirv: include_bytes!(concat!(env!("OUT_DIR"), "/light_trace.spv")) };
 
+/// Finds what the camera sees first (shaders/first_hit.comp).
+pub(crate) const FIRST_HIT: Kernel =
+    Kernel { name: "first_hit", spirv: include_bytes!(concat!(env!("OUT_DIR"), "/first_hit.spv")) };
+
 /// Traces rays and nothing else, for `bench --rays` (shaders/probe/traverse.comp).
 pub(crate) const TRAVERSE: Kernel =
     Kernel { name: "traverse", spirv: include_bytes!(concat!(env!("OUT_DIR"), "/traverse.spv")) };
@@ -75,12 +79,15 @@ pub(crate) const fn built_in(schedule: Schedule) -> Kernel {
 /// A number that tells the built-in shaders apart from those of another build.
 pub fn shaders_hash() -> u64 {
     let mut hash = Fnv::default();
-    [PATH_TRACE, PATH_INTERLEAVED, PATH_QUEUE, LIGHT_TRACE].iter().for_each(|kernel| hash.write(kernel.spirv));
+    [PATH_TRACE, PATH_INTERLEAVED, PATH_QUEUE, LIGHT_TRACE, FIRST_HIT]
+        .iter()
+        .for_each(|kernel| hash.write(kernel.spirv));
     hash.finish()
 }
 
 /// The names of kernels that may be in the folder of the settings.
-const NAMES: [&str; 5] = [PATH_TRACE.name, PATH_INTERLEAVED.name, PATH_QUEUE.name, LIGHT_TRACE.name, TRAVERSE.name];
+const NAMES: [&str; 6] =
+    [PATH_TRACE.name, PATH_INTERLEAVED.name, PATH_QUEUE.name, LIGHT_TRACE.name, FIRST_HIT.name, TRAVERSE.name];
 
 fn file_of(kernel: &str, folder: &Path) -> PathBuf {
     folder.join(kernel).with_extension("spv")
@@ -130,7 +137,7 @@ mod tests {
 
     #[test]
     fn damaged_modules_and_other_shaders_are_refused() {
-        for kernel in [PATH_TRACE, PATH_INTERLEAVED, PATH_QUEUE, LIGHT_TRACE, TRAVERSE] {
+        for kernel in [PATH_TRACE, PATH_INTERLEAVED, PATH_QUEUE, LIGHT_TRACE, FIRST_HIT, TRAVERSE] {
             let words = words_of(kernel.spirv);
             assert_eq!(check_spirv(&words), Ok(()), "{}", kernel.name);
             for cut in [1, 2, 3, 1000] {

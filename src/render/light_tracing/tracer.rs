@@ -144,7 +144,7 @@ impl LightTracer {
         let in_flight = most_light_paths.div_ceil(u64::from(dispatch)).clamp(1, IN_FLIGHT as u64) as usize;
         let records = |i: usize| {
             let bytes = records_bytes(dispatch as usize);
-            let buffer = Buffer::new(device, &format!("light paths {i}"), bytes, Usage::HostTexel)?;
+            let buffer = Buffer::new(device, &format!("light paths {i}"), bytes, Usage::HostTexelAndArray)?;
             let mut all = bound.clone();
             all.push((binding::LIGHT_PATHS, Resource::Buffer(&buffer)));
             Ok(Records { set: BindingSet::new(layout, &all)?, buffer })

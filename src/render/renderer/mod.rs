@@ -23,9 +23,10 @@ use crate::render::error::RenderError;
 use crate::render::film::Film;
 use crate::render::film::checkpoint::Checkpoint;
 use crate::render::film::tiling::{BLOCK, SIDE, slot_count};
+use crate::render::first_hit::FirstHitTracer;
 use crate::render::gradient::develop::{GradientPlan, GradientSums};
 use crate::render::gradient::phases::Phases;
-use crate::render::gradient::surfaces::find_first_hits;
+use crate::render::gradient::surfaces::find_diffuse_places;
 use crate::render::gradient::weights::class_weights;
 use crate::render::kernel::driver_traits::DriverTraits;
 use crate::render::kernel::features::Features;
@@ -64,6 +65,7 @@ pub struct Renderer {
     // Dropped before the tracer, since it waits for the device.
     engine: Engine,
     light_tracer: Option<LightTracer>,
+    first_hits: FirstHitTracer,
 }
 
 /// Where a rendering is, and what of it was done when it was stopped.
@@ -104,6 +106,7 @@ impl Renderer {
         let launch = Launch::new(device, traits, &prepared, options)?;
         let ray_query = prepared.features.ray_query;
         let light_layout = (options.casters > 0).then(|| LightTracer::layout(device, ray_query)).transpose()?;
+        let mut first_hits = FirstHitTracer::new(device, &launch, &prepared);
         let light_specialization = tracer::specialization(&launch, &prepared);
         let light_pipeline = light_layout
             .as_ref()
@@ -124,6 +127,9 @@ impl Renderer {
         if let Some(tracer) = &light_tracer {
             tracer.warm_up(&mut engine)?;
         }
+        if techniques.looks_for_edges() {
+            first_hits.prepare(&mut engine)?;
+        }
         engine.statistics.compile_seconds = pipeline_seconds + warm_up_start.elapsed().as_secs_f64();
         engine.statistics.setup_seconds = prepared.seconds + start.elapsed().as_secs_f64();
         Ok(Self {
@@ -137,6 +143,7 @@ impl Renderer {
             splats: Splats::default(),
             engine,
             light_tracer,
+            first_hits,
         })
     }
 
@@ -245,7 +252,7 @@ impl Renderer {
     /// Before a rendering: whether paths are reused, whether the image is made from gradients, and how many samples
     /// each pixel gets. It depends on no random number of the image. The film is left to the caller.
     fn decide(&mut self, Plan { samples, limited }: Plan) -> Result<Decisions, RenderError> {
-        let Self { settings, techniques, engine, .. } = self;
+        let Self { settings, techniques, engine, first_hits, .. } = self;
         let may_map = techniques.sample_map
             && fits_sample_map(settings, engine.launch.kernel.sobol_levels)
             && (!engine.launch.kernel.reuse || engine.has_whole_rows());
@@ -259,7 +266,8 @@ impl Renderer {
             samples,
             own_seed: settings.mutation == Some(Mutation::OwnSampleMap),
         };
-        let wanted = if may_map { look_for_edges(engine, &search)?.unwrap_or_default() } else { Vec::new() };
+        let wanted =
+            if may_map { look_for_edges(engine, first_hits, &search)?.unwrap_or_default() } else { Vec::new() };
 
         let mut reuse = techniques.reuse.before(samples);
         let mut decisions = Decisions::default();
@@ -274,15 +282,15 @@ impl Renderer {
             let reuses = reuse.pays(techniques.reuse.worth);
             log::debug!("reuse of paths: {reuse:?}, {reuses}");
             if techniques.makes_gradients(reuse, samples, settings) {
-                let first_hits = find_first_hits(engine)?;
-                let weights = class_weights(&pilot.pairs, &first_hits);
+                let places = find_diffuse_places(engine, first_hits)?;
+                let weights = class_weights(&pilot.pairs, &places);
                 log::debug!("weights of differences: {weights:?}");
                 let phases = match settings.adaptive {
                     None => Phases::new(samples, limited),
                     Some(_) => Phases::OfDoublings,
                 };
                 let band_rows = grid.band_rows as usize;
-                decisions.gradients = Some(GradientPlan { phases, first_hits, weights, band_rows });
+                decisions.gradients = Some(GradientPlan { phases, places, weights, band_rows });
             }
             if may_allocate {
                 let made = [reuses, decisions.gradients.is_some()];

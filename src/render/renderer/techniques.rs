@@ -61,6 +61,11 @@ impl Techniques {
         (techniques, options)
     }
 
+    /// Whether pixels that see emitters, mirrors and glass are looked for.
+    pub fn looks_for_edges(&self) -> bool {
+        self.sample_map && (self.glass || !self.emitter_bounds.is_empty())
+    }
+
     /// Whether the image of so many samples is made from gradients, that being decided about reuse.
     pub fn makes_gradients(&self, reuse: ReuseDecision, samples: u32, settings: &RenderSettings) -> bool {
         let samples = match &settings.adaptive {

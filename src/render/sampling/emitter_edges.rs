@@ -1,14 +1,15 @@
 //! Finds the pixels that need more samples for what the camera sees (shaders/lib/sample_map.glsl): the edges of emitters, and, where light
 //! is traced from emitters to take the noise of caustics elsewhere, mirrors and glass.
 
-use bytemuck::zeroed_vec;
+use bytemuck::{Zeroable, zeroed_vec};
 use rayon::prelude::*;
 
 use crate::render::engine::Engine;
 use crate::render::error::RenderError;
 use crate::render::film::tiling::{SIDE, TILE, pixel_of_slot, pixels_in, slot_count, tile_of_pixel, tiles_around};
+use crate::render::first_hit::{CameraRay, FirstHitTracer};
 use crate::render::kernel::features::Features;
-use crate::render::kernel::layout::{FilmSlot, Push, mode};
+use crate::render::kernel::layout::{FilmSlot, Push, first_hit};
 use crate::render::plan::dispatch::{Span, Work};
 use crate::render::sampling::multiplier::Multiplier;
 use crate::render::sampling::sample_map_decision::greatest_multiplier;
@@ -77,8 +78,15 @@ fn pays(tiles: usize, size: [u32; 2], samples: u32) -> bool {
     samples > 1 || 2 * tiles <= all
 }
 
-/// What a pixel sees, directly or in mirrors: the mean brightness of emitters, and how many of its rays meet a mirror, and glass.
-type Seen = [f32; 3];
+/// What a pixel sees, directly or in mirrors.
+#[derive(Debug, Clone, Copy, Zeroable, Default)]
+struct Seen {
+    /// Brightness of emitters, over all rays.
+    emitted: f64,
+    /// Some ray meets a mirror, or glass.
+    mirror: bool,
+    glass: bool,
+}
 
 /// Whether glass and mirrors that the camera sees get more samples, in a scene that needs these features and with so many targets of
 /// light that is traced from emitters.
@@ -105,6 +113,7 @@ pub(crate) struct EdgeSearch<'a> {
 /// The device fails.
 pub(crate) fn look_for_edges(
     engine: &mut Engine,
+    first_hits: &mut FirstHitTracer,
     search: &EdgeSearch<'_>,
 ) -> Result<Option<Vec<Multiplier>>, RenderError> {
     let size @ [width, height] = engine.size();
@@ -117,29 +126,31 @@ pub(crate) fn look_for_edges(
         return Ok(None);
     }
     let reseed = |push: &mut Push| push.seed ^= if search.own_seed { 0 } else { SEED };
-    engine.look(reseed, |engine| multipliers_of_seen(engine, search, &tiles)).map(Some)
+    engine.look(reseed, |engine| multipliers_of_seen(engine, first_hits, search, &tiles)).map(Some)
 }
 
 /// What these tiles may show decides.
 fn multipliers_of_seen(
     engine: &mut Engine,
+    first_hits: &mut FirstHitTracer,
     search: &EdgeSearch<'_>,
     tiles: &[usize],
 ) -> Result<Vec<Multiplier>, RenderError> {
     let [width, height] = engine.size();
     let spans = engine.spans_of(tiles.iter().copied());
-    engine.clear_film()?;
-    engine.with_push(|push| push.modes |= mode::EMITTERS, |engine| engine.take_samples(&spans, FIRST_SAMPLES))?;
     // Of both only what is written takes memory.
     let pixels = width as usize * height as usize;
     let (mut seen, mut multipliers) = (zeroed_vec::<Seen>(pixels), zeroed_vec::<Multiplier>(pixels));
-    engine.read_pixels(&spans, &mut seen, |seen, slot| {
-        let [emitted, mirrors, glass] = [0, 1, 2].map(|channel| slot.total(channel) as f32);
-        *seen = [emitted / FIRST_SAMPLES as f32, mirrors, glass];
-    })?;
+    for sample in 0..FIRST_SAMPLES {
+        first_hits.trace(engine, &spans, (CameraRay::OfSample(sample), true), &mut seen, |seen, hit| {
+            seen.emitted += f64::from(hit.emitted);
+            seen.mirror |= hit.is(first_hit::BY_MIRRORS);
+            seen.glass |= hit.is(first_hit::GLASS);
+        })?;
+    }
     if search.glass {
-        multipliers.par_iter_mut().zip(&seen).for_each(|(multiplier, &[_, mirrors, glass])| {
-            *multiplier = match (mirrors > 0.0, glass > 0.0) {
+        multipliers.par_iter_mut().zip(&seen).for_each(|(multiplier, seen)| {
+            *multiplier = match (seen.mirror, seen.glass) {
                 (_, true) => THROUGH_GLASS,
                 (true, false) => BY_MIRRORS,
                 (false, false) => Multiplier::ONE,
@@ -181,7 +192,7 @@ fn mean_of_rest(engine: &mut Engine, seen: &[Seen]) -> Result<f64, RenderError> 
     let (mut sum, mut count) = (0.0, 0);
     engine.read_slots(&spans, |first, slots| {
         for (slot, number) in slots.iter().zip(first..) {
-            let unlit = pixel_of_slot(number, width, height).is_some_and(|pixel| seen[pixel][0] == 0.0);
+            let unlit = pixel_of_slot(number, width, height).is_some_and(|pixel| seen[pixel].emitted == 0.0);
             if unlit {
                 sum += brightness(slot);
                 count += 1;
@@ -228,8 +239,8 @@ fn edges(seen: &[Seen], width: usize, among: &[usize]) -> Vec<(usize, f64)> {
     let contrast = |&p: &usize| {
         let (x, y) = (p % width, p / width);
         let neighbours = around(y, height).flat_map(|y| around(x, width).map(move |x| y * width + x));
-        let contrast = neighbours.map(|q| f64::from(seen[q][0] - seen[p][0]).abs()).fold(0.0, f64::max);
-        (contrast > 0.0).then_some((p, contrast))
+        let contrast = neighbours.map(|q| (seen[q].emitted - seen[p].emitted).abs()).fold(0.0, f64::max);
+        (contrast > 0.0).then_some((p, contrast / f64::from(FIRST_SAMPLES)))
     };
     let mut found: Vec<_> = among.par_iter().filter_map(contrast).collect();
     found.par_sort_unstable_by_key(|(pixel, _)| *pixel);
@@ -244,15 +255,16 @@ mod tests {
     fn pixels_beside_an_edge_are_found() {
         let pixels = pixels_around(&[0], 7, 5);
         let found = |seen: &[Seen]| edges(seen, 7, &pixels);
-        let mut seen = vec![[1.5, 0.0, 0.0]; 35];
+        let emitting = |mean: f64| Seen { emitted: f64::from(FIRST_SAMPLES) * mean, ..Seen::default() };
+        let mut seen = vec![emitting(1.5); 35];
         assert!(found(&seen).is_empty());
-        seen[2 * 7 + 3][0] = 3.5;
+        seen[2 * 7 + 3] = emitting(3.5);
         assert_eq!(found(&seen), [9, 10, 11, 16, 17, 18, 23, 24, 25].map(|pixel| (pixel, 2.0)));
         // In a corner.
-        seen[17][0] = 1.5;
-        seen[34][0] = 0.0;
+        seen[17] = emitting(1.5);
+        seen[34] = emitting(0.0);
         assert_eq!(found(&seen), [26, 27, 33, 34].map(|pixel| (pixel, 1.5)));
-        assert!(edges(&[[9.0, 1.0, 1.0]], 1, &[0]).is_empty());
+        assert!(edges(&[emitting(9.0)], 1, &[0]).is_empty());
     }
 
     #[test]

@@ -10,7 +10,7 @@ use crate::spirv::words_of;
 use crate::render::kernel;
 use crate::render::kernel::aliased::{ALIASED, declare_aliased};
 use crate::render::kernel::layout::binding;
-use crate::render::kernel::{Kernel, LIGHT_TRACE, PATH_KERNELS, TRAVERSE};
+use crate::render::kernel::{FIRST_HIT, Kernel, LIGHT_TRACE, PATH_KERNELS, TRAVERSE};
 use crate::render::settings::RenderSettings;
 
 /// Words of a module's header.
@@ -35,7 +35,7 @@ fn bound_and_aliased(words: &[u32]) -> (BTreeMap<Word, u32>, BTreeSet<Word>) {
 }
 
 fn all_kernels() -> impl Iterator<Item = Kernel> {
-    PATH_KERNELS.into_iter().chain([LIGHT_TRACE, TRAVERSE])
+    PATH_KERNELS.into_iter().chain([LIGHT_TRACE, FIRST_HIT, TRAVERSE])
 }
 
 #[test]

@@ -9,13 +9,13 @@ use std::mem::offset_of;
 use crate::anisotropic_albedo;
 use crate::render::film::tiling;
 use crate::render::kernel::layout::{
-    Counters, FilmSlot, GradientSlot, POLYGON_CONSTANTS, Push, SPHERE_CONSTANTS, SceneValues, SplatRecord, binding,
-    bsdf, constant, flag, mode, multiplier, queue,
+    Counters, FilmSlot, FirstHit, GradientSlot, POLYGON_CONSTANTS, Push, SPHERE_CONSTANTS, SceneValues, SplatRecord,
+    binding, bsdf, constant, first_hit, flag, mode, multiplier, queue,
 };
 use crate::render::kernel::layout_tests::reflect::{Interface, interface};
 use crate::render::kernel::sobol;
 use crate::render::kernel::specialization::{self, id};
-use crate::render::kernel::{LIGHT_TRACE, PATH_KERNELS};
+use crate::render::kernel::{FIRST_HIT, LIGHT_TRACE, PATH_KERNELS};
 use crate::render::light::table;
 use crate::render::scene::tables;
 use crate::render::settings::mutation::Mutation;
@@ -42,7 +42,11 @@ fn expected_constants() -> BTreeMap<String, u32> {
 
 /// The path tracing kernels, and that of light paths.
 fn kernels() -> Vec<(&'static str, Interface)> {
-    PATH_KERNELS.into_iter().chain([LIGHT_TRACE]).map(|kernel| (kernel.name, interface(kernel.spirv))).collect()
+    PATH_KERNELS
+        .into_iter()
+        .chain([LIGHT_TRACE, FIRST_HIT])
+        .map(|kernel| (kernel.name, interface(kernel.spirv)))
+        .collect()
 }
 
 /// A kernel may leave out what it does not use: none may have a constant that the host does not know of or knows by
@@ -90,6 +94,7 @@ fn bindings() {
         (binding::TEXTURES, "TextureArray", true),
         (binding::TEXTURES, "texture_texels", false),
         (binding::LEAF_BOXES, "leaf_boxes", false),
+        (binding::FIRST_HITS, "FirstHitRows", true),
     ]
     .map(|(number, name, storage)| (0, number, name.to_owned(), storage));
     for (kernel, interface) in kernels() {
@@ -118,6 +123,8 @@ fn push_constants() {
         ("other_samples", offset_of!(Push, other_samples)),
         ("light_path_scale", offset_of!(Push, light_path_scale)),
         ("tile_bits", offset_of!(Push, tile_bits)),
+        ("camera_sample", offset_of!(Push, camera_sample)),
+        ("follows_mirrors", offset_of!(Push, follows_mirrors)),
     ]
     .map(|(name, offset)| (name.to_owned(), offset));
     for (kernel, interface) in kernels() {
@@ -194,10 +201,8 @@ fn records() {
     for (name, bit) in [
         ("MODE_SHIFTED", mode::SHIFTED),
         ("MODE_CORRELATED", mode::CORRELATED),
-        ("MODE_SURVEY", mode::SURVEY),
         ("MODE_SCATTERED", mode::SCATTERED),
         ("MODE_REUSED", mode::REUSED),
-        ("MODE_EMITTERS", mode::EMITTERS),
         ("MODES_TURN", mode::TURN_SHIFT),
     ] {
         assert!(layout.contains(&format!("const uint {name} = {bit}u;")), "{name}");
@@ -206,6 +211,17 @@ fn records() {
     let light_trace = include_str!("../../../../shaders/light_trace.comp");
     assert!(light_trace.contains(&format!("const uint NO_PIXEL = {:#x}u;", SplatRecord::NO_PIXEL)));
     assert!(light_trace.contains(&format!("const uint UNFINISHED = {:#x}u;", SplatRecord::UNFINISHED)));
+    assert!(layout.contains(&format!("const uint FIRST_HIT_ROWS = {}u;", size_of::<FirstHit>() / 16)));
+    assert!(layout.contains(&format!("const uint CENTER = {:#x}u;", first_hit::CENTER)));
+    let first_hit_shader = include_str!("../../../../shaders/first_hit.comp");
+    for (name, bit) in [
+        ("MET", first_hit::MET),
+        ("RECONNECTABLE", first_hit::RECONNECTABLE),
+        ("GLASS", first_hit::GLASS),
+        ("BY_MIRRORS", first_hit::BY_MIRRORS),
+    ] {
+        assert!(first_hit_shader.contains(&format!("const uint {name} = {bit}u;")), "{name}");
+    }
     let light_path = include_str!("../../../../shaders/lib/light_tracing.glsl");
     assert!(light_path.contains(&format!("const uint LIGHT_PATH_HITS = {}u;", SplatRecord::MOST + 1)));
     assert_eq!((offset_of!(SplatRecord, pixel), size_of::<SplatRecord>()), (12, 16));
