@@ -1,4 +1,4 @@
-// Surfaces that let some rays pass: culled backs, and alpha. A ray that passes has not met the surface.
+// Alpha: surfaces that let some rays pass. A ray that passes has not met the surface.
 //
 // The part alpha of rays is stopped at random: by a number that the ray and the primitive make, so that it is the same whenever a
 // traversal comes by.
@@ -58,17 +58,11 @@ vec3 emission_part(int primitive, vec2 barycentrics, vec3 normal) {
     return part;
 }
 
-// Whether a triangle stops a ray that meets it.
+// Whether a triangle whose material has alpha stops a ray that meets it.
 bool stops_ray(int primitive, vec3 origin, vec3 direction) {
     uvec4 shape = primitive_shape(primitive);
-    if ((shape.w & IS_PARTIAL) == 0u) return true;
-    Material m = fetch_material(material_index(shape.w));
-    vec3 normal = uintBitsToFloat(primitive_attributes(primitive).xyz);
-    if ((m.type & CULLS_BACK) != 0u && dot(direction, normal) > 0.0) return false;
-    if ((m.type & DETAILED) == 0u) return true;
-    int details = details_texel(m.ior);
+    int details = details_texel(fetch_material(material_index(shape.w)).ior);
     vec2 alpha = uintBitsToFloat(geometry_texel(details).zw);
-    if (alpha.y == 0.0) return true;
     vec2 barycentrics = barycentrics_of(origin, direction, triangle_of(shape)).yz;
     float part = alpha_at(shape.xyz, barycentrics, details, alpha.x);
     float least = MUTATION == MUTATE_ALPHA ? 0.5 : number_of_ray(origin, direction, primitive);

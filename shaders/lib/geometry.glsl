@@ -14,8 +14,7 @@
 
 const uint IS_SPHERE = 0x80000000u;
 const uint IS_SMOOTH = 0x40000000u;     // vertices have normals
-const uint IS_PARTIAL = 0x20000000u;    // rays may pass: alpha, or culled backs
-const uint MATERIAL_BITS = 0x1fffffffu;
+const uint MATERIAL_BITS = 0x3fffffffu;
 
 // Constant spheres and polygons: they come first.
 const uint CONSTANTS = SPHERE_COUNT + POLYGON_COUNT;

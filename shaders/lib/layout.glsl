@@ -65,7 +65,7 @@ layout(constant_id = 50) const bool HAS_DETAILS = false;    // materials with te
 layout(constant_id = 51) const bool HAS_TEXTURES = false;
 layout(constant_id = 52) const bool HAS_VERTEX_COLORS = false;
 layout(constant_id = 53) const bool HAS_NORMAL_MAPS = false;
-layout(constant_id = 54) const bool HAS_COVERAGE = false;   // surfaces that let rays pass
+layout(constant_id = 54) const bool HAS_COVERAGE = false;   // surfaces with alpha
 layout(constant_id = 55) const bool HAS_VARIED_EMISSION = false;     // emitters with textures or alpha
 layout(constant_id = 58) const bool HAS_ENVIRONMENT = false;     // the background is a map, see light/environment.glsl
 layout(constant_id = 62) const bool HAS_TRANSMISSION = false;    // of the metallic-roughness model
@@ -76,12 +76,14 @@ layout(constant_id = 101) const bool HAS_COAT = false;       // clear coats
 layout(constant_id = 102) const bool HAS_SHEEN = false;
 layout(constant_id = 105) const bool TABLES_IN_ARRAYS = false;    // see the bindings
 layout(constant_id = 103) const bool HAS_ANISOTROPY = false;
+layout(constant_id = 106) const bool HAS_CULLED_BACKS = false;     // surfaces that let rays pass from behind
 layout(constant_id = 104) const bool HAS_CONDUCTOR = false; // metals by their complex index, rough mirrors
 layout(constant_id = 48) const uint MUTATION = 0u;          // tests only: breaks one thing, see src/render/settings/mutation.rs
 // Simple operands: glslang makes control flow of others, for which there is no place here.
 const bool HAS_DENSITIES = HAS_DIFFUSE || HAS_METALLIC_ROUGHNESS;   // some BSDF is no distribution of single directions
 const bool HAS_LAYERS = HAS_SPECULAR_TEXTURES || HAS_COAT || HAS_SHEEN || HAS_ANISOTROPY || HAS_CONDUCTOR;    // of some material, see material.glsl
 const bool HAS_COVER = HAS_COAT || HAS_SHEEN;    // something may lie over surfaces
+const bool HAS_PASSABLE = HAS_COVERAGE || HAS_CULLED_BACKS;     // rays may pass surfaces
 const bool LETS_THROUGH = HAS_DIELECTRIC || HAS_TRANSMISSION;
 const bool HAS_LIGHTS = LIGHT_COUNT > 0u || HAS_ENVIRONMENT;
 const bool SAMPLES_LIGHTS = HAS_DENSITIES && HAS_LIGHTS;

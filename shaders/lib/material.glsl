@@ -29,12 +29,10 @@ const bool HAS_TWO_SIDED = (LIGHT_KINDS & 1u << 6) != 0u;
 const uint TWO_SIDED = 0x100u;
 // It has details.
 const uint DETAILED = 0x200u;
-// Its back lets all rays pass.
-const uint CULLS_BACK = 0x400u;
 // Its emission has the colour of the vertices.
-const uint UNLIT = 0x800u;
+const uint UNLIT = 0x400u;
 // Its microfacets are those of a conductor.
-const uint CONDUCTOR = 0x1000u;
+const uint CONDUCTOR = 0x800u;
 const uint BSDF_TYPE_BITS = 0xffu;
 
 struct Material {

@@ -19,7 +19,7 @@ pub use crate::accel::copies::copies;
 pub use crate::accel::leaf::{Leaf, leaves};
 pub use crate::accel::primitive::Primitive;
 pub use crate::accel::quantised::Quantised;
-pub use crate::accel::record::{MAX_RECORDS, Packed, Texel, pack};
+pub use crate::accel::record::{MAX_RECORDS, Packed, Passable, Texel, pack};
 pub use crate::accel::statistics::BvhStatistics;
 
 /// Numbers in [0, 1) for tests, the same each time (Numerical Recipes, 7.1).

@@ -8,7 +8,7 @@
 //! primitives   first, second of a record;   first, second of the next one
 //! ```
 //! Triangles are v0, v1, v2 and v3, v2, v1, whose corners have been turned for that ([`Leaf`]). If there is only one, v3 is v1,
-//! and the other has no area.
+//! and the other has no area. Those that rays may pass are marked in bits that coordinates below 2 leave free ([`Packed::mark_passable`]).
 //!
 //! Of an inner node the origin is three floats, the exponents are bytes, and the other words hold a byte for each child
 //! (see [`Quantised`]). Its children are consecutive records. The last word has in its lowest four
@@ -50,6 +50,8 @@ const LO_FLIP: u32 = 0x4040_4040;
 pub(super) const INNER: u32 = 0xfe00_0000;
 /// Bits of words of inner nodes that mean nothing there, so that none is a subnormal float.
 const NOT_SUBNORMAL: u32 = 0x3000_0000;
+/// In x and y of a triangle's first or second corner: what rays may pass. It is the highest bit of exponents, of floats from 2 on.
+const PASSABLE: u32 = 1 << 30;
 /// Beside the radius of a sphere.
 const SPHERE: u32 = -2i32 as u32;
 
@@ -78,6 +80,15 @@ fn leaf_record(leaf: Leaf, primitives: &[Primitive]) -> Record {
             [texel(a, d.x.to_bits()), texel(b, d.y.to_bits()), texel(c, d.z.to_bits())]
         }
     }
+}
+
+/// What rays may pass of a triangle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Passable {
+    /// All of it, from behind.
+    pub back: bool,
+    /// Parts of it.
+    pub alpha: bool,
 }
 
 /// A tree as the shaders read it.
@@ -111,6 +122,18 @@ impl Packed {
     pub fn primitive(&self, slot: usize) -> Option<u32> {
         let held = self.texels.get(3 * self.records..)?.as_flattened();
         held.get(slot).copied().filter(|&primitive| primitive != Leaf::NONE)
+    }
+
+    /// Marks what rays may pass, by the numbers of primitives. Only triangles are, with coordinates below 2.
+    pub fn mark_passable(&mut self, passable: impl Fn(u32) -> Passable) {
+        for slot in 0..2 * self.records {
+            let Some(Passable { back, alpha }) = self.primitive(slot).map(&passable) else { continue };
+            let corner = &mut self.texels[3 * (slot / 2) + slot % 2];
+            for (word, _) in corner.iter_mut().zip([back, alpha]).filter(|(_, is_passable)| *is_passable) {
+                debug_assert!(*word & PASSABLE == 0, "a coordinate is 2 or more");
+                *word |= PASSABLE;
+            }
+        }
     }
 }
 
@@ -414,6 +437,32 @@ mod tests {
             })
         };
         assert!(packed(1) == packed(5));
+    }
+
+    #[test]
+    fn what_rays_may_pass_is_marked() {
+        let [a, b, c, d] = [Vec3::ZERO, Vec3::X, Vec3::new(-1.5, 1.9, 0.0), Vec3::Y];
+        let sphere = Primitive::Sphere { center: 9.0 * Vec3::X, radius: 1.0 };
+        let primitives = [triangle([a, b, c]), triangle([a, c, d]), triangle([c, d, Vec3::Z]), sphere];
+        let leaves = leaves(&primitives);
+        let boxes: Vec<_> = leaves
+            .iter()
+            .map(|leaf| leaf.members().fold(Aabb::EMPTY, |all, i| all.union(primitives[i as usize].bounds(0.0))))
+            .collect();
+        let packed = pack(&build(&boxes).unwrap(), &leaves, &primitives, 0);
+        let mut marked = packed.clone();
+        marked.mark_passable(|i| Passable { back: i == 1, alpha: i < 2 });
+        for record in 0..packed.records {
+            for (second, corner) in [3 * record, 3 * record + 1].into_iter().enumerate() {
+                let bits = match packed.primitive(2 * record + second) {
+                    Some(0) => [0, PASSABLE],
+                    Some(1) => [PASSABLE; 2],
+                    _ => [0; 2],
+                };
+                let differs = [0, 1, 2, 3].map(|i| packed.texels[corner][i] ^ marked.texels[corner][i]);
+                assert_eq!(differs, [bits[0], bits[1], 0, 0], "record {record}");
+            }
+        }
     }
 
     #[test]

@@ -435,7 +435,8 @@ impl Material {
         (normal.is_some() || is_anisotropic).then(|| along.map_or(0, |texture| texture.uv_set as usize))
     }
 
-    fn has_alpha(&self) -> bool {
+    /// Whether alpha may let rays pass.
+    pub(crate) fn has_alpha(&self) -> bool {
         self.coverage != Coverage::Opaque
     }
 }

@@ -168,18 +168,14 @@ pub(crate) mod flag {
     pub const SPHERE: u32 = 1 << 31;
     /// Its vertices have shading normals.
     pub const SMOOTH: u32 = 1 << 30;
-    /// Some rays may pass.
-    pub const PARTIAL: u32 = 1 << 29;
     /// Of a material, beside the type of its BSDF: its back emits too.
     pub const TWO_SIDED: u32 = 1 << 8;
     /// Likewise: it has details (scene/materials.rs).
     pub const DETAILED: u32 = 1 << 9;
-    /// Likewise: its back lets all rays pass.
-    pub const CULLS_BACK: u32 = 1 << 10;
     /// Likewise: its emission has the colour of the vertices.
-    pub const UNLIT: u32 = 1 << 11;
+    pub const UNLIT: u32 = 1 << 10;
     /// Likewise: its microfacets are those of a conductor.
-    pub const CONDUCTOR: u32 = 1 << 12;
+    pub const CONDUCTOR: u32 = 1 << 11;
 }
 
 /// A pixel of the film buffer.

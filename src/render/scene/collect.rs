@@ -6,7 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::accel;
-use crate::accel::Primitive;
+use crate::accel::{Passable, Primitive};
 use crate::scene;
 use crate::scene::{Material, Mesh, Scene, Sphere};
 
@@ -164,7 +164,7 @@ impl SceneGeometry {
             }
             first_triangle += mesh.triangles.len();
         }
-        self.leave_out_copies();
+        self.leave_out_copies(&scene.materials);
         self.name_primitives_of_lights(scene);
     }
 
@@ -207,8 +207,7 @@ impl SceneGeometry {
             let numbers = own.get(&i).map_or(mesh.triangles[i], |&first| [first, first + 1, first + 2]);
             let numbers = numbers.map(|vertex| first_vertex + vertex);
             let material = mesh.triangle_materials[i];
-            let partial = if materials[material as usize].lets_rays_pass() { flag::PARTIAL } else { 0 };
-            triangle_texels(numbers, normal, material | smooth | partial)
+            triangle_texels(numbers, normal, material | smooth)
         }));
         added
     }
@@ -241,12 +240,21 @@ impl SceneGeometry {
         }
     }
 
+    /// What rays may pass of a primitive of the BVH, if it is a triangle.
+    pub fn passable(&self, primitive: usize, materials: &[Material]) -> Passable {
+        let material = &materials[self.geometry.material_of(primitive) as usize];
+        match self.primitives[primitive - self.constants_count()] {
+            Primitive::Triangle { .. } => Passable { back: material.culls_back, alpha: material.has_alpha() },
+            Primitive::Sphere { .. } => Passable::default(),
+        }
+    }
+
     /// Leaves exact copies of a primitive out: the first emitter among them, or else the first of them, is what rays hit.
-    fn leave_out_copies(&mut self) {
+    fn leave_out_copies(&mut self, materials: &[Material]) {
         let first = self.constants_count();
         // Of those that rays may pass another may show.
         let copies = accel::copies(&self.primitives, |i| self.geometry.is_light(first + i));
-        let copies: Vec<_> = copies.into_iter().filter(|&i| !self.geometry.is_partial(first + i as usize)).collect();
+        let copies: Vec<_> = copies.into_iter().filter(|&i| self.passable(first + i as usize, materials) == Passable::default()).collect();
         if copies.is_empty() {
             return;
         }

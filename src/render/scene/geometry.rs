@@ -108,11 +108,6 @@ impl Geometry {
         self.primitives[primitive][1][3] as i32 >= 0
     }
 
-    /// Whether rays may pass a primitive of the BVH.
-    pub fn is_partial(&self, primitive: usize) -> bool {
-        self.primitives[primitive][0][3] & flag::PARTIAL != 0
-    }
-
     /// The number of each light's primitive.
     pub fn primitives_of_lights(&self) -> impl Iterator<Item = (usize, usize)> {
         let light = |[_, attributes]: &[Texel; 2]| usize::try_from(attributes[3] as i32).ok();
@@ -120,7 +115,7 @@ impl Geometry {
     }
 
     pub fn material_of(&self, primitive: usize) -> u32 {
-        self.primitives[primitive][0][3] & !(flag::SPHERE | flag::SMOOTH | flag::PARTIAL)
+        self.primitives[primitive][0][3] & !(flag::SPHERE | flag::SMOOTH)
     }
 
     pub fn set_light(&mut self, primitive: usize, light: i32) {

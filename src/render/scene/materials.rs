@@ -83,7 +83,6 @@ fn record(material: &Material, details: Option<f32>) -> [Texel; 2] {
     let flags = [
         (two_sided, flag::TWO_SIDED),
         (details.is_some(), flag::DETAILED),
-        (material.culls_back, flag::CULLS_BACK),
         (material.unlit, flag::UNLIT),
         (material.surface.is_conductor(), flag::CONDUCTOR),
     ];

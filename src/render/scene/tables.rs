@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::accel;
 use crate::accel::Texel;
 use crate::accel::{Aabb, BvhStatistics, Leaf, Packed, Primitive};
-use crate::scene::Scene;
+use crate::scene::{Material, Scene};
 
 use crate::render::kernel::layout::SceneValues;
 use crate::render::light::emitter::{Light, LightShape};
@@ -97,6 +97,9 @@ impl Tables {
         // Without one, a BVH is compiled in only by the general pipeline.
         let mut packed =
             tree.as_ref().map_or_else(Packed::nothing, |tree| accel::pack(tree, &leaves, primitives, first_primitive));
+        if scene.materials.iter().any(Material::lets_rays_pass) {
+            packed.mark_passable(|primitive| geometry.passable(primitive as usize, &scene.materials));
+        }
         let leaf_boxes = (settings.accel == Accel::RayQuery && tree.is_some()).then(|| {
             let boxes =
                 LeafBoxes::of(&packed, primitives, first_primitive, farthest_start(scene, space), settings.mutation);

@@ -185,9 +185,12 @@ features! {
     /// Normals from textures.
     normal_maps NormalMaps, "normal-maps", 53 HAS_NORMAL_MAPS: |n| n.normal_maps();
         "a material has one"; "no material has one";
-    /// Surfaces that let rays pass.
-    coverage Coverage, "coverage", 54 HAS_COVERAGE: |n| n.uses_material(Material::lets_rays_pass);
-        "alpha or culled backs"; "all surfaces stop all rays";
+    /// Surfaces with alpha.
+    coverage Coverage, "coverage", 54 HAS_COVERAGE: |n| n.uses_material(Material::has_alpha);
+        "a material has alpha"; "no material has alpha";
+    /// Surfaces that let rays pass from behind.
+    culled_backs CulledBacks, "culled-backs", 106 HAS_CULLED_BACKS: |n| n.uses_material(|m| m.culls_back);
+        "a material has them"; "no material has any";
     /// Emission that differs from point to point.
     varied_emission VariedEmission, "varied-emission", 55 HAS_VARIED_EMISSION: |n| n.uses_material(Material::has_varied_emission);
         "an emitting material has a texture or alpha"; "emitters shine alike all over";
@@ -210,12 +213,12 @@ impl Feature {
     /// minutes and gigabytes to compile: general kernels are without.
     pub(crate) fn is_of_models(self) -> bool {
         use Feature::{
-            Absorption, Anisotropy, Coat, Conductor, Coverage, Details, Environment, MetallicRoughness, NormalMaps,
+            Absorption, Anisotropy, Coat, Conductor, Coverage, CulledBacks, Details, Environment, MetallicRoughness, NormalMaps,
             Sheen, SpecularTextures, Textures, Transmission, VariedEmission, VertexColors,
         };
         let of_surfaces = matches!(self, Details | MetallicRoughness | NormalMaps | Textures | VertexColors);
         let of_layers = matches!(self, Anisotropy | Coat | Conductor | Sheen | SpecularTextures | Transmission);
-        of_surfaces || of_layers || matches!(self, Absorption | Coverage | Environment | VariedEmission)
+        of_surfaces || of_layers || matches!(self, Absorption | Coverage | CulledBacks | Environment | VariedEmission)
     }
 
     /// Its name.

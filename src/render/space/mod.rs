@@ -44,8 +44,9 @@ impl RenderSpace {
             .map(|s| s.center.distance(origin) + s.radius)
             .fold(near, f64::max);
         let reach = if reach > 0.0 && reach.is_finite() { reach } else { 1.0 };
-        // The power of two below: exact, so that scaling the scene by 2^k scales nothing here.
-        let scale = 2f64.powi(-exponent(reach));
+        // The power of two below: exact, so that scaling the scene by 2^k scales nothing here. No vertex has a coordinate that rounds to 2,
+        // which leaves a bit of each free (src/accel/record.rs).
+        let scale = 2f64.powi(-exponent(reach * 1.0001));
         Self { origin, scale, aperture: aperture * scale, reach: reach * scale }
     }
 

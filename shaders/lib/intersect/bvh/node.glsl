@@ -5,6 +5,9 @@
 //   triangles    v0 | v3.x,  v1 | v3.y,  v2 | v3.z: of v0, v1, v2 and of v3, v2, v1, which has no area if there is only one
 //   sphere       centre | -,  (radius, -, -) | -2,  -
 //
+// Coordinates of triangles are below 2: bit 30 of a word is free. In x of v0 (of v1: of the second triangle) it says that the back lets rays
+// pass, in y that the material has alpha.
+//
 // After all records are the numbers of the primitives that each holds, two a record (bvh.glsl).
 //
 // A group is a word for the children of a node that are still to be visited: their first record in bits 7.., the
@@ -39,6 +42,8 @@ BvhRay bvh_ray(vec3 o, vec3 d, bool any_hit) {
     vec3 margin = box_margin(o) * abs(inverse);
     return BvhRay(o, d, inverse, offset - margin, offset + margin, any_hit ? NO_ORDER : octant, shear_of(d));
 }
+
+const uint COORDINATE_BITS = 0xbfffffffu;
 
 // As fetched.
 struct BvhRecord {

@@ -44,20 +44,31 @@ bool leaf_test(BvhRay r, int record, BvhRecord q, int self_id, out float t, out 
     t = INFINITY;
     if (BVH_TRIANGLES) {
         vec3 v3 = uintBitsToFloat(uvec3(q.a.w, q.b.w, q.c.w));
-        vec2 ts;
-        bvec2 hits;
-        if (MOLLER_TRUMBORE) {
-            hits.x = moller_trumbore(r.origin, r.direction, v0, v1, v2, ts.x);
-            hits.y = moller_trumbore(r.origin, r.direction, v3, v2, v1, ts.y);
-        } else {
-            hits = watertight(r.shear, r.origin, v0, v1, v2, v3, ts);
+        vec3 w0 = v0;
+        vec3 w1 = v1;
+        if (HAS_PASSABLE) {
+            w0 = uintBitsToFloat(q.a.xyz & COORDINATE_BITS);
+            w1 = uintBitsToFloat(q.b.xyz & COORDINATE_BITS);
         }
-        if (BRUTE_FORCE) hits = bvec2(hits.x && passes_near(r, v0, v1, v2), hits.y && passes_near(r, v3, v2, v1));
+        vec2 ts;
+        bvec2 hits, behind;
+        if (MOLLER_TRUMBORE) {
+            hits.x = moller_trumbore(r.origin, r.direction, w0, w1, v2, ts.x, behind.x);
+            hits.y = moller_trumbore(r.origin, r.direction, v3, v2, w1, ts.y, behind.y);
+        } else {
+            hits = watertight(r.shear, r.origin, w0, w1, v2, v3, ts, behind);
+        }
+        if (BRUTE_FORCE) hits = bvec2(hits.x && passes_near(r, w0, w1, v2), hits.y && passes_near(r, v3, v2, w1));
         if (MUTATION == MUTATE_TMIN) hits = bvec2(hits.x && ts.x > 1e-3, hits.y && ts.y > 1e-3);
         else if (MUTATION != MUTATE_SKIP) hits = bvec2(hits.x && self_id != first, hits.y && self_id != first + 1);
+        if (HAS_CULLED_BACKS) {
+            uvec2 culls_back = uvec2(q.a.x, q.b.x) & ~COORDINATE_BITS;
+            hits = bvec2(hits.x && !(culls_back.x != 0u && behind.x), hits.y && !(culls_back.y != 0u && behind.y));
+        }
         if (HAS_COVERAGE) {
-            if (hits.x) hits.x = stops_ray(bvh_primitive(first), r.origin, r.direction);
-            if (hits.y) hits.y = stops_ray(bvh_primitive(first + 1), r.origin, r.direction);
+            uvec2 has_alpha = uvec2(q.a.y, q.b.y) & ~COORDINATE_BITS;
+            if (hits.x && has_alpha.x != 0u) hits.x = stops_ray(bvh_primitive(first), r.origin, r.direction);
+            if (hits.y && has_alpha.y != 0u) hits.y = stops_ray(bvh_primitive(first + 1), r.origin, r.direction);
         }
         // Of equal distances the first.
         bool second = hits.y && !(hits.x && ts.x <= ts.y);

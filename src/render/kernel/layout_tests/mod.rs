@@ -258,8 +258,7 @@ fn kinds_and_mutations() {
     for (name, bits) in [
         ("IS_SPHERE", flag::SPHERE),
         ("IS_SMOOTH", flag::SMOOTH),
-        ("IS_PARTIAL", flag::PARTIAL),
-        ("MATERIAL_BITS", !(flag::SPHERE | flag::SMOOTH | flag::PARTIAL)),
+        ("MATERIAL_BITS", !(flag::SPHERE | flag::SMOOTH)),
     ] {
         assert!(geometry.contains(&format!("const uint {name} = {bits:#010x}u;")), "{name}");
     }
