@@ -150,6 +150,34 @@ vec2 sample_near(LightPath p) {
     return vec2(unit_float(h), unit_float(hash(h)));
 }
 
+// What shading normals do to light that comes from wi is not what they do to a path that goes there: a surface gets it by its geometric
+// normal, and a path weighs it by the shading normal (Veach 1997, section 5.3). Light paths scatter as paths do the other way round.
+
+// f(wo, wi) |wi·ns| of a path from wo, in place of |wi·ng|, times |wo·ng|: of light from wi that goes on to wo.
+vec3 adjoint_eval(Vertex v, vec3 wi, vec3 wo) {
+    if (MUTATION == MUTATE_ADJOINT) return bsdf_eval(v.bsdf, v.normal, wi, wo).value;
+    return bsdf_eval(v.bsdf, v.normal, wo, wi).value * (dot(wo, v.up) / fast_max(dot(wi, v.up), 1e-7));
+}
+
+// A direction in which light from wi goes on. A diffuse surface sends it to all that is before its geometric normal.
+BsdfSample adjoint_sample(Vertex v, vec3 wi, vec2 u) {
+    float arrives = fast_max(dot(wi, v.up), 1e-7);
+    if (is_reconnectable(v.bsdf)) {
+        BsdfSample s = diffuse_sample(v.bsdf, v.up, wi, u);
+        s.weight *= fast_max(dot(wi, v.normal), 0.0) / arrives;
+        return s;
+    }
+    BsdfSample s = bsdf_sample(v.bsdf, v.normal, wi, u);
+    float leaves = dot(s.direction, v.up);
+    float factor = abs(leaves) / arrives;
+    if (s.crosses) factor *= abs(dot(wi, v.normal)) / fast_max(abs(dot(s.direction, v.normal)), 1e-7);
+    // From the other side of the surface no path comes.
+    bool right = (leaves > 0.0) != s.crosses;
+    if (MUTATION == MUTATE_ADJOINT) factor = 1.0;
+    s.weight *= right ? factor : 0.0;
+    return s;
+}
+
 // Records something of a light path of the dispatch.
 void record_splat(uint light_path, uint number, uint pixel, vec3 light) {
     imageStore(splat_texels, int(number * (end_slot - first_slot) + light_path), uvec4(floatBitsToUint(light), pixel));
@@ -193,14 +221,16 @@ void main() [[maximally_reconverges]] {
         vec3 to_camera = -v.outside * inversesqrt(x2);
         bool delta = is_delta(v.bsdf);
         alive = alive && (delta || light_path.hits > 1u);
-        bool shows = alive && !delta && pixel != NO_PIXEL && dot(v.up, to_camera) > 0.0;
+        if (SMOOTH_NORMALS) alive = alive && (delta || is_reconnectable(v.bsdf));
+        bool shows = alive && is_reconnectable(v.bsdf) && pixel != NO_PIXEL && dot(v.up, to_camera) > 0.0;
         counts.shadow_rays += shows ? 1u : 0u;
         bool occluded = occluded(Ray(v.outside, to_camera, self_id_of(v.self_id, v.surface, v.front)), sqrt(x2), shows, loops);
         count_fallback(shows && !occluded ? CASTER_COUNT : 0u);
         if (shows && !occluded) {
             float r = light_path_ratio(light_path.light, light_path.y, light_path.direction, light_path.cos_light, x2);
             float weight = MUTATION == MUTATE_LIGHT_TRACING ? 1.0 : r / (1.0 + r);
-            vec3 light = light_path.power * bsdf_eval(v.bsdf, v.normal, wo, to_camera).value * (weight * importance);
+            vec3 scattered = SMOOTH_NORMALS ? adjoint_eval(v, wo, to_camera) : bsdf_eval(v.bsdf, v.normal, wo, to_camera).value;
+            vec3 light = light_path.power * scattered * (weight * importance);
             bool good = is_finite(brightness(light));
             counts.bad += good ? 0u : 1u;
             if (good) record_splat(current, light_path.splats++, pixel, light);
@@ -208,10 +238,13 @@ void main() [[maximally_reconverges]] {
         alive = alive && light_path.hits < MAX_DEPTH && light_path.hits < LIGHT_PATH_HITS;
 
         vec2 u = sample_pair(light_path.key, light_path.index, pair_direction(light_path.hits), light_path.hits);
-        BsdfSample onward = bsdf_sample(v.bsdf, v.normal, wo, u);
+        BsdfSample onward;
+        if (SMOOTH_NORMALS) onward = adjoint_sample(v, wo, u);
+        else onward = bsdf_sample(v.bsdf, v.normal, wo, u);
         vec3 share = onward.weight;
+        if (SMOOTH_NORMALS) alive = alive && share != vec3(0.0);
         if (!delta) {
-            float survive = largest(share);
+            float survive = fast_min(largest(share), 1.0);
             alive = alive && sample_independent(light_path.key, light_path.index, light_path.hits) < survive;
             share *= 1.0 / survive;
         }

@@ -252,8 +252,11 @@ void path_depart(inout Path path, Vertex v, bool alive, Camera camera, uvec2 at,
     CameraRay first = sampled_camera_ray(camera, at, u, key, index_of_sample(index));
     BsdfSample next = bsdf_sample(v.bsdf, v.normal, -path.direction, u);
     // A shading normal may send the ray to the wrong side of the surface. Glass and mirrors would lose that light: theirs is bent.
+    bool bent = false;
     if (SMOOTH_NORMALS && is_delta(v.bsdf) && MUTATION != MUTATE_BEND) {
-        next.direction = on_side(next.direction, next.crosses ? -v.up : v.up);
+        vec3 side = next.crosses ? -v.up : v.up;
+        bent = !(dot(next.direction, side) > 0.0);
+        next.direction = on_side(next.direction, side);
     }
     bool reconnectable = is_reconnectable(v.bsdf);
     vec3 throughput = v.throughput * next.weight;
@@ -281,6 +284,8 @@ void path_depart(inout Path path, Vertex v, bool alive, Camera camera, uvec2 at,
     if (LIGHT_TRACING) {
         if (hit == 1u && reconnectable) path.x2 = dot(v.outside, v.outside);
         if (hit == 0u) path.x2 = 0.0;
+        // Light paths do not come by bent rays, nor by surfaces that look at the normal from one side and are neither of these.
+        if (SMOOTH_NORMALS && (bent || !(is_delta(v.bsdf) || reconnectable))) path.x2 = 0.0;
     }
     if (HAS_ABSORPTION) path.medium = alive ? (next.crosses ? v.beyond : v.medium) : -1;
 }

@@ -100,8 +100,9 @@ pub fn develop(
         Exposure::Auto if auto => auto_exposure(&image, &covered),
         Exposure::Auto => 0.0,
     };
-    if auto {
-        output::tell(&format!("exposure: {exposure:+.2} stops (auto)"));
+    if format == Format::Png && (auto || exposure != 0.0 || film.tone != Tone::None) {
+        let by = if auto { " (auto)" } else { "" };
+        output::tell(&format!("exposure: {exposure:+.2} stops{by}, tone {}", film.tone.name()));
     }
     // A map was not shown; a constant background is known.
     let background = if scene.environment.is_some() { [0.0; 3] } else { scene.background };

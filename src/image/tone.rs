@@ -7,7 +7,7 @@ use crate::scene::Tone;
 
 /// Luminance that auto exposure gives what shows geometry, in the mean of logarithms.
 const MIDDLE_GREY: f64 = 0.18;
-/// Auto exposure takes darker pixels for this part of the mean luminance: few black ones do not decide.
+/// Pixels darker than this part of the median of what is lit count as not lit, and auto exposure leaves them out.
 const DARKEST: f64 = 1e-3;
 /// Auto exposure is a multiple of one over this.
 const STEPS_PER_STOP: f64 = 3.0;
@@ -20,19 +20,17 @@ fn luminance(rgb: [f32; 3]) -> f64 {
     0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
-/// The exposure, in stops, by which the mean logarithm of luminance becomes that of 0.18, over the pixels half of which geometry covers at
-/// least; `covered` is empty where that is unknown, and all count. 0 where nothing is lit.
+/// The exposure, in stops, by which the mean logarithm of luminance becomes that of 0.18, over the lit pixels half of which geometry covers
+/// at least; `covered` is empty where that is unknown, and all count. 0 where nothing is lit.
 pub fn auto_exposure(image: &Image, covered: &[f32]) -> f64 {
     let counts = |i: usize| covered.get(i).is_none_or(|share| *share >= SHOWS);
-    let lit: Vec<f64> =
-        image.pixels().iter().enumerate().filter(|(i, _)| counts(*i)).map(|(_, p)| luminance(*p)).collect();
-    let lit: Vec<f64> = lit.into_iter().filter(|l| l.is_finite()).collect();
-    let mean = lit.iter().sum::<f64>() / lit.len() as f64;
-    if mean.is_nan() || mean <= 0.0 {
-        return 0.0;
-    }
-    let of_logarithms = lit.iter().map(|l| l.max(DARKEST * mean).log2()).sum::<f64>() / lit.len() as f64;
-    ((MIDDLE_GREY.log2() - of_logarithms) * STEPS_PER_STOP).round() / STEPS_PER_STOP
+    let geometry = image.pixels().iter().enumerate().filter(|(i, _)| counts(*i)).map(|(_, p)| luminance(*p));
+    let mut lit: Vec<f64> = geometry.filter(|l| l.is_finite() && *l > 0.0).collect();
+    lit.sort_by(f64::total_cmp);
+    let Some(median) = lit.get(lit.len() / 2) else { return 0.0 };
+    let lit = &lit[lit.partition_point(|l| *l < DARKEST * median)..];
+    let mean_logarithm = lit.iter().map(|l| l.log2()).sum::<f64>() / lit.len() as f64;
+    ((MIDDLE_GREY.log2() - mean_logarithm) * STEPS_PER_STOP).round() / STEPS_PER_STOP
 }
 
 impl Tone {
@@ -144,6 +142,8 @@ mod tests {
         assert!(thirds < 0.0 && thirds == thirds.round());
         assert_eq!(auto_exposure(&Image::new(2, 2).unwrap(), &[]), 0.0);
         assert_eq!(auto_exposure(&image, &[0.0, 0.0]), 0.0);
+        let unlit = Image::from_pixels(5, 1, vec![[0.0; 3], [1e-9; 3], [0.09; 3], [0.09; 3], [0.09; 3]]).unwrap();
+        assert_eq!(auto_exposure(&unlit, &[]), 1.0);
     }
 
     #[test]

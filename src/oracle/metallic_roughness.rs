@@ -27,7 +27,9 @@ pub(super) fn parts(m: &MetallicRoughness, wo: DVec3, wi: DVec3) -> [DVec3; 2] {
     let metal = reflection(&white, base, 1.0, wo, wi);
     let (f0, f90) = dielectric(m);
     let coupled = Albedo::of(white, f0.max_element(), f90);
-    let diffuse = base * FRAC_1_PI * (1.0 - coupled.at(wo)) * (1.0 - coupled.at(wi)) / (1.0 - coupled.mean);
+    // What reflects all lets nothing through.
+    let mean_through = (1.0 - coupled.mean).max(1e-12);
+    let diffuse = base * FRAC_1_PI * (1.0 - coupled.at(wo)) * (1.0 - coupled.at(wi)) / mean_through;
     let plastic = reflection(&white, f0, f90, wo, wi);
     // Metalness mixes what the Fresnel terms are, so that single scattering is that of the mixed terms.
     [m.metallic * metal + (1.0 - m.metallic) * plastic, (1.0 - m.metallic) * diffuse]

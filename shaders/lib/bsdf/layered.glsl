@@ -45,7 +45,7 @@ void cover(inout Bsdf b) {
     if (b.coat.strength == 0.0 && b.sheen.albedo == 0.0) return;
     float passes = (1.0 - b.sheen.albedo) * (1.0 - b.coat.albedo);
     vec2 mean = mean_let_through(b);
-    b.lobes.diffuse *= passes * mean.x / mean.y;
+    b.lobes.diffuse *= passes * mean.x / fast_max(mean.y, 1e-7);
     // The estimates, with sheen sampled by the cosine.
     vec3 below = b.lobes.albedo * passes;
     if (HAS_SHEEN) {

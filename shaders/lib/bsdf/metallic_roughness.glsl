@@ -64,7 +64,7 @@ Lobes lobes_of(vec3 base, float metallic, float roughness, vec3 dielectric_f0, f
     l.multiple = mix(of_dielectric, multiple_scattering(base, 1.0, mean.x + mean.y), metallic) * (lost / fast_max(mean_lost, 1e-7));
     l.specular = vec3(largest(dielectric_f0), dielectric_f90, largest(of_dielectric));
     float let_through = 1.0 - dot(l.specular, vec3(e, lost));
-    l.diffuse = base * ((1.0 - metallic) * let_through / (1.0 - dot(l.specular, vec3(mean, mean_lost))));
+    l.diffuse = base * ((1.0 - metallic) * let_through / fast_max(1.0 - dot(l.specular, vec3(mean, mean_lost)), 1e-7));
     vec3 single = l.f0 * e.x + l.f90 * e.y;
     vec3 rest = l.multiple * mean_lost + (1.0 - metallic) * base * let_through;
     l.albedo = single + rest;

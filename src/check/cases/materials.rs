@@ -37,7 +37,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "materials/furnace",
-        what: "spheres of metal and of dielectric over white, ten roughnesses, under a sky of radiance 1",
+        what: "spheres of metal, of dielectric over white, and of one that reflects all, ten roughnesses, under a sky of radiance 1",
         oracle: "1",
         quantity: "worst deviation of a sphere's mean, over 5e-4 and four standard errors",
         threshold: 1.0,
@@ -243,18 +243,21 @@ fn reciprocity(lab: &Lab) -> Result<Measured, CheckError> {
 
 fn furnace(lab: &Lab) -> Result<Measured, CheckError> {
     let mut off: f64 = 0.0;
-    for metallic in [0.0, 1.0] {
+    let white = MetallicRoughness { base_color: [1.0; 3], metallic: 0.0, ..MetallicRoughness::default() };
+    let all = MetallicRoughness { specular_color: [25.0; 3], ..white };
+    for model in [white, MetallicRoughness { metallic: 1.0, ..white }, all] {
         for step in 1..=10 {
+            let model = MetallicRoughness { roughness: f64::from(step) / 10.0, ..model };
             let mut scene = empty();
             scene.background = [1.0; 3];
             scene.camera.horizontal_fov = 20.0;
-            scene.sphere(v(0.25, -0.125, -4.0), 1.5, pbr([1.0; 3], metallic, f64::from(step) / 10.0));
+            scene.sphere(v(0.25, -0.125, -4.0), 1.5, Surface { bsdf: Bsdf::MetallicRoughness(model), ..diffuse(0.0) });
             scene.size(32, lab.size(256, 4096) as u32);
             let (mean, error) = mean_and_error(&lab.render(&scene)?.channel(1));
             off = off.max((mean - 1.0).abs() / (5e-4 + 4.0 * error));
         }
     }
-    Ok(Measured::new(off, "20 spheres, 1024 pixels each"))
+    Ok(Measured::new(off, "30 spheres, 1024 pixels each"))
 }
 
 fn lights() -> Scene {

@@ -25,6 +25,7 @@ mod rough_glass;
 mod sampling;
 mod scale;
 mod slivers;
+mod smooth_caustics;
 mod spawn;
 mod spheres;
 mod timelines;
@@ -63,6 +64,7 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
         film::CASES,
         determinism::CASES,
         oracle::CASES,
+        smooth_caustics::CASES,
         reuse::CASES,
     ]
     .into_iter()

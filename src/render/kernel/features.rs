@@ -100,16 +100,14 @@ impl Features {
         self.bvh && self.emitter && (self.dielectric || self.mirror || self.transmission)
     }
 
-    /// Whether light may be traced from emitters: to what the camera sees of diffuse surfaces, by way of glass and mirrors. Smooth
-    /// normals do not let it back the way that it came; it is not traced through glass of the metallic-roughness model; and it goes to a
-    /// pinhole.
+    /// Whether light may be traced from emitters: to what the camera sees of diffuse surfaces, by way of glass and mirrors. It is not
+    /// traced through glass of the metallic-roughness model, and it goes to a pinhole.
     pub fn may_trace_light(&self) -> bool {
         self.emitter
             && (self.dielectric || self.mirror)
             && self.diffuse
             && self.indirect
             && self.max_depth > 1
-            && !self.smooth_normals
             && !self.transmission
             && !self.brute_force
             && !self.lens

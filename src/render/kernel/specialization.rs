@@ -208,7 +208,7 @@ constants! {
             f.may_trace_light(),
             "traced from emitters: glass or mirrors may make caustics",
             if f.emitter && (f.dielectric || f.mirror) {
-                "not with smooth normals, a lens or parallel rays, without indirect light or a BVH"
+                "not with a lens or parallel rays, without indirect light or a BVH"
             } else {
                 "no emitters together with glass or mirrors"
             },

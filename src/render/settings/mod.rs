@@ -128,8 +128,8 @@ pub enum LightSamples {
 /// paths from the camera find it by chance only. Images stay exact in the mean; bright dots of caustics go.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum LightTracing {
-    /// In scenes with emitters, and glass or mirrors, and diffuse surfaces that light each other; but neither with smooth normals,
-    /// [`Reuse::Always`], nor [`Accel::None`].
+    /// In scenes with emitters, and glass or mirrors, and diffuse surfaces that light each other; but neither with
+    /// [`Reuse::Always`] nor [`Accel::None`].
     #[default]
     Auto,
     /// Nowhere.
