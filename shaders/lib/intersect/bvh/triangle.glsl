@@ -5,13 +5,18 @@
 
 #include "../shear.glsl"
 
+// How far away the ray meets the plane of a triangle, at a point that edge functions tell.
+float distance_at(Shear r, Edges e, vec3 z) {
+    precise float inverse = 1.0 / determinant(e);
+    precise float sum = (e.u * z.x + e.v * z.y) + e.w * z.z;
+    return sum * r.s.z * inverse;
+}
+
 // Whether the ray hits a triangle, of whose corners these are the distances along its axis, and where.
 bool hits_triangle(Shear r, Edges e, vec3 z, out float t) {
     // All on one side, or all on the other. Both hold only where all are 0, and so is the determinant.
     bool inside = (fast_min(fast_min(e.u, e.v), e.w) >= 0.0) != (fast_max(fast_max(e.u, e.v), e.w) <= 0.0);
-    precise float inverse = 1.0 / determinant(e);
-    precise float sum = (e.u * z.x + e.v * z.y) + e.w * z.z;
-    t = sum * r.s.z * inverse;
+    t = distance_at(r, e, z);
     return inside && t > 0.0;
 }
 

@@ -89,7 +89,7 @@ fn bindings() {
         (binding::GRADIENT_ROWS, "GradientRows", true),
         (binding::TEXTURES, "TextureArray", true),
         (binding::TEXTURES, "texture_texels", false),
-        (binding::LEAF_BOXES, "leaf_boxes", false),
+        (binding::ACCELERATION_STRUCTURE, "acceleration_structure", false),
     ]
     .map(|(number, name, storage)| (0, number, name.to_owned(), storage));
     for (kernel, interface) in kernels() {
