@@ -29,6 +29,7 @@ layout(constant_id = 16) const bool BRUTE_FORCE = false;    // test every leaf r
 layout(constant_id = 17) const bool MOLLER_TRUMBORE = false;
 #ifdef RAY_QUERY
 layout(constant_id = 60) const bool USES_RAY_QUERY = false; // the device finds the BVH's leaves, see intersect/query.glsl
+layout(constant_id = 106) const bool QUERIES_TRIANGLES = false; // and tests triangles, see intersect/query_triangles.glsl
 #endif
 layout(constant_id = 18) const uint SPHERE_COUNT = 0u;      // constant spheres, see intersect/sphere.glsl
 layout(constant_id = 19) const uint POINT_INSIDE = 0u;      // bit n: the only light, a point, is inside of sphere n
@@ -135,6 +136,7 @@ const uint MUTATE_VIEW = 39u;
 const uint MUTATE_QUERY_DISTANCE = 47u;
 const uint MUTATE_QUERY_TIES = 48u;
 const uint MUTATE_QUERY_MASK = 49u;
+const uint MUTATE_QUERY_SELF = 66u;
 const uint MUTATE_SPECULAR = 60u;
 const uint MUTATE_WAY_OUT = 61u;
 const uint MUTATE_COAT_NORMAL = 62u;
@@ -150,13 +152,13 @@ const uint MUTATE_ADJOINT = 70u;
 // All texels are bits, of numbers too: lavapipe compiles five functions for each format that it meets, and small integers
 // among numbers cannot be taken for denormal ones.
 // Tables are texels or, where a device has texel buffers that are too small for them, arrays at the same bindings.
-layout(binding = 0) uniform usamplerBuffer bvh_texels;    // 3 texels a record, then 2 numbers a record, see intersect/bvh/; a number a leaf
+layout(binding = 0) uniform usamplerBuffer bvh_texels;    // 3 texels a record, then 2 numbers a record, see intersect/bvh/; for ray queries handles
 layout(binding = 1) uniform usamplerBuffer geometry_texels;    // primitives, materials and vertices, see geometry.glsl
 layout(binding = 2) uniform usamplerBuffer sobol_texels;   // see sampler.glsl
 layout(binding = 3) uniform usamplerBuffer light_texels;   // see light/
 layout(binding = 14) uniform usamplerBuffer texture_texels;    // see texture.glsl
 #ifdef RAY_QUERY
-layout(binding = 15) uniform accelerationStructureEXT leaf_boxes;   // a box for each leaf of the BVH, see intersect/query.glsl
+layout(binding = 15) uniform accelerationStructureEXT acceleration_structure;   // boxes around leaves of the BVH, or triangles, see intersect/query.glsl
 #endif
 layout(std430, binding = 0) readonly buffer BvhArray { uvec4 bvh_array[]; };
 layout(std430, binding = 1) readonly buffer GeometryArray { uvec4 geometry_array[]; };

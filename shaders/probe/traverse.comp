@@ -42,7 +42,10 @@ void trace_by_queries(uint first, uint total) {
         Nearest nearest = Nearest(t, -1);
         uint steps = 0u;
         uint entry = any_hit && id >= 0 ? 0u : root_hit_mask(ray.origin, ray.direction, t);
-        if (entry != 0u) query_leaves(ray, t, any_hit, loops, nearest.t, nearest.id, steps);
+        if (entry != 0u) {
+            if (QUERIES_TRIANGLES) query_triangles(ray, t, any_hit, loops, nearest.t, nearest.id, steps);
+            else query_leaves(ray, t, any_hit, loops, nearest.t, nearest.id, steps);
+        }
         loops += steps + 1u;
         bool within = LOOP_BUDGET == 0u || loops < LOOP_BUDGET;
         int found = nearest.id >= 0 ? bvh_primitive(nearest.id) : id;

@@ -52,6 +52,7 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         | Mutation::QueriedDistance
         | Mutation::QueriedTies => &["query/closest"],
         Mutation::QueriedMask => &["query/closest", "query/image"],
+        Mutation::QueriedSelf => &["query/triangles-left"],
         Mutation::FullNormalIncidence => &["materials/specular-textures"],
         Mutation::ClearWayOut => &["materials/layer-formula", "materials/layer-reciprocity", "materials/layer-furnace"],
         Mutation::CoatOfBase => &["materials/layer-frames"],

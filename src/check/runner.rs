@@ -319,6 +319,9 @@ pub fn provoke_validation(context: &Context) -> Result<Vec<String>, GpuError> {
     let before = context.messages().take();
     context.violate(Violation::Usage)?;
     context.violate(Violation::Hazard)?;
+    if context.validation() == Validation::GpuAssisted {
+        context.violate(Violation::RayQuery)?;
+    }
     let heard = context.messages().take();
     context.messages().put_back(before);
     Ok(heard)

@@ -187,8 +187,8 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
     let loaded = args.scenes.iter().map(|path| load(args, path)).collect::<Result<Vec<_>, _>>()?;
     let varied = bench::combine(&RenderSettings::default(), &args.vary);
     let accels: Vec<_> = args.accel.iter().filter_map(|name| Accel::named(name)).collect();
-    let ray_query = accels.iter().chain(varied.iter().map(|c| &c.settings.accel)).any(|a| *a == Accel::RayQuery);
-    let context = Context::new(&args.device.context_options(ray_query))?;
+    let all_accels: Vec<_> = accels.iter().copied().chain(varied.iter().map(|c| c.settings.accel)).collect();
+    let context = Context::new(&args.device.context_options(&all_accels))?;
     let mut report = Report {
         schema: report::SCHEMA,
         machine: Machine::of(&context),

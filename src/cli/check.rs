@@ -14,7 +14,7 @@ use photolith::check::{
     run as run_suite, written_expectations,
 };
 use photolith::files;
-use photolith::gpu::DeviceKind;
+use photolith::gpu::{DeviceKind, RayQueryUse};
 use photolith::render::{Accel, Choice as _};
 use photolith::{Context, ContextOptions, Validation};
 
@@ -75,8 +75,9 @@ pub struct CheckArgs {
     expectations: Option<PathBuf>,
 
     /// How triangles are found: ray-query runs the cases through the device's ray queries
-    #[arg(long, value_name = "NAME", default_value = "bvh", value_parser = ["bvh", "ray-query"])]
+    #[arg(long, value_name = "NAME", default_value = "bvh", value_parser = ["bvh", "ray-query", "ray-query-triangles"])]
     accel: String,
+
     /// Write declarations (TOML) by which this run would pass
     #[arg(long, value_name = "FILE")]
     write_expectations: Option<PathBuf>,
@@ -201,13 +202,14 @@ fn check_device(
 ) -> anyhow::Result<DeviceReport> {
     let validation = args.device.validation();
     let capture = args.bundle.is_some();
-    let opened = ContextOptions { device, validation, capture, ray_query: true, ..ContextOptions::default() };
+    let opened =
+        ContextOptions { device, validation, capture, ray_query: RayQueryUse::Always, ..ContextOptions::default() };
     let context = Context::new(&opened)?;
     if validation != Validation::Off && provoke_validation(&context)?.is_empty() {
         // Silence would prove nothing.
         return Err(anyhow!("the validation layer did not report a deliberate violation")).context(exit::Deaf);
     }
-    if options.accel == Accel::RayQuery {
+    if options.accel.needs_ray_queries() {
         context.check_ray_queries()?;
     }
     table.device(&context, options.selected().len());

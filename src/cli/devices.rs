@@ -45,7 +45,7 @@ fn as_json(devices: &[DeviceInfo], choice: &Choice) -> serde_json::Value {
                 "index": d.index, "name": d.name, "driver": d.driver, "kind": d.kind.to_string(),
                 "api_version": d.api_version, "uuid": d.uuid, "subgroup_size": d.subgroup_size,
                 "max_storage_range": d.max_storage_range, "max_texel_elements": d.max_texel_elements,
-                "max_query_boxes": d.ray_query.map(|limits| limits.max_boxes), "memory": d.memory,
+                "max_query_primitives": d.ray_query.map(|limits| limits.max_primitives), "memory": d.memory,
                 "missing": d.missing,
             })
         })
@@ -69,7 +69,7 @@ fn as_text(devices: &[DeviceInfo], choice: &Choice) -> String {
             d.max_texel_elements
         );
         let queries = match d.ray_query {
-            Some(limits) => format!("ray queries in up to {} boxes", limits.max_boxes),
+            Some(limits) => format!("ray queries in up to {} boxes or triangles", limits.max_primitives),
             None => "no ray queries".to_owned(),
         };
         let _ = writeln!(out, "   {queries}; UUID {}", d.uuid);

@@ -87,7 +87,7 @@ fn of_gpu(error: &GpuError) -> u8 {
         GpuError::DeviceLost(_) => DEVICE_LOST,
         GpuError::Timeout { .. } => TIMEOUT,
         GpuError::TooLarge { .. }
-        | GpuError::TooManyBoxes { .. }
+        | GpuError::TooManyPrimitives { .. }
         | GpuError::CompilesTooLong { .. }
         | GpuError::OutOfMemory { .. } => BAD_INPUT,
         GpuError::Call { .. } => VALIDATION,

@@ -5,8 +5,9 @@ use std::str::FromStr;
 
 use anyhow::Context as _;
 use clap::{Args, ValueEnum};
+use photolith::gpu::RayQueryUse;
 use photolith::host::available_memory;
-use photolith::render::MAX_SAMPLES;
+use photolith::render::{Accel, MAX_SAMPLES};
 use photolith::scene::Scene;
 use photolith::{ContextOptions, RenderSettings, Validation, user_cache};
 
@@ -35,6 +36,8 @@ pub enum ValidateArg {
     Core,
     /// Missing barriers
     Sync,
+    /// Shaders check bounds of buffers and what ray queries are given; needs a newer layer
+    Gpu,
 }
 
 impl DeviceOptions {
@@ -44,11 +47,19 @@ impl DeviceOptions {
             None => Validation::Off,
             Some(ValidateArg::Core) => Validation::Core,
             Some(ValidateArg::Sync) => Validation::Synchronization,
+            Some(ValidateArg::Gpu) => Validation::GpuAssisted,
         }
     }
 
-    /// How to open the device, for ray queries or not.
-    pub fn context_options(&self, ray_query: bool) -> ContextOptions {
+    /// How to open the device, for triangles that are found in such ways.
+    pub fn context_options(&self, accels: &[Accel]) -> ContextOptions {
+        let ray_query = if accels.iter().any(|accel| accel.needs_ray_queries()) {
+            RayQueryUse::Always
+        } else if accels.contains(&Accel::Auto) {
+            RayQueryUse::OnGpus
+        } else {
+            RayQueryUse::Never
+        };
         let shader_folder = user_cache().map(|cache| cache.join("shaders"));
         ContextOptions {
             device: self.device.clone(),

@@ -9,7 +9,7 @@ use anyhow::Context as _;
 use clap::Args;
 use photolith::files::check_writable;
 use photolith::image::{Format, Metadata, Variance};
-use photolith::render::{Accel, Adaptive, Prepared, Progress, RenderStatistics, Setting, shaders_hash};
+use photolith::render::{Adaptive, Prepared, Progress, RenderStatistics, Setting, shaders_hash};
 use photolith::scene::{Scene, fingerprint};
 use photolith::{Context, Image, RenderError, RenderSettings, Renderer, Validation};
 use serde_json::json;
@@ -154,7 +154,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let started = std::time::Instant::now();
     let (prepared, context) = std::thread::scope(|scope| {
         let preparing = std::thread::Builder::new().spawn_scoped(scope, || Prepared::of(&scene, &settings));
-        let context = Context::new(&args.device.context_options(settings.accel == Accel::RayQuery));
+        let context = Context::new(&args.device.context_options(&[settings.accel]));
         // A panic in there is one here.
         preparing.map(|thread| (thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), context))
     })

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use ash::{khr, vk};
 
+use crate::gpu::acceleration_structure::BuildOptions;
 use crate::gpu::buffer::{Buffer, Usage};
 use crate::gpu::device::Device;
 use crate::gpu::error::{GpuError, check};
@@ -20,6 +21,36 @@ pub(crate) struct Level {
 }
 
 impl Level {
+    /// Memory for one, which is not built yet.
+    pub(super) fn new(
+        device: &Arc<Device>,
+        name: &str,
+        kind: vk::AccelerationStructureTypeKHR,
+        bytes: u64,
+    ) -> Result<Self, GpuError> {
+        let calls = device.ray_queries()?.calls.clone();
+        let storage = Buffer::new(device, name, bytes, Usage::AccelerationStructure)?;
+        let info = vk::AccelerationStructureCreateInfoKHR::default().buffer(storage.raw).size(bytes).ty(kind);
+        // SAFETY: the buffer was made for it, and has the size.
+        let created = unsafe { calls.create_acceleration_structure(&info, None) };
+        let raw = check("vkCreateAccelerationStructureKHR", created)?;
+        device.name(raw, name);
+        Ok(Self { raw, calls, _storage: storage, device: Arc::clone(device) })
+    }
+
+    /// Records a copy of it into another that is as large as it has to be.
+    ///
+    /// # Safety
+    /// The command buffer is being recorded; it was built to be compacted; both live until it has been executed.
+    pub(super) unsafe fn record_compaction(&self, commands: vk::CommandBuffer, to: &Self) {
+        let info = vk::CopyAccelerationStructureInfoKHR::default()
+            .src(self.raw)
+            .dst(to.raw)
+            .mode(vk::CopyAccelerationStructureModeKHR::COMPACT);
+        // SAFETY: the caller's.
+        unsafe { self.calls.cmd_copy_acceleration_structure(commands, &info) };
+    }
+
     /// Where it is on the device.
     pub(super) fn address(&self) -> u64 {
         let info = vk::AccelerationStructureDeviceAddressInfoKHR::default().acceleration_structure(self.raw);
@@ -43,8 +74,10 @@ pub(super) struct Unbuilt<'a> {
     kind: vk::AccelerationStructureTypeKHR,
     geometry: [vk::AccelerationStructureGeometryKHR<'a>; 1],
     count: u32,
-    scratch: Buffer,
-    scratch_alignment: u64,
+    flags: vk::BuildAccelerationStructureFlagsKHR,
+    _scratch: Buffer,
+    /// Where it may begin.
+    scratch_address: u64,
 }
 
 impl<'a> Unbuilt<'a> {
@@ -55,34 +88,35 @@ impl<'a> Unbuilt<'a> {
         kind: vk::AccelerationStructureTypeKHR,
         geometry: vk::AccelerationStructureGeometryKHR<'a>,
         count: u32,
+        options: BuildOptions,
     ) -> Result<Self, GpuError> {
         let queries = device.ray_queries()?;
-        let (calls, geometry) = (queries.calls.clone(), [geometry]);
+        let (calls, geometry) = (&queries.calls, [geometry]);
+        let mut flags = vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_TRACE;
+        if options.compact && kind == BOTTOM {
+            flags |= vk::BuildAccelerationStructureFlagsKHR::ALLOW_COMPACTION;
+        }
         let mut sizes = vk::AccelerationStructureBuildSizesInfoKHR::default();
         // SAFETY: the geometry lives for the call, and one count belongs to it.
         unsafe {
             calls.get_acceleration_structure_build_sizes(
                 vk::AccelerationStructureBuildTypeKHR::DEVICE,
-                &build_info(kind, &geometry),
+                &build_info(kind, &geometry, flags),
                 &[count],
                 &mut sizes,
             );
         }
-        let storage = Buffer::new(device, name, sizes.acceleration_structure_size, Usage::AccelerationStructure)?;
-        let info = vk::AccelerationStructureCreateInfoKHR::default()
-            .buffer(storage.raw)
-            .size(sizes.acceleration_structure_size)
-            .ty(kind);
-        // SAFETY: the buffer was made for it, and has the size.
-        let created = unsafe { calls.create_acceleration_structure(&info, None) };
-        let raw = check("vkCreateAccelerationStructureKHR", created)?;
-        let level = Level { raw, calls, _storage: storage, device: Arc::clone(device) };
-        device.name(raw, name);
-        let scratch_alignment = queries.limits.scratch_alignment;
+        let level = Level::new(device, name, kind, sizes.acceleration_structure_size)?;
+        let alignment = queries.limits.scratch_alignment;
+        let shift = if options.shift_scratch { alignment } else { 0 };
         // The address is rounded up.
-        let scratch_bytes = sizes.build_scratch_size + scratch_alignment - 1;
+        let scratch_bytes = sizes.build_scratch_size + alignment - 1 + shift;
         let scratch = Buffer::new(device, "scratch memory of a build", scratch_bytes, Usage::Scratch)?;
-        Ok(Self { level, kind, geometry, count, scratch, scratch_alignment })
+        let mut scratch_address = scratch.address().next_multiple_of(alignment);
+        if options.shift_scratch && scratch_address.is_multiple_of(2 * alignment) {
+            scratch_address += alignment;
+        }
+        Ok(Self { level, kind, geometry, count, flags, _scratch: scratch, scratch_address })
     }
 
     /// Records the build.
@@ -90,10 +124,9 @@ impl<'a> Unbuilt<'a> {
     /// # Safety
     /// The command buffer is being recorded; what the geometry reads, and this, live until it has been executed.
     pub unsafe fn record(&self, commands: vk::CommandBuffer) {
-        let scratch = self.scratch.address().next_multiple_of(self.scratch_alignment);
-        let info = build_info(self.kind, &self.geometry)
+        let info = build_info(self.kind, &self.geometry, self.flags)
             .dst_acceleration_structure(self.level.raw)
-            .scratch_data(vk::DeviceOrHostAddressKHR { device_address: scratch });
+            .scratch_data(vk::DeviceOrHostAddressKHR { device_address: self.scratch_address });
         let range = [vk::AccelerationStructureBuildRangeInfoKHR::default().primitive_count(self.count)];
         // SAFETY: the caller's; sizes are those that were asked for.
         unsafe { self.level.calls.cmd_build_acceleration_structures(commands, &[info], &[&range]) };
@@ -103,10 +136,11 @@ impl<'a> Unbuilt<'a> {
 fn build_info<'a>(
     kind: vk::AccelerationStructureTypeKHR,
     geometry: &'a [vk::AccelerationStructureGeometryKHR<'a>],
+    flags: vk::BuildAccelerationStructureFlagsKHR,
 ) -> vk::AccelerationStructureBuildGeometryInfoKHR<'a> {
     vk::AccelerationStructureBuildGeometryInfoKHR::default()
         .ty(kind)
-        .flags(vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_TRACE)
+        .flags(flags)
         .mode(vk::BuildAccelerationStructureModeKHR::BUILD)
         .geometries(geometry)
 }

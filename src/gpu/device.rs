@@ -19,7 +19,7 @@ use crate::gpu::messages::Messages;
 use crate::gpu::pipeline_pool::PipelinePool;
 use crate::gpu::raw_pipeline::RawPipeline;
 use crate::gpu::ray_query;
-use crate::gpu::ray_query::RayQueries;
+use crate::gpu::ray_query::{RayQueries, RayQueryUse};
 use crate::gpu::reconvergence;
 use crate::gpu::required;
 use crate::gpu::select;
@@ -43,8 +43,8 @@ pub struct ContextOptions {
     /// A folder, made if it is not there, in which to keep shaders: as the driver has compiled them, if it is one that compiles them
     /// slowly each time that a program starts and can hand them over (lavapipe from Mesa 23.1 on), else as the driver gets them.
     pub shader_folder: Option<PathBuf>,
-    /// Opens the device for [`Accel::RayQuery`](crate::render::Accel::RayQuery), if it has ray queries.
-    pub ray_query: bool,
+    /// Whether the device is opened for [`Accel::RayQuery`](crate::render::Accel::RayQuery) and its like, if it has ray queries.
+    pub ray_query: RayQueryUse,
     /// Keep what the driver is given, see [`Context::take_capture`].
     pub capture: bool,
 }
@@ -85,7 +85,7 @@ impl Context {
             device: Some(device),
             validation: self.validation(),
             shader_folder: self.0.shader_folder.clone(),
-            ray_query: self.0.wants_ray_queries,
+            ray_query: self.0.ray_query_use,
             capture: self.0.captures.is_some(),
         }
     }
@@ -115,6 +115,12 @@ impl Context {
     /// Messages of the validation layers so far; always empty with [`Validation::Off`].
     pub fn messages(&self) -> &Messages {
         &self.0.instance.messages
+    }
+
+    /// Version of Vulkan that the validation layer knows, if there is one.
+    pub fn validation_layer(&self) -> Option<(u32, u32, u32)> {
+        let parts = |v| (vk::api_version_major(v), vk::api_version_minor(v), vk::api_version_patch(v));
+        self.0.instance.layer_version.map(parts)
     }
 
     /// Which validation runs.
@@ -167,7 +173,7 @@ pub(crate) struct Device {
     /// Whether lanes that have parted are promised to be together again.
     pub reconverges: bool,
     /// Whether it was to be opened for ray queries, which it may lack.
-    wants_ray_queries: bool,
+    ray_query_use: RayQueryUse,
     ray_queries: Option<RayQueries>,
     /// Shaders without pipelines, kept there as the driver hands them over.
     pub shader_objects: Option<Arc<ShaderObjects>>,
@@ -241,7 +247,7 @@ impl Device {
             // SAFETY: the queue family exists, and `select` has checked the features.
             check("vkCreateDevice", unsafe { instance.raw.create_device(physical, &create, None) })
         };
-        let mut limits = info.ray_query.filter(|_| options.ray_query);
+        let mut limits = info.ray_query.filter(|_| options.ray_query.applies_to(info.kind));
         let raw = match make(limits.is_some()) {
             // Some drivers tell of ray queries, and then fail.
             Err(error) if limits.take().is_some() => {
@@ -286,7 +292,7 @@ impl Device {
             names,
             shader_folder: options.shader_folder.clone(),
             reconverges,
-            wants_ray_queries: options.ray_query,
+            ray_query_use: options.ray_query,
             ray_queries,
             shader_objects,
             captures: options.capture.then(Captures::default),
@@ -304,7 +310,7 @@ impl Device {
     /// # Errors
     /// The device lacks ray queries, or was not opened for them.
     pub fn ray_queries(&self) -> Result<&RayQueries, GpuError> {
-        let missing = match self.wants_ray_queries {
+        let missing = match self.ray_query_use.applies_to(self.info.kind) {
             true => "ray queries (the features rayQuery, accelerationStructure and bufferDeviceAddress)",
             false => "ray queries, for which it was not opened (ContextOptions::ray_query)",
         };

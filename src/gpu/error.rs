@@ -59,13 +59,15 @@ pub enum GpuError {
         device: String,
     },
     /// An acceleration structure is larger than the device allows.
-    #[error("an acceleration structure of {count} boxes is too large: device '{device}' allows {limit}")]
-    TooManyBoxes {
-        /// Its boxes.
+    #[error("an acceleration structure of {count} {what} is too large: device '{device}' allows {limit}")]
+    TooManyPrimitives {
+        /// Wanted.
         count: u64,
-        /// The device's limit.
+        /// Boxes or triangles.
+        what: &'static str,
+        /// Allowed.
         limit: u64,
-        /// Name of the device.
+        /// Which device.
         device: String,
     },
     /// A kernel that a driver does not compile in reasonable time, if ever.

@@ -20,6 +20,9 @@ pub enum Validation {
     Core,
     /// Synchronization validation: missing barriers between dispatches and copies.
     Synchronization,
+    /// GPU-assisted validation: the layer makes shaders check bounds of buffers, and what they give to ray queries. It takes a layer from
+    /// about 1.4.300 on.
+    GpuAssisted,
 }
 
 /// An instance with its optional debug messenger.
@@ -71,15 +74,27 @@ impl Instance {
             .application_name(c"photolith")
             .engine_name(c"photolith")
             .api_version(vk::API_VERSION_1_2);
-        let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
-        // Synchronization validation runs without the core checks: the two are separate runs.
+        let enabled: &[_] = match validation {
+            Validation::Off | Validation::Core => &[],
+            Validation::Synchronization => &[vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION],
+            Validation::GpuAssisted => &[
+                vk::ValidationFeatureEnableEXT::GPU_ASSISTED,
+                vk::ValidationFeatureEnableEXT::GPU_ASSISTED_RESERVE_BINDING_SLOT,
+            ],
+        };
+        // The others run without the core checks: all are separate runs.
         let disabled = [vk::ValidationFeatureDisableEXT::CORE_CHECKS];
         let mut features = vk::ValidationFeaturesEXT::default();
-        if validation == Validation::Synchronization {
-            features = features.enabled_validation_features(&enabled).disabled_validation_features(&disabled);
+        if !enabled.is_empty() {
+            features = features.enabled_validation_features(enabled).disabled_validation_features(&disabled);
         }
+        // With shaders that check, warnings are what the layer says of its own doing.
+        let severity = match validation {
+            Validation::GpuAssisted => vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
+            _ => vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
+        };
         // Chained here too, so that messages about creating and destroying the instance are heard.
-        let mut messenger_info = messages.create_info();
+        let mut messenger_info = messages.create_info(severity);
         let mut info = vk::InstanceCreateInfo::default()
             .flags(flags)
             .application_info(&application)
@@ -99,7 +114,7 @@ impl Instance {
         } else {
             let utils = ext::debug_utils::Instance::new(&entry, &raw);
             // SAFETY: the extension is enabled, and `messages` outlives the messenger (destroyed in Drop).
-            match unsafe { utils.create_debug_utils_messenger(&messages.create_info(), None) } {
+            match unsafe { utils.create_debug_utils_messenger(&messages.create_info(severity), None) } {
                 Ok(messenger) => Some((utils, messenger)),
                 Err(result) => {
                     // SAFETY: nothing was made with the instance yet.

@@ -1,6 +1,6 @@
 //! Messages of the validation layers, collected so that tests and `--validate` can fail on them.
 
-use std::ffi::{CStr, c_void};
+use std::ffi::{CStr, c_char, c_void};
 use std::sync::{Arc, Mutex};
 
 use ash::vk;
@@ -31,11 +31,12 @@ impl Messages {
     }
 
     /// What the messenger calls; `self` must outlive the messenger at an unchanged address.
-    pub(crate) fn create_info(self: &Arc<Self>) -> vk::DebugUtilsMessengerCreateInfoEXT<'static> {
+    pub(crate) fn create_info(
+        self: &Arc<Self>,
+        severity: vk::DebugUtilsMessageSeverityFlagsEXT,
+    ) -> vk::DebugUtilsMessengerCreateInfoEXT<'static> {
         vk::DebugUtilsMessengerCreateInfoEXT::default()
-            .message_severity(
-                vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
-            )
+            .message_severity(severity)
             .message_type(
                 vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE,
             )
@@ -54,11 +55,15 @@ unsafe extern "system" fn on_message(
     // loader passes valid callback data whose strings live for this call.
     unsafe {
         let messages = &*user.cast::<Messages>();
-        let text = if data.is_null() || (*data).p_message.is_null() {
-            "a validation message without text".to_owned()
-        } else {
-            CStr::from_ptr((*data).p_message).to_string_lossy().into_owned()
+        let string = |text: *const c_char| {
+            (!text.is_null()).then(|| CStr::from_ptr(text).to_string_lossy().into_owned()).unwrap_or_default()
         };
+        let (name, text) = match data.as_ref() {
+            Some(data) => (string(data.p_message_id_name), string(data.p_message)),
+            None => Default::default(),
+        };
+        // Newer layers do not repeat the rule's name in the text.
+        let text = if text.contains(&name) { text } else { format!("{name}: {text}") };
         log::error!("validation: {text}");
         messages.lock().push(text);
     }

@@ -5,16 +5,35 @@ use std::ffi::CStr;
 use ash::{khr, vk};
 
 use crate::gpu::instance::Instance;
+use crate::gpu::select::DeviceKind;
 
 /// What a device has to be made with. (Acceleration structures depend on the last one, which nothing here uses.)
 pub(super) const EXTENSIONS: [&CStr; 3] =
     [khr::ray_query::NAME, khr::acceleration_structure::NAME, khr::deferred_host_operations::NAME];
 
+/// Whether a device is opened for ray queries, if it has them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum RayQueryUse {
+    /// It is not.
+    #[default]
+    Never,
+    /// Unless it is a CPU, where nothing gets faster by them.
+    OnGpus,
+    /// It is.
+    Always,
+}
+
+impl RayQueryUse {
+    pub(super) fn applies_to(self, kind: DeviceKind) -> bool {
+        self == Self::Always || (self == Self::OnGpus && kind != DeviceKind::Cpu)
+    }
+}
+
 /// What a device with ray queries tells of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RayQueryLimits {
-    /// Boxes of an acceleration structure, at most.
-    pub max_boxes: u64,
+    /// Boxes, or triangles, of an acceleration structure, at most.
+    pub max_primitives: u64,
     /// Of the addresses of memory in which one is built.
     pub(super) scratch_alignment: u64,
 }
@@ -54,7 +73,7 @@ pub(super) fn limits(
         .iter()
         .all(|&feature| feature == vk::TRUE);
     has_all.then_some(RayQueryLimits {
-        max_boxes: limits.max_primitive_count,
+        max_primitives: limits.max_primitive_count,
         scratch_alignment: u64::from(limits.min_acceleration_structure_scratch_offset_alignment.max(1)),
     })
 }

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use ash::vk;
 
-use crate::gpu::acceleration_level::Unbuilt;
+use crate::gpu::acceleration_level::{Level, Unbuilt};
 use crate::gpu::bindings::BindingSet;
 use crate::gpu::buffer::Buffer;
 use crate::gpu::device::{Device, WAIT_LIMIT};
@@ -223,6 +223,17 @@ impl Recorder<'_> {
         }
     }
 
+    /// Records what else there is, into the command buffer.
+    pub(super) fn record(&mut self, record: impl FnOnce(vk::CommandBuffer)) {
+        record(self.slot.commands);
+    }
+
+    /// Copies a level of an acceleration structure into as little memory as it needs.
+    pub(super) fn compact(&mut self, from: &Level, to: &Level) {
+        // SAFETY: who compacts waits for the submission, and keeps both until then.
+        unsafe { from.record_compaction(self.slot.commands, to) };
+    }
+
     /// Builds a level of an acceleration structure.
     pub(super) fn build(&mut self, level: &Unbuilt<'_>) {
         // SAFETY: who builds waits for the submission, and keeps until then what it reads and writes.
@@ -295,7 +306,7 @@ pub(crate) enum Access {
     Compute,
     /// Copies and fills.
     Transfer,
-    /// Builds of acceleration structures.
+    /// Builds and copies of acceleration structures, and reading what they need.
     Build,
     /// Acceleration structures in compute shaders.
     RayQuery,

@@ -33,7 +33,7 @@ pub use crate::render::settings::named::Choice;
 pub use crate::render::settings::table::{Audience, Setting, Values};
 pub use crate::render::settings::techniques::TechniqueList;
 pub use crate::render::settings::{
-    Accel, Adaptive, Gradients, LightSamples, LightTracing, RenderSettings, Reuse, SampleMap, Sampler, Scheduler,
-    TriangleTest,
+    Accel, Adaptive, Gradients, LightSamples, LightTracing, QueryBuild, RenderSettings, Reuse, SampleMap, Sampler,
+    Scheduler, TriangleTest,
 };
 pub use crate::render::statistics::{AdaptiveStatistics, Progress, RenderStatistics};

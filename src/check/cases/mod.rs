@@ -20,6 +20,8 @@ mod loops;
 mod materials;
 mod oracle;
 mod query;
+mod query_flags;
+mod query_triangles;
 mod reuse;
 mod rough_glass;
 mod sampling;
@@ -49,6 +51,8 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
         spawn::CASES,
         bvh::CASES,
         query::CASES,
+        query_triangles::CASES,
+        query_flags::CASES,
         glass::CASES,
         light::CASES,
         lights::CASES,

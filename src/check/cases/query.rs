@@ -82,12 +82,17 @@ pub(super) const CASES: &[Case] = &[
 
 /// The same lab with ray queries.
 fn by_queries(lab: &Lab) -> Result<Lab, CheckError> {
+    by_queries_as(lab, Accel::RayQuery)
+}
+
+/// The same lab with ray queries of some kind.
+pub(super) fn by_queries_as(lab: &Lab, accel: Accel) -> Result<Lab, CheckError> {
     lab.context.check_ray_queries().map_err(|_| CheckError::NotSupported("it has no ray queries".to_owned()))?;
-    Ok(Lab { accel: Accel::RayQuery, ..lab.clone() })
+    Ok(Lab { accel, ..lab.clone() })
 }
 
 /// The same lab without any error, and with the software BVH.
-fn by_bvh(lab: &Lab) -> Lab {
+pub(super) fn by_bvh(lab: &Lab) -> Lab {
     Lab { accel: Accel::Bvh, mutation: None, ..lab.clone() }
 }
 
@@ -108,7 +113,7 @@ fn sum(all: impl IntoIterator<Item = Result<[usize; 2], CheckError>>) -> Result<
 }
 
 /// Scenes of which rounding asks most, and one with alpha; and how far from the camera rays at them start.
-fn scenes() -> [(Scene, f64); 6] {
+pub(super) fn scenes() -> [(Scene, f64); 6] {
     let mut rng = Rng::new(35);
     let mut spheres = soup(&mut rng, 300);
     for _ in 0..60 {
@@ -193,8 +198,14 @@ fn rooms() -> [Scene; 2] {
 }
 
 fn paths(lab: &Lab) -> Result<Measured, CheckError> {
+    let [wrong, traced] = paths_by(lab, Accel::RayQuery)?;
+    Ok(Measured::new(wrong as f64, format!("{traced} hits, 2 scenes")))
+}
+
+/// Hits of paths that differ from those by the BVH, and hits.
+pub(super) fn paths_by(lab: &Lab, accel: Accel) -> Result<[usize; 2], CheckError> {
     let mut rng = Rng::new(52);
-    let queries = by_queries(lab)?;
+    let queries = by_queries_as(lab, accel)?;
     let (mut wrong, mut traced) = (0, 0);
     for scene in rooms() {
         let (mut queried, mut traversed) = (queries.scatter(&scene)?, by_bvh(lab).scatter(&scene)?);
@@ -209,7 +220,7 @@ fn paths(lab: &Lab) -> Result<Measured, CheckError> {
             paths = paths.iter().zip(&expected).filter(|p| p.1.alive != 0).map(|(p, r)| r.next(p)).collect();
         }
     }
-    Ok(Measured::new(wrong as f64, format!("{traced} hits, 2 scenes")))
+    Ok([wrong, traced])
 }
 
 fn lanes(lab: &Lab) -> Result<Measured, CheckError> {

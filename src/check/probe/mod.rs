@@ -1,6 +1,7 @@
 //! Kernels that run one function of the shader library over arrays of inputs (shaders/probe), for comparison with
 //! double precision on the host. They are compiled from the same files as the path tracer.
 
+mod audit;
 mod functions;
 mod lights;
 mod plain;
@@ -27,6 +28,7 @@ use crate::scene::Scene;
 
 use crate::check::CheckError;
 
+pub(crate) use crate::check::probe::audit::audit;
 pub(crate) use crate::check::probe::functions::{Function, Operations, Words};
 pub(crate) use crate::check::probe::lights::{Density, DensityQuery, LightPoint, LightQuery};
 pub(crate) use crate::check::probe::plain::{FUNCTION, PlainKernel, WORKGROUP, workgroups};

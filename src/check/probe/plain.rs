@@ -1,13 +1,14 @@
 //! Kernels of words in and words out (shaders/execution), which need nothing of a scene.
 
 use crate::check::CheckError;
-use crate::gpu::Resource;
 use crate::gpu::{
-    Access, BindingKind, BindingLayout, BindingSet, Buffer, Context, Pipeline, Specialization, Timeline, Usage,
+    AccelerationStructure, Access, BindingKind, BindingLayout, BindingSet, Buffer, Context, Pipeline, Resource,
+    Specialization, Timeline, Usage,
 };
 
 const GIVEN: u32 = 0;
 const FOUND: u32 = 1;
+const STRUCTURE: u32 = 2;
 const BINDINGS: [(u32, BindingKind); 2] = [(GIVEN, BindingKind::Array), (FOUND, BindingKind::Array)];
 
 /// Ids of constants that all of them have (shaders/execution/io.glsl).
@@ -37,11 +38,28 @@ impl PlainKernel {
         [given, found]: [usize; 2],
         in_flight: usize,
     ) -> Result<Self, CheckError> {
+        Self::with(context, name, spirv, specialization, [given, found], in_flight, None)
+    }
+
+    /// The same, with an acceleration structure, which has to outlive it.
+    pub fn with(
+        context: &Context,
+        name: &str,
+        spirv: &[u8],
+        specialization: &Specialization,
+        [given, found]: [usize; 2],
+        in_flight: usize,
+        structure: Option<&AccelerationStructure>,
+    ) -> Result<Self, CheckError> {
         let device = &context.0;
-        let layout = BindingLayout::new(device, &BINDINGS, 8)?;
+        let of_structure = structure.map(|_| (STRUCTURE, BindingKind::AccelerationStructure));
+        let bindings: Vec<_> = BINDINGS.into_iter().chain(of_structure).collect();
+        let layout = BindingLayout::new(device, &bindings, 8)?;
         let storage = |name, words: usize| Buffer::new(device, name, 4 * words as u64, Usage::Storage);
         let (given, found) = (storage("given", given)?, storage("found", found)?);
-        let set = BindingSet::new(&layout, &[(GIVEN, Resource::Buffer(&given)), (FOUND, Resource::Buffer(&found))])?;
+        let mut resources = vec![(GIVEN, Resource::Buffer(&given)), (FOUND, Resource::Buffer(&found))];
+        resources.extend(structure.map(|of| (STRUCTURE, Resource::AccelerationStructure(of.top()))));
+        let set = BindingSet::new(&layout, &resources)?;
         Ok(Self {
             context: context.clone(),
             timeline: Timeline::new(device, in_flight)?,

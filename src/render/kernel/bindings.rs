@@ -4,13 +4,15 @@ use std::sync::Arc;
 
 use crate::accel::Texel;
 use crate::gpu::{
-    AccelerationStructure, BindingKind, BindingLayout, Buffer, Device, GpuError, Resource, Timeline, Usage,
+    AccelerationStructure, BindingKind, BindingLayout, Buffer, BuildOptions, Device, DeviceKind, GpuError, Resource,
+    Timeline, Usage,
 };
 
 use crate::render::error::RenderError;
 use crate::render::kernel::layout::{Push, binding};
 use crate::render::kernel::upload::upload;
 use crate::render::scene::tables::Tables;
+use crate::render::settings::QueryBuild;
 
 /// The tables of a scene, and the sampler's.
 const TABLES: [u32; 5] = [binding::BVH, binding::GEOMETRY, binding::SOBOL, binding::LIGHTS, binding::TEXTURES];
@@ -22,7 +24,7 @@ const COMMON: [(u32, BindingKind); 4] = [
 ];
 
 /// What those see besides that use ray queries.
-const OF_RAY_QUERIES: (u32, BindingKind) = (binding::LEAF_BOXES, BindingKind::AccelerationStructure);
+const OF_RAY_QUERIES: (u32, BindingKind) = (binding::ACCELERATION_STRUCTURE, BindingKind::AccelerationStructure);
 
 /// The layout of a kernel that sees this and something of its own, and uses ray queries or not.
 ///
@@ -46,7 +48,7 @@ pub(crate) fn layout(
 /// The tables of a scene and the sampler's, on the device.
 pub(crate) struct TableBuffers {
     buffers: Vec<(u32, Buffer)>,
-    leaf_boxes: Option<AccelerationStructure>,
+    acceleration_structure: Option<AccelerationStructure>,
 }
 
 impl TableBuffers {
@@ -82,15 +84,29 @@ impl TableBuffers {
         upload(device, timeline, &mut uploads)?;
         let numbers = sources.iter().map(|&(number, ..)| number);
         let buffers = numbers.zip(uploads.into_iter().map(|(buffer, _)| buffer)).collect();
-        let leaf_boxes = tables.leaf_boxes.as_ref().map(|of| AccelerationStructure::new(device, timeline, &of.boxes));
-        Ok(Self { buffers, leaf_boxes: leaf_boxes.transpose()? })
+        let of = tables.query_geometry.as_ref().map(|of| {
+            let options = BuildOptions {
+                compact: match of.build {
+                    // A CPU driver's have their final size at once.
+                    QueryBuild::Plain => device.info.kind != DeviceKind::Cpu,
+                    QueryBuild::Compacted => true,
+                    QueryBuild::Shuffled | QueryBuild::ShiftedScratch => false,
+                },
+                shift_scratch: of.build == QueryBuild::ShiftedScratch,
+            };
+            let (parts, instances) = of.parts();
+            AccelerationStructure::new(device, timeline, &parts, &instances, options)
+        });
+        Ok(Self { buffers, acceleration_structure: of.transpose()? })
     }
 
     /// What to bind: these, and others.
     pub fn and<'a>(&'a self, others: &[(u32, &'a Buffer)]) -> Vec<(u32, Resource<'a>)> {
         let own = self.buffers.iter().map(|(number, buffer)| (*number, buffer));
         let buffers = own.chain(others.iter().copied()).map(|(number, buffer)| (number, Resource::Buffer(buffer)));
-        let boxes = self.leaf_boxes.iter().map(|of| (binding::LEAF_BOXES, Resource::AccelerationStructure(of.top())));
-        buffers.chain(boxes).collect()
+        let structure = self.acceleration_structure.iter();
+        let structure =
+            structure.map(|of| (binding::ACCELERATION_STRUCTURE, Resource::AccelerationStructure(of.top())));
+        buffers.chain(structure).collect()
     }
 }

@@ -39,6 +39,8 @@ pub struct Features {
     pub brute_force: bool,
     /// Ray queries find the leaves.
     pub ray_query: bool,
+    /// They test triangles themselves.
+    pub queried_triangles: bool,
     /// Möller–Trumbore instead of the watertight test.
     pub moller_trumbore: bool,
     /// Point lights.
@@ -75,7 +77,8 @@ impl Features {
             constant_spheres: tables.constant_spheres.len() as u32,
             polygons: tables.polygons.len() as u32,
             brute_force: settings.accel == Accel::None && (needs.bvh.spheres || needs.bvh.triangles),
-            ray_query: tables.leaf_boxes.is_some(),
+            ray_query: tables.query_geometry.is_some(),
+            queried_triangles: tables.query_geometry.is_some() && settings.accel == Accel::RayQueryTriangles,
             moller_trumbore: settings.triangle_test == TriangleTest::MollerTrumbore,
             lights: tables.point_count,
             sobol_levels: if flags.sampler_levels { sobol::MAX_LEVELS } else { sobol::levels(settings.samples) },

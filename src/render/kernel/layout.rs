@@ -42,7 +42,7 @@ pub(crate) mod binding {
     pub const LIGHT_PATHS: u32 = 10;
     pub const SCENE: u32 = 11;
     pub const TEXTURES: u32 = 14;
-    pub const LEAF_BOXES: u32 = 15;
+    pub const ACCELERATION_STRUCTURE: u32 = 15;
     pub const FIRST_HITS: u32 = 16;
 }
 

@@ -1,5 +1,6 @@
 //! A scene on the device, ready to be rendered: what is decided about it, and the order of things.
 
+mod accel_trial;
 mod develop;
 mod dual;
 mod plan;
@@ -97,6 +98,9 @@ impl Renderer {
     /// # Errors
     /// As [`Self::new`].
     pub fn with(context: &Context, prepared: Prepared<'_>) -> Result<Self, RenderError> {
+        if let Some(renderer) = accel_trial::winner(context, &prepared)? {
+            return Ok(renderer);
+        }
         let start = Instant::now();
         check_size(&prepared)?;
         let device = &context.0;

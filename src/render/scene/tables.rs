@@ -19,15 +19,15 @@ use crate::render::light::solid_angle;
 use crate::render::light::table::{LightTable, kind};
 use crate::render::scene::collect::{Origin, SceneGeometry};
 use crate::render::scene::geometry::GeometryTexels;
-use crate::render::scene::leaf_boxes::{LeafBoxes, farthest_start};
 use crate::render::scene::light_paths::CasterTable;
 use crate::render::scene::materials::rgb;
 use crate::render::scene::polygons;
 use crate::render::scene::polygons::InlinePolygon;
+use crate::render::scene::query_geometry::QueryGeometry;
 use crate::render::scene::spheres::ConstantSphere;
 use crate::render::scene::textures::TextureTable;
 use crate::render::settings::mutation::Mutation;
-use crate::render::settings::{Accel, LightSamples, LightTracing, RenderSettings, Reuse, SampleMap};
+use crate::render::settings::{LightSamples, LightTracing, RenderSettings, Reuse, SampleMap};
 use crate::render::space::RenderSpace;
 use crate::render::space::view::{Rectangle, View};
 
@@ -65,8 +65,8 @@ pub(crate) struct Tables {
     pub single_point: Option<Light>,
     pub packed: Packed,
     pub bvh: Option<BvhStatistics>,
-    /// Boxes around the BVH's leaves, if there is a BVH and ray queries are to find these.
-    pub leaf_boxes: Option<LeafBoxes>,
+    /// What ray queries find hits by, if there is a BVH and they are asked for.
+    pub query_geometry: Option<QueryGeometry>,
     /// Where the BVH's primitives come from.
     origins: Vec<Origin>,
     /// Scene indices of the constant spheres.
@@ -100,12 +100,11 @@ impl Tables {
         if scene.materials.iter().any(Material::lets_rays_pass) {
             packed.mark_passable(|primitive| geometry.passable(primitive as usize, &scene.materials));
         }
-        let leaf_boxes = (settings.accel == Accel::RayQuery && tree.is_some()).then(|| {
-            let boxes =
-                LeafBoxes::of(&packed, primitives, first_primitive, farthest_start(scene, space), settings.mutation);
-            packed.texels.extend(boxes.record_texels());
-            boxes
-        });
+        let query_geometry = match &tree {
+            Some(_) => QueryGeometry::of(&packed, primitives, first_primitive, scene, space, settings),
+            None => None,
+        };
+        packed.texels.extend(query_geometry.iter().flat_map(QueryGeometry::handle_texels));
         let build_seconds = start.elapsed().as_secs_f64();
 
         let (bvh_spheres, bvh_triangles) = (geometry.has_bvh_spheres(), geometry.has_bvh_triangles());
@@ -149,7 +148,7 @@ impl Tables {
             seen_from_outside,
             bvh: tree.map(|_| BvhStatistics { build_seconds, ..packed.statistics }),
             packed,
-            leaf_boxes,
+            query_geometry,
             origins: geometry.origins,
             constant_origins: geometry.constant_origins,
             constant_spheres: geometry.constant_spheres,

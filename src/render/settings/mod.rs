@@ -40,14 +40,42 @@ pub enum TriangleTest {
 /// How triangles are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Accel {
-    /// Through a bounding volume hierarchy.
+    /// As [`Accel::Bvh`]; on GPUs with ray queries, if the [context](crate::ContextOptions::ray_query) is opened for them, as
+    /// [`Accel::RayQuery`] if a trial shows that this is faster: the same bits.
     #[default]
+    Auto,
+    /// Through a bounding volume hierarchy.
     Bvh,
     /// Every triangle is tested, to show what the hierarchy gains.
     None,
     /// The device's ray queries find the leaves of the hierarchy, whose triangles and spheres are tested as ever: the same bits. The device
     /// has to be opened for it ([`ContextOptions::ray_query`](crate::ContextOptions::ray_query)).
     RayQuery,
+    /// Experimental: the device's ray queries find triangles by the device's own test. Distances are those of ours, so that images are
+    /// reproducible on one device, but at edges and where surfaces fall together they depend on it.
+    RayQueryTriangles,
+}
+
+impl Accel {
+    /// Whether a device has to have ray queries for it.
+    pub fn needs_ray_queries(self) -> bool {
+        matches!(self, Self::RayQuery | Self::RayQueryTriangles)
+    }
+}
+
+/// Tests only: how acceleration structures are built. The same hits are found.
+#[doc(hidden)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum QueryBuild {
+    /// As suits the device.
+    #[default]
+    Plain,
+    /// And then compacted.
+    Compacted,
+    /// Of leaves in a random order.
+    Shuffled,
+    /// In memory whose address is no more aligned than it has to be.
+    ShiftedScratch,
 }
 
 /// How rays that need the BVH are scheduled. All give the same bits.
@@ -225,6 +253,12 @@ pub struct RenderSettings {
     /// A folder with `path_trace.spv`, `path_interleaved.spv`, `path_queue.spv`, `light_trace.spv` or `traverse.spv`, one of them at least, to
     /// use instead of the built-in shaders: edit a shader, run `glslc` on it, and render again without building the program.
     pub spirv_folder: Option<PathBuf>,
+    /// Tests only: how acceleration structures are built.
+    #[doc(hidden)]
+    pub query_build: QueryBuild,
+    /// Tests only: makes the trial of [`Accel::Auto`] on any device.
+    #[doc(hidden)]
+    pub forces_trial: bool,
     /// Tests only: breaks one thing on purpose, to show that the tests see it.
     #[doc(hidden)]
     pub mutation: Option<Mutation>,

@@ -102,6 +102,8 @@ pub enum Mutation {
     QueriedTies = 48,
     /// Ray queries with a mask that no instance has.
     QueriedMask = 49,
+    /// Ray queries on triangles find the surface that a ray leaves.
+    QueriedSelf = 66,
     /// Textures of specular strength weaken reflection where light grazes alone.
     FullNormalIncidence = 60,
     /// Coats take nothing from what the base sends out.
@@ -176,6 +178,7 @@ impl Mutation {
         Self::QueriedDistance,
         Self::QueriedTies,
         Self::QueriedMask,
+        Self::QueriedSelf,
         Self::FullNormalIncidence,
         Self::ClearWayOut,
         Self::CoatOfBase,
@@ -240,6 +243,7 @@ impl Mutation {
             Self::QueriedDistance => "distances as a ray query has committed them",
             Self::QueriedTies => "of equal distances, what a ray query proposes first",
             Self::QueriedMask => "ray queries with a mask that no instance has",
+            Self::QueriedSelf => "ray queries on triangles that find the surface that a ray leaves",
             Self::FullNormalIncidence => "reflection of dielectrics weakened by textures where light grazes alone",
             Self::ClearWayOut => "coats take nothing from what the base sends out",
             Self::CoatOfBase => "coats with the normals of the base",

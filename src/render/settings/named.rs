@@ -37,9 +37,19 @@ impl Choice for TriangleTest {
 
 impl Choice for Accel {
     const ALL: &'static [(&'static str, Self, &'static str)] = &[
+        (
+            "auto",
+            Self::Auto,
+            "The hierarchy, or on GPUs ray queries where a trial shows that they are faster; same image",
+        ),
         ("bvh", Self::Bvh, "A bounding volume hierarchy"),
         ("none", Self::None, "Every triangle is tested"),
         ("ray-query", Self::RayQuery, "The device's ray queries find leaves of the hierarchy; same image"),
+        (
+            "ray-query-triangles",
+            Self::RayQueryTriangles,
+            "Experimental: ray queries test triangles, in the device's own way; another image at edges",
+        ),
     ];
 }
 
@@ -103,7 +113,7 @@ mod tests {
     fn names_are_those_of_their_values() {
         assert_eq!(names::<Sampler>(), ["sobol", "independent", "pcg"]);
         assert_eq!(names::<TriangleTest>(), ["watertight", "moller-trumbore"]);
-        assert_eq!(names::<Accel>(), ["bvh", "none", "ray-query"]);
+        assert_eq!(names::<Accel>(), ["auto", "bvh", "none", "ray-query", "ray-query-triangles"]);
         assert_eq!(names::<Scheduler>(), ["auto", "inline", "interleaved", "queue"]);
         assert_eq!(names::<Reuse>(), ["auto", "always", "off"]);
         assert_eq!(names::<LightSamples>(), ["auto", "one"]);

@@ -8,7 +8,7 @@
 #include "../constants.glsl"
 #include "traversal.glsl"
 #ifdef RAY_QUERY
-#include "../query.glsl"
+#include "../query_triangles.glsl"
 #endif
 
 // With PATH_STATS: records visited by this lane; and with REUSE, those of them by rays that only ask for any hit.
@@ -38,8 +38,10 @@ Nearest traverse_bvh(Ray ray, float t_max, uint entry, bool any_hit, uint loops,
 Nearest traverse(Ray ray, float t_max, uint entry, bool any_hit, uint loops, out uint steps) {
     Nearest nearest;
 #ifdef RAY_QUERY
-    if (USES_RAY_QUERY && !(REUSE && any_hit && in_mode(MODE_SCATTERED))) query_leaves(ray, t_max, any_hit, loops, nearest.t, nearest.id, steps);
-    else
+    if (USES_RAY_QUERY && !(REUSE && any_hit && in_mode(MODE_SCATTERED))) {
+        if (QUERIES_TRIANGLES) query_triangles(ray, t_max, any_hit, loops, nearest.t, nearest.id, steps);
+        else query_leaves(ray, t_max, any_hit, loops, nearest.t, nearest.id, steps);
+    } else
 #endif
     nearest = traverse_bvh(ray, t_max, entry, any_hit, loops, steps);
     if (PATH_STATS) traversal_steps += steps;

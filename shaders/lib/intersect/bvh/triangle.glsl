@@ -11,15 +11,20 @@ bool is_from_behind(Shear r, float det) {
     return int(floatBitsToUint(det) ^ floatBitsToUint(r.s.z)) < 0 != (r.along_x || r.along_y);
 }
 
+// How far away the ray meets the plane of a triangle, at a point that edge functions tell, which have this determinant.
+float distance_at(Shear r, Edges e, float det, vec3 z) {
+    precise float inverse = 1.0 / det;
+    precise float sum = (e.u * z.x + e.v * z.y) + e.w * z.z;
+    return sum * r.s.z * inverse;
+}
+
 // Whether the ray hits a triangle, of whose corners these are the distances along its axis, where, and whether from behind.
 bool hits_triangle(Shear r, Edges e, vec3 z, out float t, out bool behind) {
     // All on one side, or all on the other. Both hold only where all are 0, and so is the determinant.
     bool inside = (fast_min(fast_min(e.u, e.v), e.w) >= 0.0) != (fast_max(fast_max(e.u, e.v), e.w) <= 0.0);
     float det = determinant(e);
     behind = is_from_behind(r, det);
-    precise float inverse = 1.0 / det;
-    precise float sum = (e.u * z.x + e.v * z.y) + e.w * z.z;
-    t = sum * r.s.z * inverse;
+    t = distance_at(r, e, det, z);
     return inside && t > 0.0;
 }
 

@@ -93,7 +93,7 @@ fn bindings() {
         (binding::GRADIENT_ROWS, "GradientRows", true),
         (binding::TEXTURES, "TextureArray", true),
         (binding::TEXTURES, "texture_texels", false),
-        (binding::LEAF_BOXES, "leaf_boxes", false),
+        (binding::ACCELERATION_STRUCTURE, "acceleration_structure", false),
         (binding::FIRST_HITS, "FirstHitRows", true),
     ]
     .map(|(number, name, storage)| (0, number, name.to_owned(), storage));
