@@ -29,7 +29,7 @@ layout(constant_id = 16) const bool BRUTE_FORCE = false;    // test every leaf r
 layout(constant_id = 17) const bool MOLLER_TRUMBORE = false;
 #ifdef RAY_QUERY
 layout(constant_id = 60) const bool USES_RAY_QUERY = false; // the device finds the BVH's leaves, see intersect/query.glsl
-layout(constant_id = 106) const bool QUERIES_TRIANGLES = false; // and tests triangles, see intersect/query_triangles.glsl
+layout(constant_id = 107) const bool QUERIES_TRIANGLES = false; // and tests triangles, see intersect/query_triangles.glsl
 #endif
 layout(constant_id = 18) const uint SPHERE_COUNT = 0u;      // constant spheres, see intersect/sphere.glsl
 layout(constant_id = 19) const uint POINT_INSIDE = 0u;      // bit n: the only light, a point, is inside of sphere n

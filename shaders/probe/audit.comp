@@ -35,7 +35,8 @@ Meeting meeting_of(BvhRay r, int handle) {
     vec3 c = sheared(r.shear, r.origin, triangle.v2);
     Edges e = Edges(edge(c, b), edge(a, c), edge(b, a));
     Meeting m;
-    m.hit = hits_triangle(r.shear, e, vec3(a.z, b.z, c.z), m.t);
+    bool behind;
+    m.hit = hits_triangle(r.shear, e, vec3(a.z, b.z, c.z), m.t, behind);
     vec3 weights = vec3(e.u, e.v, e.w) / determinant(e);
     m.barycentrics = weights.yz;
     float least = min(weights.x, min(weights.y, weights.z));

@@ -153,7 +153,7 @@ constants! {
         "moller-trumbore": |f| why(f.moller_trumbore, "was asked for", "the watertight test is used");
     60 USES_RAY_QUERY: bool = |c| c.features.ray_query,
         "ray query": |f| why(f.ray_query, "was asked for", "the BVH is used");
-    106 QUERIES_TRIANGLES: bool = |c| c.features.queried_triangles;
+    107 QUERIES_TRIANGLES: bool = |c| c.features.queried_triangles;
     18 SPHERE_COUNT: u32 = |c| c.features.constant_spheres,
         "constant spheres": |f| (
             f.constant_spheres > 0,

@@ -128,7 +128,7 @@ pub enum Mutation {
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 59] = [
+    pub const ALL: [Self; 60] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
