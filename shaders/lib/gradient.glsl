@@ -9,9 +9,8 @@
 // the pilot pass (reuse.glsl), from which the host learns how large its noise is; the first with that of what this
 // light would be without the group. The film holds the same for all other light of the pixel.
 //
-// Which differences are small depends on the surfaces. Before a rendering the host surveys them by a sample of each pixel
-// that is not light, but the place of the diffuse surface at its centre, also if that is seen in mirrors; 0 where there is
-// none (src/render/gradient/surfaces.rs).
+// Which differences are small depends on the surfaces. Before a rendering the host finds the place of the diffuse surface at
+// the centre of each pixel, also if that is seen in mirrors (first_hit.comp, src/render/gradient/surfaces.rs).
 
 #ifndef GRADIENT_GLSL
 #define GRADIENT_GLSL

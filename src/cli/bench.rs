@@ -103,7 +103,7 @@ pub struct BenchArgs {
     #[arg(long, value_name = "FILE")]
     dump_rays: Option<PathBuf>,
 
-    /// Use path_trace.spv, path_interleaved.spv, path_queue.spv, light_trace.spv or traverse.spv (--rays) of this folder instead
+    /// Use path_trace.spv, path_interleaved.spv, path_queue.spv, light_trace.spv, first_hit.spv or traverse.spv (--rays) of this folder instead
     /// of the built-in shaders
     #[arg(long, value_name = "FOLDER", conflicts_with = "growth")]
     spirv: Option<PathBuf>,

@@ -1,5 +1,6 @@
 //! Subcommands: parse, call the library, print. Data goes to stdout, everything else to stderr.
 
+mod aov;
 mod bench;
 mod check;
 mod checkpoint;

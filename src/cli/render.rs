@@ -22,7 +22,7 @@ use super::numbers::seconds;
 use super::options::{DeviceOptions, SceneOptions, check_memory};
 use super::progress::Bar;
 use super::signals::Deadline;
-use super::{exit, heading, input, output, paths};
+use super::{aov, exit, heading, input, output, paths};
 
 /// Arguments of `photolith render`.
 #[derive(Args)]
@@ -38,6 +38,13 @@ pub struct RenderArgs {
     /// Format of the image, whatever its name; needed for standard output
     #[arg(long, value_parser = image_output::format(), help_heading = heading::IMAGE)]
     format: Option<Format>,
+
+    /// Write what the camera sees as layers of this OpenEXR file too: albedo, normals, position, depth, ids
+    ///
+    /// They are those of the ray through the centre of each pixel and of the lens, where it first meets a surface. Mirrors and glass are not
+    /// seen through.
+    #[arg(long, value_name = "FILE", help_heading = heading::IMAGE)]
+    aov: Option<PathBuf>,
 
     /// Render until the image has no more noise than this: 0.1 is a preview, 0.01 is low noise
     ///
@@ -91,7 +98,7 @@ pub struct RenderArgs {
 
     /// Use the shaders of this folder instead of the built-in ones, where it has them
     ///
-    /// Their names are path_trace.spv, path_interleaved.spv, path_queue.spv and light_trace.spv. Compile an edited shader with
+    /// Their names are path_trace.spv, path_interleaved.spv, path_queue.spv, light_trace.spv and first_hit.spv. Compile an edited shader with
     /// `glslc --target-env=vulkan1.2`, and render again.
     #[arg(long, value_name = "FOLDER", help_heading = heading::DEVELOPERS, hide_short_help = true)]
     spirv: Option<PathBuf>,
@@ -128,9 +135,13 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let output = ImageOutput::of(&place, args.format, args.json)?;
     // Before hours of rendering, not after.
     output.check()?;
-    let outputs = [("--output", output.path()), ("--checkpoint", args.checkpoint.as_ref())];
+    let outputs =
+        [("--output", output.path()), ("--aov", args.aov.as_ref()), ("--checkpoint", args.checkpoint.as_ref())];
     let outputs = outputs.into_iter().filter_map(|(option, path)| Some((option, path?)));
     paths::check_apart([&input::path(&args.scene).to_owned()], outputs)?;
+    if let Some(aov) = &args.aov {
+        aov::check(aov)?;
+    }
     if let Some(checkpoint) = &args.checkpoint {
         check_writable(checkpoint)?;
     }
@@ -229,6 +240,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let written = output.write(&image, &m, scene.film.transfer);
     let kept = keeper.map_or(Ok(()), |keeper| keeper.finish(&mut renderer, written.is_ok()));
     let written = written?;
+    if let Some(aov) = &args.aov {
+        aov::write(aov, &mut renderer, [scene.film.width, scene.film.height], &m)?;
+    }
     if written.non_finite > 0 {
         late_warnings += 1;
         log::warn!("{output}: {} pixels are not finite", written.non_finite);

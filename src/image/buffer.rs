@@ -135,7 +135,7 @@ impl Image {
     }
 }
 
-fn check_size(width: u32, height: u32) -> Result<(), ImageError> {
+pub(super) fn check_size(width: u32, height: u32) -> Result<(), ImageError> {
     if (1..=MAX_SIDE).contains(&width) && (1..=MAX_SIDE).contains(&height) {
         Ok(())
     } else {
@@ -143,7 +143,7 @@ fn check_size(width: u32, height: u32) -> Result<(), ImageError> {
     }
 }
 
-fn check_count(what: &'static str, width: u32, height: u32, found: usize) -> Result<(), ImageError> {
+pub(super) fn check_count(what: &'static str, width: u32, height: u32, found: usize) -> Result<(), ImageError> {
     let expected = width as usize * height as usize;
     if found == expected { Ok(()) } else { Err(ImageError::Count { what, width, height, expected, found }) }
 }

@@ -3,6 +3,8 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use glam::DVec3;
+
 use crate::gpu::{BindingKind, BindingSet, Buffer, Device, Pipeline, Resource, Specialization, Usage};
 
 use crate::render::engine::Engine;
@@ -18,6 +20,8 @@ use crate::render::plan::dispatch::Span;
 use crate::render::plan::launch::Launch;
 use crate::render::plan::prepared::Prepared;
 use crate::render::settings::RenderSettings;
+use crate::render::space::RenderSpace;
+use crate::render::space::view::View;
 
 /// Rays of a dispatch at most, on CPUs and on GPUs.
 const DISPATCH: [u32; 2] = [1 << 15, 1 << 18];
@@ -33,6 +37,25 @@ pub(crate) enum CameraRay {
     OfSample(u32),
 }
 
+/// What the ray through the centre of a pixel meets first, in the scene's units. Surfaces that some rays pass are met by chance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SeenSurface {
+    /// Where.
+    pub position: DVec3,
+    /// Its distance from the camera, measured along the direction in which that looks.
+    pub depth: f64,
+    /// Unit geometric normal, towards the camera's side.
+    pub normal: [f32; 3],
+    /// Unit shading normal, on that side too.
+    pub shading_normal: [f32; 3],
+    /// The part of light that the surface scatters, an estimate; 0 of those that only emit.
+    pub albedo: [f32; 3],
+    /// The renderer's number of the sphere, polygon or triangle.
+    pub primitive: u32,
+    /// Index into the scene's materials.
+    pub material: u32,
+}
+
 /// Traces camera rays to what they meet first. The kernel is made when it is first asked for.
 pub(crate) struct FirstHitTracer {
     device: Arc<Device>,
@@ -42,6 +65,9 @@ pub(crate) struct FirstHitTracer {
     workgroup: u32,
     most_rays: u32,
     kernel: Option<Kernel>,
+    space: RenderSpace,
+    /// In which the camera looks.
+    forward: DVec3,
 }
 
 /// What it takes on the device.
@@ -67,6 +93,8 @@ impl FirstHitTracer {
             workgroup,
             most_rays: DISPATCH[usize::from(traits.threads)],
             kernel: None,
+            space: RenderSpace::of(prepared.scene),
+            forward: View::of(prepared.scene, 1.0).forward,
         }
     }
 
@@ -104,6 +132,29 @@ impl FirstHitTracer {
         let set = BindingSet::new(&layout, &bound)?;
         engine.warm_up_kernel((&pipeline, &set))?;
         Ok(Kernel { pipeline, set, records })
+    }
+
+    /// What each pixel shows, row by row from the top left.
+    ///
+    /// # Errors
+    /// As of [`Self::trace`].
+    pub fn seen_surfaces(&mut self, engine: &mut Engine) -> Result<Vec<Option<SeenSurface>>, RenderError> {
+        let (space, forward, whole) = (self.space, self.forward, engine.whole_film());
+        let mut seen = vec![None; engine.pixel_count() as usize];
+        let put = |seen: &mut Option<SeenSurface>, hit: &FirstHit| {
+            let position = DVec3::from(hit.position.map(f64::from));
+            *seen = hit.is(first_hit::MET).then(|| SeenSurface {
+                position: space.scene_point(position),
+                depth: space.scene_length(position.dot(forward)),
+                normal: hit.normal,
+                shading_normal: hit.shading,
+                albedo: hit.albedo,
+                primitive: hit.primitive.cast_unsigned(),
+                material: hit.material,
+            });
+        };
+        engine.look(|_| (), |engine| self.trace(engine, &whole, (CameraRay::Center, false), &mut seen, put))?;
+        Ok(seen)
     }
 
     /// Traces a ray of each pixel of some spans, on from mirrors if these are to be `followed`. `put` gets what it meets, and the pixel of an

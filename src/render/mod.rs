@@ -21,6 +21,7 @@ mod statistics;
 pub use crate::render::error::RenderError;
 pub use crate::render::film::Film;
 pub use crate::render::film::checkpoint::{Checkpoint, CheckpointError};
+pub use crate::render::first_hit::SeenSurface;
 pub use crate::render::kernel::features::Features;
 pub use crate::render::kernel::shaders_hash;
 pub use crate::render::kernel::sobol::MAX_SAMPLES;

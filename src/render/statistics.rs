@@ -57,8 +57,8 @@ pub struct RenderStatistics {
     pub reused_samples: u64,
     /// By how much reuse lowered the variance in the pilot pass that decided about it; `None`: there was none.
     pub reuse_gain: Option<f64>,
-    /// The image was made from differences between neighbouring pixels (see [`Gradients`](crate::render::Gradients)). The survey for
-    /// that is in no other number but the times.
+    /// The image was made from differences between neighbouring pixels (see [`Gradients`](crate::render::Gradients)). The first
+    /// hits for that are in no other number but the times.
     pub gradients: bool,
     /// Pixels that get more samples than are asked for (see [`SampleMap`](crate::render::SampleMap)). How they were found is in no other number but
     /// the times.

@@ -45,6 +45,28 @@ fn every_format_is_written_with_its_metadata_and_nothing_else() {
     assert_fails(&output, 2, &["20x10", "8x8"], "compare");
 }
 
+#[test]
+fn layers_are_written_beside_the_image() {
+    let directory = directory();
+    let d = directory.path();
+    let output = run(d, "render ball.toml --size 20x10 --samples 1 --aov seen.exr -o out.png");
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    // Its first colours are the albedo: none of the sky, and that of the ball.
+    let (albedo, metadata) = read(&d.join("seen.exr")).unwrap();
+    assert_eq!((albedo.width(), albedo.height(), metadata.get("Scene")), (20, 10, Some("ball.toml")));
+    assert_eq!(albedo.pixel(0, 0), Some([0.0; 3]));
+    assert!(albedo.pixel(10, 5).is_some_and(|color| color[1] > 0.1), "{:?}", albedo.pixel(10, 5));
+    for (arguments, expected) in [
+        ("render ball.toml --aov seen.png -o b.png", "OpenEXR only"),
+        ("render ball.toml --aov seen -o b.png", "OpenEXR only"),
+        ("render ball.toml --aov b.exr -o b.exr", "--output writes this file too"),
+        ("render ball.toml --aov none/b.exr -o b.png", "none"),
+    ] {
+        assert_fails(&run(d, arguments), 2, &[expected], arguments);
+    }
+    assert_eq!(names(d), ["ball.toml", "out.png", "seen.exr"]);
+}
+
 /// The program with a file as its standard input.
 fn run_with_input(directory: &Path, arguments: &str, input: &str) -> Output {
     let file = fs::File::open(directory.join(input)).expect("a file");

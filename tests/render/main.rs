@@ -15,6 +15,7 @@ mod light;
 mod light_tracing;
 mod random_scenes;
 mod resume;
+mod seen_surfaces;
 mod shader_folder;
 mod shipped_scenes;
 mod validation;

@@ -59,6 +59,6 @@ fn ray_queries_are_there_only_where_they_are_used() {
             with.push(name);
         }
     }
-    let expected = ["closest", "light_trace", "occlusion", "path_trace", "scatter", "traverse"];
+    let expected = ["closest", "first_hit", "light_trace", "occlusion", "path_trace", "scatter", "traverse"];
     assert!(expected.iter().all(|name| with.contains(name)), "{with:?}");
 }

@@ -14,7 +14,7 @@ use ::exr::prelude::{
 use smallvec::SmallVec;
 
 use crate::image::codec::{DecodeError, check_header};
-use crate::image::{Image, Metadata, Variance};
+use crate::image::{Image, ImageLayers, LayerValues, Metadata, Variance};
 
 /// Attributes of the header that hold metadata: this, then the key.
 const PREFIX: &str = "photolith.";
@@ -45,10 +45,33 @@ pub(super) fn encode(image: &Image, metadata: &Metadata, writer: &mut impl Write
     if let Some(alpha) = image.alpha() {
         channels.push(AnyChannel::new("A", FlatSamples::F32(alpha.to_vec())));
     }
+    write([image.width(), image.height()], channels, attributes, metadata, writer)
+}
+
+/// Writes the channels of layers, in one part.
+pub(super) fn encode_layers(layers: &ImageLayers, metadata: &Metadata, writer: &mut impl Write) -> io::Result<()> {
+    let channel = |(name, values): &(String, LayerValues)| {
+        let values = match values {
+            LayerValues::Float(values) => FlatSamples::F32(values.clone()),
+            LayerValues::Integer(values) => FlatSamples::U32(values.clone()),
+        };
+        AnyChannel::new(text(name), values)
+    };
+    let channels = layers.channels().iter().map(channel).collect();
+    write(layers.size(), channels, LayerAttributes::default(), metadata, writer)
+}
+
+fn write(
+    [width, height]: [u32; 2],
+    channels: SmallVec<[AnyChannel<FlatSamples>; 4]>,
+    mut attributes: LayerAttributes,
+    metadata: &Metadata,
+    writer: &mut impl Write,
+) -> io::Result<()> {
     for (key, value) in metadata.iter() {
         attributes.other.insert(text(&format!("{PREFIX}{key}")), AttributeValue::Text(text(value)));
     }
-    let size = Vec2(image.width() as usize, image.height() as usize);
+    let size = Vec2(width as usize, height as usize);
     let layer = Layer::new(size, attributes, Encoding::SMALL_LOSSLESS, AnyChannels::sort(channels));
     let mut bytes = Vec::new();
     ExrImage::from_layer(layer).write().to_buffered(Cursor::new(&mut bytes)).map_err(io_error)?;

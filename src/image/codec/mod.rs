@@ -7,7 +7,7 @@ mod png;
 
 use std::io::{self, Write};
 
-use crate::image::{Format, Image, ImageError, MAX_SIDE, Metadata};
+use crate::image::{Format, Image, ImageError, ImageLayers, MAX_SIDE, Metadata};
 use crate::scene::Transfer;
 
 /// Why bytes are not an image.
@@ -54,6 +54,11 @@ pub(super) fn encode(
         Format::Hdr => hdr::encode(image, metadata, writer),
         Format::Pfm => pfm::encode(image, writer),
     }
+}
+
+/// Writes layers to `writer`, as OpenEXR.
+pub(super) fn encode_layers(layers: &ImageLayers, metadata: &Metadata, writer: &mut impl Write) -> io::Result<()> {
+    exr::encode_layers(layers, metadata, writer)
 }
 
 /// Reads a whole file's bytes.

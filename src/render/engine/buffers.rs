@@ -147,14 +147,15 @@ impl Buffers {
         let path_bytes = 16 * u64::from(rows) * u64::from(shape.regions) * u64::from(queue::PATHS);
         let path_bytes = path_bytes.max(16 * shape.split_samples);
         let paths = Buffer::new(device, "paths", path_bytes, Usage::StorageTexelAndArray)?;
-        if shape.split_samples > 0 {
-            // None of them is there.
-            let ticket = timeline.submit(|r| {
+        // Nothing is counted, and none of these samples is there.
+        let ticket = timeline.submit(|r| {
+            r.clear(&counters);
+            if shape.split_samples > 0 {
                 r.clear(&paths);
-                r.barrier(Access::Transfer, Access::Compute);
-            })?;
-            timeline.wait(&ticket)?;
-        }
+            }
+            r.barrier(Access::Transfer, Access::Compute);
+        })?;
+        timeline.wait(&ticket)?;
 
         // What a binding holds, and a dispatch covers.
         let texels = size_of::<FilmSlot>() as u64 / 16;

@@ -1,5 +1,5 @@
-//! What is known of the surfaces in the picture before it is rendered: the place that each pixel's centre shows
-//! (shaders/lib/gradient.glsl).
+//! What is known of the surfaces in the picture before it is rendered: the place that each pixel's centre shows, by which pairs of
+//! neighbours are told apart (shaders/lib/gradient.glsl).
 
 use bytemuck::zeroed_vec;
 use glam::Vec3;

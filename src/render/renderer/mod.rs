@@ -24,7 +24,7 @@ use crate::render::error::RenderError;
 use crate::render::film::Film;
 use crate::render::film::checkpoint::Checkpoint;
 use crate::render::film::tiling::{BLOCK, SIDE, slot_count};
-use crate::render::first_hit::FirstHitTracer;
+use crate::render::first_hit::{FirstHitTracer, SeenSurface};
 use crate::render::gradient::develop::{GradientPlan, GradientSums};
 use crate::render::gradient::phases::Phases;
 use crate::render::gradient::surfaces::find_diffuse_places;
@@ -204,6 +204,15 @@ impl Renderer {
     /// What the last rendering did.
     pub fn statistics(&self) -> &RenderStatistics {
         &self.engine.statistics
+    }
+
+    /// What the ray through the centre of each pixel, and of the lens, meets first, row by row from the top left; `None` if nothing. It
+    /// takes no sample, and changes no bit of a rendering.
+    ///
+    /// # Errors
+    /// A shader of the user's cannot be read; the device fails.
+    pub fn seen_surfaces(&mut self) -> Result<Vec<Option<SeenSurface>>, RenderError> {
+        self.first_hits.seen_surfaces(&mut self.engine)
     }
 
     /// Renders until all samples are done, the noise is reached, the time limit is over, or `on_progress` breaks; then

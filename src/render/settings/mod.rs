@@ -250,7 +250,7 @@ pub struct RenderSettings {
     pub passage: Option<u32>,
     /// Count steps through the BVH as well; a little slower.
     pub count_steps: bool,
-    /// A folder with `path_trace.spv`, `path_interleaved.spv`, `path_queue.spv`, `light_trace.spv` or `traverse.spv`, one of them at least, to
+    /// A folder with `path_trace.spv`, `path_interleaved.spv`, `path_queue.spv`, `light_trace.spv`, `first_hit.spv` or `traverse.spv`, one of them at least, to
     /// use instead of the built-in shaders: edit a shader, run `glslc` on it, and render again without building the program.
     pub spirv_folder: Option<PathBuf>,
     /// Tests only: how acceleration structures are built.
