@@ -95,7 +95,7 @@ pub struct BenchArgs {
     rays: bool,
 
     /// How --rays finds triangles, side by side
-    #[arg(long, value_name = "NAME,...", value_delimiter = ',', default_value = "bvh", value_parser = ["bvh", "ray-query"])]
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', default_value = "bvh", value_parser = ["bvh", "ray-query", "ray-query-triangles"])]
     accel: Vec<String>,
 
     /// Write the rays of --rays with what they met, and the triangles, for other programs to trace (one scene only; the format

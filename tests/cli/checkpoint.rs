@@ -68,7 +68,7 @@ fn checkpoints_of_other_renderings_are_refused_and_stay() {
         (format!("{in_parts} --seed 4"), ["found \"Seed: 0\"", "expected \"Seed: 4\""]),
         (in_parts.replace("9", "8"), ["8 samples per pixel", "begun with 9"]),
         (in_parts.replace("ball", "other"), ["found \"Scene: ", "expected \"Scene: "]),
-        (format!("{in_parts} --accel none"), ["found \"Accel: bvh\"", "expected \"Accel: none\""]),
+        (format!("{in_parts} --accel none"), ["found \"Accel: auto\"", "expected \"Accel: none\""]),
         (format!("{in_parts} --noise 0.1"), ["--noise", "--checkpoint"]),
         (in_parts.replace("rest", "out.png"), ["--checkpoint out.png", "--output writes this file too"]),
         (in_parts.replace("rest", "ball.toml"), ["--checkpoint ball.toml", "also read"]),

@@ -3,11 +3,11 @@
 
 use std::ops::ControlFlow;
 
-use photolith::render::{Accel, Reuse, Scheduler};
+use photolith::render::{Accel, Reuse, SampleMap, Scheduler};
 use photolith::scene::Sphere;
 use photolith::{RenderSettings, Renderer, Scene};
 
-use crate::harness::{assert_same_bits, context, glass_cat, render, shipped};
+use crate::harness::{assert_same_bits, context, glass_cat, render, shipped, spheres_and_cat};
 
 /// Also of those that are not in the hierarchy, and of those of which some are.
 #[test]
@@ -38,6 +38,43 @@ fn ray_queries_render_the_same_image() {
         }
         let traversed = render(&context, &scene, &RenderSettings::of(&scene));
         assert_same_bits(&render(&context, &scene, &settings), &traversed, &scene.source);
+    }
+}
+
+/// Whatever a trial chooses.
+#[test]
+fn a_trial_changes_no_image() {
+    let context = context();
+    let scene = shipped("cat", (24, 20), 4);
+    let traversed = render(&context, &scene, &RenderSettings { accel: Accel::Bvh, ..RenderSettings::of(&scene) });
+    let tried = RenderSettings { forces_trial: true, ..RenderSettings::of(&scene) };
+    let mut renderer = Renderer::new(&context, &scene, &tried).expect("a renderer");
+    let has_choice = context.info().ray_query.is_some();
+    let chosen = renderer.settings().accel;
+    let expected: &[_] = if has_choice { &[Accel::Bvh, Accel::RayQuery] } else { &[Accel::Auto] };
+    assert!(expected.contains(&chosen), "{chosen:?}");
+    let film = renderer.render(|_| ControlFlow::Continue(())).expect("a film");
+    assert_same_bits(&film, &traversed, "after a trial");
+    assert_same_bits(&render(&context, &scene, &RenderSettings::of(&scene)), &traversed, "without one");
+}
+
+/// The device decides at edges what a ray meets; else images have the same bits.
+#[test]
+fn queried_triangles_render_nearly_the_same_image() {
+    let context = context();
+    for scene in [shipped("cat", (48, 40), 4), spheres_and_cat((48, 40), 4)] {
+        // What pixels have in common spreads differences.
+        let own = RenderSettings { reuse: Reuse::Off, sample_map: SampleMap::Off, ..RenderSettings::of(&scene) };
+        let settings = RenderSettings { accel: Accel::RayQueryTriangles, ..own.clone() };
+        if context.info().ray_query.is_none() {
+            assert!(Renderer::new(&context, &scene, &settings).is_err());
+            continue;
+        }
+        let traversed = render(&context, &scene, &own);
+        let queried = render(&context, &scene, &settings);
+        assert_same_bits(&render(&context, &scene, &settings), &queried, "rendered again");
+        let differ = queried.sums().iter().zip(traversed.sums()).filter(|(a, b)| a != b).count();
+        assert!(differ <= traversed.sums().len() / 100, "{}: {differ} pixels differ", scene.source);
     }
 }
 

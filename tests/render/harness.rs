@@ -85,6 +85,16 @@ pub fn assert_same_bits(film: &Film, expected: &Film, what: &str) {
     assert_eq!(differing, 0, "{what}: {differing} of {} pixels differ", a.len());
 }
 
+/// A cat, and more balls than constants hold, so that both are in the hierarchy.
+pub fn spheres_and_cat(size: (u32, u32), samples: u32) -> Scene {
+    let mut scene = shipped("cat", size, samples);
+    scene.spheres.extend((0..20).map(|i| {
+        let center = DVec3::new(-40.0 + 4.0 * f64::from(i), 5.0 + f64::from(i % 7), 15.0);
+        Sphere { center, radius: 1.5, material: 0, inward: false }
+    }));
+    scene
+}
+
 /// A cat of glass under an emitter.
 pub fn glass_cat(size: (u32, u32), samples: u32) -> Scene {
     let mut scene = shipped("cat", size, samples);

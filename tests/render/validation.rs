@@ -1,12 +1,12 @@
-//! Synchronization validation has nothing to say about any shipped scene. (All other tests here run under core validation; that a layer
-//! would say something is tested with `check`.)
+//! Synchronization validation has nothing to say about any shipped scene, nor has GPU-assisted validation about ray queries. (All other
+//! tests here run under core validation; that a layer would say something is tested with `check`.)
 
 use std::ops::ControlFlow;
 
-use photolith::render::{Accel, Reuse, Scheduler, TriangleTest};
+use photolith::render::{Accel, QueryBuild, Reuse, Scheduler, TriangleTest};
 use photolith::{Context, RenderSettings, Renderer, Validation};
 
-use crate::harness::{SCENES, render, shipped, watched};
+use crate::harness::{SCENES, render, shipped, spheres_and_cat, watched};
 
 /// Renders every scene small, with several dispatches in flight, each with the settings that compile other code.
 fn render_everything(context: &Context) {
@@ -41,11 +41,35 @@ fn render_everything(context: &Context) {
     ] {
         render(context, &mesh, &settings);
     }
+    if context.info().ray_query.is_some() {
+        render_by_queries(context);
+    }
     // One renderer, used again, and stopped early.
     let mut renderer = Renderer::new(context, &scene, &base).expect("a renderer");
     renderer.render(|_| ControlFlow::Continue(())).expect("a film");
     let film = renderer.render(|_| ControlFlow::Break(())).expect("a film");
     assert!(renderer.statistics().stopped && film.counts().iter().all(|&n| n < 4));
+}
+
+/// Of meshes, alone and among spheres.
+fn render_by_queries(context: &Context) {
+    for scene in [shipped("cat", (16, 12), 4), spheres_and_cat((16, 12), 4)] {
+        for accel in [Accel::RayQuery, Accel::RayQueryTriangles] {
+            for query_build in [QueryBuild::Plain, QueryBuild::Compacted] {
+                let settings = RenderSettings { accel, query_build, ..RenderSettings::of(&scene) };
+                render(context, &scene, &settings);
+            }
+        }
+    }
+}
+
+/// Where there are ray queries, and a layer that looks into them.
+#[test]
+fn gpu_assisted_validation_of_ray_queries_is_silent() {
+    let core = watched(Validation::Core);
+    if core.info().ray_query.is_some() && core.validation_layer().is_some_and(|version| version >= (1, 4, 300)) {
+        render_by_queries(&watched(Validation::GpuAssisted));
+    }
 }
 
 #[test]

@@ -188,7 +188,7 @@ fn interval(lab: &Lab) -> Result<Measured, CheckError> {
 }
 
 /// Scenes with a BVH and surfaces of all kinds.
-fn rooms() -> [Scene; 2] {
+pub(super) fn rooms() -> [Scene; 2] {
     let mut crowded = divided_room();
     let (positions, triangles) = icosphere(v(1.5, 0.5, -6.0), 0.5, 2);
     crowded.mesh(&positions, &triangles, glass(1.5));

@@ -231,12 +231,13 @@ fn intervals(lab: &Lab) -> Result<Measured, CheckError> {
         |t| ([0.0, t], None),
     ];
     let mut at_ends = [0; 2];
+    let mut of_variants = [0; 6];
     for (number, variant) in variants.into_iter().enumerate() {
         let rays: Vec<_> =
             open.iter().zip(&hits).map(|(ray, hit)| Asked { interval: variant(hit.t).0, ..*ray }).collect();
         for (found, hit) in ask(lab, &part, &instance, &rays)?.iter().zip(&hits) {
             match variant(hit.t).1 {
-                Some(is_hit) => wrong += usize::from((*found == *hit) != is_hit || (!is_hit && found.committed != 0)),
+                Some(is_hit) => of_variants[number] += usize::from((found.committed != 0) != is_hit),
                 None => at_ends[number - 6] += usize::from(found.committed != 0),
             }
         }
@@ -254,8 +255,9 @@ fn intervals(lab: &Lab) -> Result<Measured, CheckError> {
         }
     }
     wrong += ask(lab, &part, &instance, &rays)?.iter().filter(|found| found.proposed & Found::BOX == 0).count();
+    wrong += of_variants.iter().sum::<usize>();
     let detail = format!(
-        "{} rays; of {count} hits {} are found by rays that begin there, {} by rays that end there",
+        "{} rays; {of_variants:?} wrong; of {count} hits {} are found by rays that begin there, {} by rays that end there",
         9 * count + rays.len(),
         at_ends[0],
         at_ends[1]

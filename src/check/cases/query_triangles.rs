@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::check::cases::bvh::{aimed, differ};
-use crate::check::cases::query::{by_bvh, by_queries_as, paths_by, scenes};
+use crate::check::cases::query::{by_bvh, by_queries_as, paths_by, rooms, scenes};
 use crate::check::cases::triangles::edge_leaks;
 use crate::check::probe::{HitRecord, RayInput, audit};
 use crate::check::rng::Rng;
@@ -11,7 +11,7 @@ use crate::check::scenes::{Build, diffuse, empty, icosphere, v};
 use crate::check::{Case, CheckError, Lab, Measured};
 use crate::gpu::{AccelerationStructure, GpuError};
 use crate::oracle::Primitive;
-use crate::render::{Accel, QueryBuild, RenderSettings};
+use crate::render::{Accel, QueryBuild, RenderSettings, Reuse, SampleMap};
 use crate::scene::Scene;
 
 pub(super) const CASES: &[Case] = &[
@@ -44,6 +44,15 @@ pub(super) const CASES: &[Case] = &[
             let [wrong, traced] = paths_by(lab, Accel::RayQueryTriangles)?;
             Ok(Measured::new(wrong as f64 / traced as f64, format!("{wrong} of {traced} hits, 2 scenes")))
         },
+    },
+    Case {
+        name: "query/triangle-images",
+        what: "images of rooms with spheres, meshes, emitters, glass and mirrors, by triangles that the device tests",
+        oracle: "the image by the software BVH",
+        quantity: "share of pixels that differ",
+        threshold: 0.01,
+        full_only: false,
+        measure: images,
     },
     Case {
         name: "query/triangles-left",
@@ -133,6 +142,23 @@ fn leaks(lab: &Lab) -> Result<Measured, CheckError> {
     let count = lab.size(3 << 16, 100_000_000);
     let leaks = edge_leaks(&by_queries_as(lab, Accel::RayQueryTriangles)?, &[1.0, 1e2, 1e4], count)?;
     Ok(Measured::new(leaks.value / count as f64, format!("{} of {}", leaks.value, leaks.detail)))
+}
+
+fn images(lab: &Lab) -> Result<Measured, CheckError> {
+    let [queries, traverses] = [by_queries_as(lab, Accel::RayQueryTriangles)?, by_bvh(lab)];
+    let (mut wrong, mut pixels) = (0, 0);
+    for mut scene in rooms() {
+        scene.size(lab.size(32, 128) as u32, 4);
+        let [queried, traversed] = [&queries, &traverses].map(|lab| {
+            // What pixels have in common spreads differences.
+            let own = RenderSettings { reuse: Reuse::Off, sample_map: SampleMap::Off, ..lab.settings(&scene) };
+            lab.render_with(&scene, &RenderSettings { samples: 4, ..own })
+        });
+        let (queried, traversed) = (queried?, traversed?);
+        wrong += queried.differing(&traversed);
+        pixels += traversed.film.counts().len();
+    }
+    Ok(Measured::new(wrong as f64 / pixels as f64, format!("{wrong} of {pixels} pixels, 2 scenes")))
 }
 
 fn left(lab: &Lab) -> Result<Measured, CheckError> {
