@@ -1,6 +1,7 @@
 //! Bounding volume hierarchies: boxes, construction, the packed form that shaders read, statistics.
 
 mod aabb;
+mod binning;
 mod builder;
 mod collapse;
 mod copies;

@@ -1,6 +1,6 @@
 //! What the camera sees, as layers of an OpenEXR file.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Result, bail};
 use photolith::image::{Format, ImageLayers, LayerValues, Metadata, write_layers};
@@ -25,7 +25,7 @@ pub fn check(path: &Path) -> Result<()> {
 ///
 /// # Errors
 /// The device fails, or the file cannot be written.
-pub fn write(path: &PathBuf, renderer: &mut Renderer, [width, height]: [u32; 2], metadata: &Metadata) -> Result<()> {
+pub fn write(path: &Path, renderer: &mut Renderer, [width, height]: [u32; 2], metadata: &Metadata) -> Result<()> {
     let seen = renderer.seen_surfaces()?;
     let mut layers = ImageLayers::new(width, height)?;
     let vectors = |of: fn(&SeenSurface) -> [f32; 3]| -> Vec<_> {

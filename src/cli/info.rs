@@ -9,7 +9,7 @@ use glam::DVec3;
 use photolith::RenderSettings;
 use photolith::accel::BvhStatistics;
 use photolith::render::{Audience, Features, Prepared, Setting, explain};
-use photolith::scene::{Bsdf, Scene, Surface};
+use photolith::scene::Scene;
 use serde_json::json;
 
 use super::options::SceneOptions;
@@ -57,17 +57,6 @@ fn bounds(scene: &Scene) -> Bounds {
     points.chain(spheres).fold(start, |b, (p, r)| Bounds { lo: b.lo.min(p - r), hi: b.hi.max(p + r) })
 }
 
-fn kind(surface: &Surface) -> &'static str {
-    match surface.bsdf {
-        Bsdf::Diffuse { .. } => "diffuse",
-        Bsdf::Mirror { .. } => "mirror",
-        Bsdf::Dielectric { .. } => "dielectric",
-        Bsdf::Black => "emitter",
-        Bsdf::MetallicRoughness(_) => "metallic-roughness",
-        Bsdf::Conductor(_) => "conductor",
-    }
-}
-
 fn as_text(scene: &Scene, settings: &RenderSettings, features: &Features, bvh: Option<&BvhStatistics>) -> String {
     let b = bounds(scene);
     let film = &scene.film;
@@ -100,7 +89,7 @@ fn as_text(scene: &Scene, settings: &RenderSettings, features: &Features, bvh: O
         let _ = writeln!(out, "  mesh       {}: {triangles}{dropped}", mesh.name);
     }
     for material in &scene.materials {
-        let _ = writeln!(out, "  material   {}: {}", material.name, kind(&material.surface));
+        let _ = writeln!(out, "  material   {}: {}", material.name, material.surface.bsdf.name());
     }
     if let Some(t) = bvh {
         let _ = writeln!(
@@ -153,7 +142,7 @@ fn as_json(
             "name": m.name, "triangles": m.triangles.len(), "degenerate_dropped": m.degenerate_dropped
         })).collect::<Vec<_>>(),
         "triangles": scene.triangle_count(),
-        "materials": scene.materials.iter().map(|m| json!({ "name": m.name, "type": kind(&m.surface) }))
+        "materials": scene.materials.iter().map(|m| json!({ "name": m.name, "type": m.surface.bsdf.name() }))
             .collect::<Vec<_>>(),
         "point_lights": scene.lights.len(),
         "bounds": [b.lo.to_array(), b.hi.to_array()],

@@ -19,6 +19,7 @@ mod output;
 mod paths;
 mod progress;
 mod render;
+mod render_report;
 mod setting_options;
 mod signals;
 mod source_options;

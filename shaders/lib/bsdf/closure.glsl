@@ -91,7 +91,12 @@ struct Bsdf {
     Glass glass;        // of BSDF_GLASS and BSDF_WALL
 };
 
-Bsdf diffuse_bsdf(vec3 reflectance) { return Bsdf(BSDF_DIFFUSE, reflectance, 1.0, vec3(0.0), NO_LOBES, NO_SHEEN, NO_COAT, NO_GLASS); }
+// One that has nothing more to it.
+Bsdf plain_bsdf(uint type, vec3 reflectance, float eta) {
+    return Bsdf(type, reflectance, eta, vec3(0.0), NO_LOBES, NO_SHEEN, NO_COAT, NO_GLASS);
+}
+
+Bsdf diffuse_bsdf(vec3 reflectance) { return plain_bsdf(BSDF_DIFFUSE, reflectance, 1.0); }
 
 // Of scattering from wo to wi.
 struct BsdfValue {

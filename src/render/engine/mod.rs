@@ -16,8 +16,9 @@ use crate::render::engine::buffers::{Band, Buffers};
 use crate::render::error::RenderError;
 use crate::render::film::tiling::{rows_of_blocks, slots_of_row};
 use crate::render::kernel::layout::Push;
-use crate::render::plan::dispatch::{Pace, Span, tile_spans};
+use crate::render::plan::dispatch::{Span, tile_spans};
 use crate::render::plan::launch::Launch;
+use crate::render::plan::pace::Pace;
 use crate::render::statistics::RenderStatistics;
 
 /// Takes samples of the pixels of one image.

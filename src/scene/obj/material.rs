@@ -156,7 +156,7 @@ impl MtlMaterial {
                 maps.add_numbers(MapKind::CoatRoughness, TextureSlot::CoatRoughness);
                 maps.add_numbers(MapKind::Sheen, TextureSlot::SheenColor);
             }
-            Bsdf::Black | Bsdf::Dielectric { .. } | Bsdf::Conductor(_) => {}
+            _ => {}
         }
         for Loaded { map, .. } in maps.loaded.values() {
             let name = quoted(map.name.as_bytes());
