@@ -163,6 +163,8 @@ fn is_toml(bytes: &[u8]) -> bool {
 /// A scene of a model alone.
 fn finish_model(model: Model, name: &str, options: &LoadOptions, warnings: Vec<String>) -> Result<Loaded, SceneError> {
     let (scene, cameras) = model.into_scene(name);
+    // What a camera that fits nothing is like says less.
+    scene.check_not_empty()?;
     scene.validate()?;
     finish(scene, cameras, options, warnings, |_, _| Location::file(name))
 }

@@ -4,12 +4,15 @@
 mod assets;
 #[path = "../common/mod.rs"]
 mod common;
+#[path = "../scene/glb.rs"]
+mod glb;
 mod harness;
 mod variants;
 
 mod acceleration;
 mod adaptive;
 mod determinism;
+mod gltf_features;
 mod gradients;
 mod light;
 mod light_tracing;

@@ -99,6 +99,40 @@ fn uris_stay_on_this_machine() {
     }
 }
 
+/// Errors name the file, and what of it is meant.
+#[test]
+fn files_that_cannot_be_read_are_named_with_who_names_them() {
+    let message = refused(|json| json["buffers"][0]["uri"] = json!("gone.bin"));
+    assert!(message.starts_with("test.glb: buffer 0: \"gone.bin\", which cannot be read"), "{message}");
+    let folder = tempfile::tempdir().unwrap();
+    let (mut json, _) = triangle();
+    json["buffers"][0]["uri"] = json!(".");
+    let file = folder.path().join("model.gltf");
+    std::fs::write(&file, json.to_string()).unwrap();
+    let message = Scene::load(&file).unwrap_err().to_string();
+    assert!(message.contains("model.gltf: buffer 0") && message.contains("a folder"), "{message}");
+}
+
+/// What no camera fits is an error of its own.
+#[test]
+fn nothing_to_see_is_told() {
+    for scale in [json!([0, 0, 0]), json!([1e-30, 1e-30, 1e-30])] {
+        let message = refused(|json| json["nodes"][0]["scale"] = scale);
+        assert!(!message.contains("camera"), "{message}");
+    }
+    let message = refused(|json| json["meshes"][0]["primitives"][0]["attributes"] = json!({}));
+    assert!(!message.contains("camera"), "{message}");
+}
+
+/// As deep as a file can be.
+#[test]
+fn a_long_chain_of_nodes_is_followed() {
+    let (mut json, binary) = triangle();
+    let chain = (0..50_000).map(|i| json!({"children": [i + 1]}));
+    json["nodes"] = chain.chain([json!({"mesh": 0})]).collect();
+    assert_eq!(load(&json, &binary).unwrap().scene.triangle_count(), 1);
+}
+
 /// Values of an animation that are too few for what they move.
 #[test]
 fn an_animation_of_too_few_numbers_is_refused() {

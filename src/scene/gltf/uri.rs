@@ -17,7 +17,13 @@ pub(super) fn read(files: Files<'_>, uri: &str, name: &str, at: &str) -> Result<
     if let Some(data) = uri.strip_prefix("data:") {
         return decode(data).ok_or_else(|| problem(name, at, "a data: URI that is not base64", "base64"));
     }
-    read_file(&path_of(files, uri, name, at)?)
+    let read = path_of(files, uri, name, at).and_then(|path| read_file(&path));
+    read.map_err(|error| match error {
+        SceneError::Read { reason, .. } => {
+            problem(name, at, format!("{uri:?}, which cannot be read: {reason}"), "a file that can be read")
+        }
+        error => error,
+    })
 }
 
 fn path_of(files: Files<'_>, uri: &str, name: &str, at: &str) -> Result<PathBuf, SceneError> {
