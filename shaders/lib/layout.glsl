@@ -11,6 +11,8 @@
 // that are written out have blocks of ids of their own (intersect/sphere.glsl from 64, intersect/polygon.glsl from 256).
 // src/render/kernel/specialization.rs and features.rs say what they follow from.
 layout(constant_id = 1) const uint FILTER = 0u;             // 0 box, 1 Gaussian
+layout(constant_id = 56) const bool HAS_LENS = false;       // see camera.glsl
+layout(constant_id = 57) const bool ORTHOGRAPHIC = false;
 layout(constant_id = 2) const uint SAMPLER = 0u;            // 0 Owen-scrambled Sobol, 1 independent, 2 PCG
 layout(constant_id = 3) const uint SOBOL_LEVELS = 1u;       // table levels: samples <= 2^10, 2^20, 2^29
 layout(constant_id = 4) const uint MAX_DEPTH = 8u;          // surface hits of a path
@@ -40,6 +42,7 @@ layout(constant_id = 23) const uint POLYGONS_ACROSS_Y = 0u; // to the y axis
 layout(constant_id = 24) const uint ROOT_BOX_COUNT = 0u;    // boxes around the children of the BVH's root
 layout(constant_id = 25) const uint STACK_LEVELS = 64u;     // entries that its traversal needs on the stack
 layout(constant_id = 26) const uint LIGHT_COUNT = 0u;       // lights: points and emitters
+layout(constant_id = 59) const bool SINGLE_POINT = false;   // the only light is a point
 layout(constant_id = 27) const uint EMITTER_COUNT = 0u;     // emitters among them
 layout(constant_id = 28) const uint LIGHT_KINDS = 0u;       // kinds of lights that there are, a bit each, see light/light.glsl
 layout(constant_id = 29) const uint LIGHT_NODES = 0u;       // texels before those of the lights, see light/choice.glsl
@@ -71,14 +74,13 @@ layout(constant_id = 55) const bool HAS_VARIED_EMISSION = false;     // emitters
 layout(constant_id = 58) const bool HAS_ENVIRONMENT = false;     // the background is a map, see light/environment.glsl
 layout(constant_id = 62) const bool HAS_TRANSMISSION = false;    // of the metallic-roughness model
 layout(constant_id = 63) const bool HAS_ABSORPTION = false;      // bodies with an inside that absorbs light
-layout(constant_id = 59) const bool SINGLE_POINT = false;   // the only light is a point
 layout(constant_id = 100) const bool HAS_SPECULAR_TEXTURES = false;  // reflection of dielectrics
 layout(constant_id = 101) const bool HAS_COAT = false;       // clear coats
 layout(constant_id = 102) const bool HAS_SHEEN = false;
-layout(constant_id = 105) const bool TABLES_IN_ARRAYS = false;    // see the bindings
 layout(constant_id = 103) const bool HAS_ANISOTROPY = false;
 layout(constant_id = 106) const bool HAS_CULLED_BACKS = false;     // surfaces that let rays pass from behind
 layout(constant_id = 104) const bool HAS_CONDUCTOR = false; // metals by their complex index, rough mirrors
+layout(constant_id = 105) const bool TABLES_IN_ARRAYS = false;    // see the bindings
 layout(constant_id = 48) const uint MUTATION = 0u;          // tests only: breaks one thing, see src/render/settings/mutation.rs
 // Simple operands: glslang makes control flow of others, for which there is no place here.
 const bool HAS_DENSITIES = HAS_DIFFUSE || HAS_METALLIC_ROUGHNESS;   // some BSDF is no distribution of single directions
@@ -89,8 +91,6 @@ const bool LETS_THROUGH = HAS_DIELECTRIC || HAS_TRANSMISSION;
 const bool HAS_LIGHTS = LIGHT_COUNT > 0u || HAS_ENVIRONMENT;
 const bool SAMPLES_LIGHTS = HAS_DENSITIES && HAS_LIGHTS;
 const bool MEETS_LIGHTS = EMITTER_COUNT > 0u || HAS_ENVIRONMENT;   // rays may meet by chance what is sampled
-layout(constant_id = 56) const bool HAS_LENS = false;       // see camera.glsl
-layout(constant_id = 57) const bool ORTHOGRAPHIC = false;
 
 // Values of MUTATION (src/render/settings/mutation.rs): errors in transport, then numerical protections taken away.
 const uint MUTATE_ALBEDO = 1u;

@@ -194,7 +194,7 @@ vec3 emitted_light(Path path, Vertex v, bool met, float t, uint light_samples) {
     return light;
 }
 
-// ---- a vertex
+// ---- a step of a path
 
 // The path's ray meets a surface, or leaves the scene. Adds emitted light to `radiance` and gives a shadow ray. The first reconnectable
 // vertex gets `light_samples` samples of lights. Returns false when the path ends here.

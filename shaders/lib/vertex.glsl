@@ -19,7 +19,7 @@ struct Vertex {
     bool first;         // with REUSE: no reconnectable surface was met before
     int medium;         // with absorption: what the ray came through
     int beyond;         // likewise: what is on the other side of the surface
-    bool shareable;         // a second hit that other pixels can use as well: the path goes on with throughput 1
+    bool shareable;     // a second hit that other pixels can use as well: the path goes on with throughput 1
     uint hits;
 };
 

@@ -9,7 +9,9 @@
 //
 // Conditions name a constant first, so that what a scene lacks is dropped before the driver sees it (src/gpu/prune.rs).
 //
-// To add a BSDF: its file, a line in each function below, its record in src/render/scene/collect.rs, its type in src/render/kernel/layout.rs.
+// To add a BSDF: its file, a line in each function below, its type and parameters in closure.glsl, and material.glsl where these are read.
+// On the host: its record in src/render/scene/materials.rs, its type in src/render/kernel/layout.rs, its feature in
+// src/render/settings/feature.rs.
 
 #ifndef BSDF_GLSL
 #define BSDF_GLSL
