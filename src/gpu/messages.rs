@@ -56,7 +56,7 @@ unsafe extern "system" fn on_message(
     unsafe {
         let messages = &*user.cast::<Messages>();
         let string = |text: *const c_char| {
-            (!text.is_null()).then(|| CStr::from_ptr(text).to_string_lossy().into_owned()).unwrap_or_default()
+            if text.is_null() { String::new() } else { CStr::from_ptr(text).to_string_lossy().into_owned() }
         };
         let (name, text) = match data.as_ref() {
             Some(data) => (string(data.p_message_id_name), string(data.p_message)),

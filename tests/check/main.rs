@@ -304,7 +304,7 @@ fn deliberate_violations_are_heard() {
     is_heard(Validation::Synchronization, "SYNC-HAZARD-WRITE-AFTER-WRITE", object);
     // Layers before about 1.4.300 do not look into ray queries.
     if context.check_ray_queries().is_ok() && context.validation_layer().is_some_and(|version| version >= (1, 4, 300)) {
-        is_heard(Validation::GpuAssisted, "VUID-RuntimeSpirv-OpRayQueryInitializeKHR", "ray query");
+        is_heard(Validation::GpuAssisted, "VUID-RuntimeSpirv-OpRayQueryInitializeKHR", object);
     }
     let silent = Context::new(&context_options(Validation::Off)).unwrap();
     assert!(provoke_validation(&silent).unwrap().is_empty());

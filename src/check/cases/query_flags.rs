@@ -196,6 +196,24 @@ fn flags(lab: &Lab) -> Result<Measured, CheckError> {
     Ok(Measured::new(differ as f64, format!("{} rays, {} instances", rays.len(), placed.len())))
 }
 
+/// An interval for a ray that meets a triangle at a distance, and whether the hit is within; of both ends the specification leaves that open.
+struct Variant {
+    what: &'static str,
+    interval: fn(f32) -> [f32; 2],
+    is_hit: Option<bool>,
+}
+
+const VARIANTS: [Variant; 8] = [
+    Variant { what: "begin 1 ulp before", interval: |t| [t.next_down(), f32::INFINITY], is_hit: Some(true) },
+    Variant { what: "begin 1 ulp behind", interval: |t| [t.next_up(), f32::INFINITY], is_hit: Some(false) },
+    Variant { what: "end 1 ulp before", interval: |t| [0.0, t.next_down()], is_hit: Some(false) },
+    Variant { what: "end 1 ulp behind", interval: |t| [0.0, t.next_up()], is_hit: Some(true) },
+    Variant { what: "end at once", interval: |_| [0.0; 2], is_hit: Some(false) },
+    Variant { what: "begin and end 1 ulp away", interval: |t| [t.next_down(), t.next_up()], is_hit: Some(true) },
+    Variant { what: "begin there", interval: |t| [t, f32::INFINITY], is_hit: None },
+    Variant { what: "end there", interval: |t| [0.0, t], is_hit: None },
+];
+
 fn intervals(lab: &Lab) -> Result<Measured, CheckError> {
     let mut rng = Rng::new(54);
     let (triangle, cube) = ([TRIANGLE], [BOX]);
@@ -219,27 +237,14 @@ fn intervals(lab: &Lab) -> Result<Measured, CheckError> {
     let instance = [Instance { mask: MASK, ..Instance::of(0, 0) }];
     let hits = ask(lab, &part, &instance, &open)?;
     let mut wrong = hits.iter().filter(|hit| hit.committed != 1).count();
-    // Both ends may belong to the interval, or not: that is only told.
-    let variants: [fn(f32) -> ([f32; 2], Option<bool>); 8] = [
-        |t| ([t.next_down(), f32::INFINITY], Some(true)),
-        |t| ([t.next_up(), f32::INFINITY], Some(false)),
-        |t| ([0.0, t.next_down()], Some(false)),
-        |t| ([0.0, t.next_up()], Some(true)),
-        |_| ([0.0, 0.0], Some(false)),
-        |t| ([t.next_down(), t.next_up()], Some(true)),
-        |t| ([t, f32::INFINITY], None),
-        |t| ([0.0, t], None),
-    ];
-    let mut at_ends = [0; 2];
-    let mut of_variants = [0; 6];
-    for (number, variant) in variants.into_iter().enumerate() {
+    let mut at_ends = Vec::new();
+    for Variant { what, interval, is_hit } in VARIANTS {
         let rays: Vec<_> =
-            open.iter().zip(&hits).map(|(ray, hit)| Asked { interval: variant(hit.t).0, ..*ray }).collect();
-        for (found, hit) in ask(lab, &part, &instance, &rays)?.iter().zip(&hits) {
-            match variant(hit.t).1 {
-                Some(is_hit) => of_variants[number] += usize::from((found.committed != 0) != is_hit),
-                None => at_ends[number - 6] += usize::from(found.committed != 0),
-            }
+            open.iter().zip(&hits).map(|(ray, hit)| Asked { interval: interval(hit.t), ..*ray }).collect();
+        let actual: Vec<_> = ask(lab, &part, &instance, &rays)?.iter().map(|found| found.committed).collect();
+        match is_hit {
+            Some(is_hit) => wrong += lab.differing(what, &vec![u32::from(is_hit); rays.len()], &actual),
+            None => at_ends.push(actual.iter().filter(|committed| **committed != 0).count()),
         }
     }
     // Boxes: the interval ends within, lies within, begins within.
@@ -255,10 +260,9 @@ fn intervals(lab: &Lab) -> Result<Measured, CheckError> {
         }
     }
     wrong += ask(lab, &part, &instance, &rays)?.iter().filter(|found| found.proposed & Found::BOX == 0).count();
-    wrong += of_variants.iter().sum::<usize>();
     let detail = format!(
-        "{} rays; {of_variants:?} wrong; of {count} hits {} are found by rays that begin there, {} by rays that end there",
-        9 * count + rays.len(),
+        "{} rays; of {count} hits {} are found by rays that begin there, {} by rays that end there",
+        (1 + VARIANTS.len()) * count + rays.len(),
         at_ends[0],
         at_ends[1]
     );

@@ -50,7 +50,7 @@ impl QueryGeometry {
             let mut random = 1u32;
             for i in (1..records.len()).rev() {
                 random = random.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
-                records.swap(i, (u64::from(random) * (i as u64 + 1) >> 32) as usize);
+                records.swap(i, ((u64::from(random) * (i as u64 + 1)) >> 32) as usize);
             }
         }
         let primitive =
