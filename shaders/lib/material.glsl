@@ -115,7 +115,7 @@ bool bends_normal(Material m) {
 
 // How a material scatters light that comes from its front, or from its back, along wo about the normal n.
 Bsdf bsdf_of(Material m, bool front, vec3 n, vec3 wo) {
-    Bsdf b = Bsdf(bsdf_type(m), m.reflectance, 1.0, vec3(0.0), NO_LOBES, NO_SHEEN, NO_COAT, NO_GLASS);
+    Bsdf b = bsdf_of_type(bsdf_type(m), m.reflectance, 1.0);
     if (HAS_METALLIC_ROUGHNESS && b.type == BSDF_METALLIC_ROUGHNESS) {
         vec3 o = vec3(0.0, 0.0, dot(n, wo));
         if (HAS_ANISOTROPY && m.anisotropy > 0.0) {

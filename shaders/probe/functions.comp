@@ -73,7 +73,7 @@ void main() {
     if (PROBE == PROBE_DIFFUSE) x.xyz = cosine_sample(a.xyz, b.xy);
     if (PROBE == PROBE_FRESNEL) x.x = fresnel(a.x, a.y, x.y);
     if (PROBE == PROBE_DIELECTRIC) {
-        Bsdf glass = Bsdf(BSDF_DIELECTRIC, vec3(1.0), MUTATION == MUTATE_IOR ? 1.0 / a.w : a.w, vec3(0.0), NO_LOBES, NO_SHEEN, NO_COAT, NO_GLASS);
+        Bsdf glass = bsdf_of_type(BSDF_DIELECTRIC, vec3(1.0), MUTATION == MUTATE_IOR ? 1.0 / a.w : a.w);
         BsdfSample s = dielectric_sample(glass, b.xyz, -a.xyz, b.ww);
         x = vec4(s.direction, s.crosses ? 1.0 : 0.0);
     }
@@ -99,7 +99,7 @@ void main() {
     if (PROBE == PROBE_GLASS) {
         float mu = abs(b.w);
         vec3 wo = vec3(sqrt(1.0 - mu * mu), 0.0, mu);
-        Bsdf glass = Bsdf(b.w < 0.0 ? BSDF_WALL : BSDF_GLASS, vec3(a.z), a.x, vec3(0.0), NO_LOBES, NO_SHEEN, NO_COAT, NO_GLASS);
+        Bsdf glass = bsdf_of_type(b.w < 0.0 ? BSDF_WALL : BSDF_GLASS, vec3(a.z), a.x);
         float root = (a.x - 1.0) / (a.x + 1.0);
         set_glass(glass, vec3(a.w * root * root), a.w, a.y, mu);
         BsdfValue v = glass_value(glass, wo, b.xyz);

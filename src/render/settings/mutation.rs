@@ -120,11 +120,13 @@ pub enum Mutation {
     TurnedAnisotropy = 64,
     /// Conductors reflect light of either polarisation alike.
     PolarisedConductor = 65,
+    /// A path that goes on by one part of a surface is not weighted by the probability of that.
+    UnweightedParts = 66,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 58] = [
+    pub const ALL: [Self; 59] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -183,6 +185,7 @@ impl Mutation {
         Self::ClearShadows,
         Self::TurnedAnisotropy,
         Self::PolarisedConductor,
+        Self::UnweightedParts,
     ];
 
     /// What is broken, in words.
@@ -242,6 +245,7 @@ impl Mutation {
             Self::CoatOfBase => "coats with the normals of the base",
             Self::TurnedAnisotropy => "anisotropy turned the other way",
             Self::PolarisedConductor => "conductors reflect light of either polarisation alike",
+            Self::UnweightedParts => "paths that go on by one part of a surface weighted as if there were no other",
             Self::ClearSheen => "sheen takes nothing from what is below it towards the light",
             Self::UnsquaredRefraction => "density of refracted directions without the square of the index",
             Self::SingleWall => "thin walls reflect on one side only",
