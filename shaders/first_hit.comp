@@ -24,7 +24,7 @@ layout(local_size_x_id = 61, local_size_y = 1, local_size_z = 1) in;
 
 // Flags of what a ray has met.
 const uint MET = 1u;                // anything: else only `emitted` is known, and flags
-const uint RECONNECTABLE = 2u;      // see bsdf.glsl
+const uint RECONNECTABLE = 2u;      // a part of it at least, see bsdf.glsl
 const uint GLASS = 4u;
 const uint BY_MIRRORS = 8u;         // a mirror, last or on the way
 
@@ -54,7 +54,7 @@ Ray first_ray(uvec2 at) {
 
 uint flags_of(Bsdf b) {
     uint flags = MET;
-    if (is_reconnectable(b)) flags |= RECONNECTABLE;
+    if (is_reconnectable(b) || (HAS_PARTS && has_parts(b))) flags |= RECONNECTABLE;
     if (HAS_DIELECTRIC && b.type == BSDF_DIELECTRIC) flags |= GLASS;
     if (HAS_MIRROR && b.type == BSDF_MIRROR) flags |= BY_MIRRORS;
     return flags;

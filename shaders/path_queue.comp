@@ -161,9 +161,7 @@ void advance(Camera camera, uvec2 corner, uint tile, uint samples, inout Held h,
         bool alive = path_arrive(h.path, hit, key, light_samples, radiance, vertex, shadow) && shades;
         h.radiance = shades ? radiance : h.radiance;
         if (REUSE) {
-            if (SMOOTH_NORMALS && shades && vertex.first) {
-                path_store(region + h.slot, ROW_FIRST_UP, vec4(vertex.up, 0.0));
-            }
+            if ((SMOOTH_NORMALS || HAS_PARTS) && shades && vertex.first) record_first_hit(region + h.slot, vertex);
             if (second) record_second_hit(region + h.slot, h.path, vertex, h.t, direct);
             h.shareable = h.shareable || (second && vertex.shareable);
             h.met = h.met || second;

@@ -85,6 +85,12 @@ struct LightNumbers {
     vec2 uv;
 };
 
+// Where a sample of several falls on a light, counted in quadrants. Of surfaces with parts the microfacets get the light of the first alone:
+// that must fall anywhere.
+uint quadrant(uint key, uint index, uint hit, uint nth) {
+    return HAS_PARTS ? (nth + (hash(key + index * 0x9e3779b9u + hit) >> 30)) & 3u : nth;
+}
+
 // The numbers of sample `nth` of the lights at a path's hit of number `hit`. Of several samples each takes a quadrant of the light's unit
 // square, and the choices of lights are offset by equal parts; quadrant and choice are independent, so that every light is sampled in
 // every quadrant. (light_sample also takes the light that is half of all away.)
@@ -92,24 +98,49 @@ LightNumbers light_numbers(uint key, uint index, uint hit, uint nth, bool severa
     LightNumbers n = LightNumbers(sample_pair(key, index, pair_choice(hit), hit), vec2(0.0));
     if (MEETS_LIGHTS) n.uv = sample_pair(key, index, pair_light(hit), hit);
     if (LIGHT_SAMPLES > 1u) {
-        n.u.x = several ? 0.5 * fract(n.u.x + float(nth) / float(LIGHT_SAMPLES)) : n.u.x;
-        n.uv = several ? 0.5 * (n.uv + vec2(float(nth & 1u), float(nth >> 1))) : n.uv;
+        float place = fract(n.u.x + float(nth) / float(LIGHT_SAMPLES));
+        // By the same number light_sample chooses between the environment and lights.
+        if (!HAS_ENVIRONMENT) place *= 0.5;
+        n.u.x = several ? place : n.u.x;
+        uint quadrant = quadrant(key, index, hit, nth);
+        n.uv = several ? 0.5 * (n.uv + vec2(float(quadrant & 1u), float(quadrant >> 1))) : n.uv;
     }
     return n;
 }
 
+// What both parts of a surface scatter of a light of which the diffuse part gets `count` samples, and the microfacets one, which counts
+// `repeated` times. Weights are for rays in the directions of each part.
+vec3 light_of_parts(Bsdf b, vec3 n, vec3 wo, LightSample light, uint count, float repeated) {
+    vec3 tangent, bitangent;
+    basis(n, tangent, bitangent);
+    LobeValues v = lobe_values(b.lobes, NO_COVER, to_frame(wo, tangent, bitangent, n), to_frame(light.direction, tangent, bitangent, n));
+    vec3 diffuse = v.diffuse * v.cosine;
+    vec3 microfacets = (v.single + v.multiple * v.cosine) * repeated;
+    if (MEETS_LIGHTS && light.pdf > 0.0) {
+        diffuse *= mis_weight(float(count) * light.pdf, v.cosine);
+        microfacets *= mis_weight(light.pdf, mix(v.cosine, v.single_pdf, b.lobes.parts.z));
+    }
+    return (diffuse + microfacets) * light.radiance;
+}
+
 // Light from one light that a surface scatters towards wo, before it is known whether anything is in between. `normal` and `up` are the
-// shading and the geometric normal; `count` samples like this are taken there.
-ShadowRay light_ray(vec3 from, Bsdf bsdf, vec3 normal, vec3 up, vec3 wo, int self_id, vec3 throughput, LightNumbers n, uint count) {
+// shading and the geometric normal; `count` samples like this are taken there. `repeated`: of both parts of the surface, see above, or 0.
+ShadowRay light_ray(vec3 from, Bsdf bsdf, vec3 normal, vec3 up, vec3 wo, int self_id, vec3 throughput, LightNumbers n, uint count,
+                    float repeated) {
     ShadowRay ray = shadow_none(from, self_id);
     if (!HAS_LIGHTS) return ray;
     LightSample light;
     if (SINGLE_POINT) light = point_sample(point_at, point_power, from);
     else light = light_sample(from, scatters_through(bsdf) ? vec3(0.0) : normal, n.u, n.uv);
-    BsdfValue bsdf_value = bsdf_eval(bsdf, normal, wo, light.direction);
-    vec3 scattered = bsdf_value.value * light.radiance;
-    if (MEETS_LIGHTS && light.pdf > 0.0) {
-        scattered *= mis_weight(float(count) * light.pdf, bsdf_value.pdf);
+    vec3 scattered;
+    if (HAS_PARTS && repeated > 0.0) {
+        scattered = light_of_parts(bsdf, normal, wo, light, count, repeated);
+    } else {
+        BsdfValue bsdf_value = bsdf_eval(bsdf, normal, wo, light.direction);
+        scattered = bsdf_value.value * light.radiance;
+        if (MEETS_LIGHTS && light.pdf > 0.0) {
+            scattered *= mis_weight(float(count) * light.pdf, bsdf_value.pdf);
+        }
     }
     ray.direction = light.direction;
     ray.distance = light.distance;
@@ -123,13 +154,16 @@ ShadowRay light_ray(vec3 from, Bsdf bsdf, vec3 normal, vec3 up, vec3 wo, int sel
     return ray;
 }
 
-// The same at a vertex, which gets `count` samples.
-ShadowRay direct_light(Vertex v, vec3 wo, uint index, uint key, uint count) {
+// The same at a vertex, which gets `count` samples, if there are to be `several`.
+ShadowRay direct_light(Vertex v, vec3 wo, uint index, uint key, uint count, bool several) {
     LightNumbers n = LightNumbers(vec2(0.0), vec2(0.0));
     if (HAS_LIGHTS && !SINGLE_POINT) {
-        n = light_numbers(key, v.first ? index_at_first(index) : index, v.hits, 0u, count > 1u && !v.last);
+        n = light_numbers(key, v.first ? index_at_first(index) : index, v.hits, 0u, several);
     }
-    ShadowRay ray = light_ray(v.outside, v.bsdf, v.normal, v.up, wo, self_id_of(v.self_id, v.surface, v.front), v.throughput, n, count);
+    float repeated = 0.0;
+    if (HAS_PARTS && v.first && v.bsdf.part != PART_WHOLE) repeated = several ? float(LIGHT_SAMPLES) : 1.0;
+    ShadowRay ray = light_ray(v.outside, v.bsdf, v.normal, v.up, wo, self_id_of(v.self_id, v.surface, v.front), v.throughput, n, count,
+                              repeated);
     bool crosses = false;
     if (HAS_TRANSMISSION) {
         crosses = scatters_through(v.bsdf) && dot(v.normal, ray.direction) < 0.0;
@@ -196,6 +230,17 @@ vec3 emitted_light(Path path, Vertex v, bool met, float t, uint light_samples) {
 
 // ---- a step of a path
 
+// What other pixels may use of a path: where it first meets a surface with a diffuse part, and where it goes from there, unless that shines
+// itself or its normal is bent for wo. There it goes on by one part of the surface. That is chosen alike for all members of a group at the
+// first hit, so that neighbours do not differ.
+void choose_part(inout Vertex v, Path path, uint key) {
+    bool second = has_flag(path, PATH_FROM_FIRST);
+    bool alone = second && (v.bent || v.surface.material.emission != vec3(0.0));
+    if (!(v.first || second) || alone || !has_parts(v.bsdf)) return;
+    float number = sample_alone(key, v.first ? index_of_sample(path.index) : path.index, v.hits);
+    choose_part(v.bsdf, number, second);
+}
+
 // The path's ray meets a surface, or leaves the scene. Adds emitted light to `radiance` and gives a shadow ray. The first reconnectable
 // vertex gets `light_samples` samples of lights. Returns false when the path ends here.
 bool path_arrive(Path path, Hit hit, uint key, uint light_samples, inout vec3 radiance, out Vertex v, out ShadowRay shadow) {
@@ -212,10 +257,13 @@ bool path_arrive(Path path, Hit hit, uint key, uint light_samples, inout vec3 ra
     }
     radiance += throughput * emitted_light(path, v, met, hit.t, light_samples);
 
+    v.first = REUSE && !has_flag(path, PATH_RECONNECTABLE);
+    if (HAS_PARTS && in_mode(MODE_REUSED)) choose_part(v, path, key);
     bool reconnectable = is_reconnectable(v.bsdf);
     bool alive = met && v.hits <= MAX_DEPTH;
-    v.first = REUSE && !has_flag(path, PATH_RECONNECTABLE);
     v.shareable = has_flag(path, PATH_FROM_FIRST) && reconnectable && alive && throughput != vec3(0.0);
+    // What shines is weighted against samples of lights at one first hit.
+    if (HAS_EMITTER) v.shareable = v.shareable && v.surface.material.emission == vec3(0.0);
     v.throughput = v.shareable ? vec3(1.0) : throughput;
     vec3 expected = v.throughput * bsdf_albedo(v.bsdf);
     float strongest = largest(expected);
@@ -225,7 +273,11 @@ bool path_arrive(Path path, Hit hit, uint key, uint light_samples, inout vec3 ra
     v.last = v.hits == MAX_DEPTH || (!INDIRECT && !is_delta(v.bsdf));
     shadow = shadow_none(vec3(0.0), -1);
     if (HAS_DENSITIES) {
-        shadow = direct_light(v, -path.direction, path.index, key, v.first && reconnectable ? light_samples : 1u);
+        bool counts = v.first && reconnectable;
+        bool several = counts && light_samples > 1u && !v.last;
+        // Weights are the same, by whichever part the path goes on.
+        if (HAS_PARTS) counts = counts || (v.first && v.bsdf.part != PART_WHOLE);
+        shadow = direct_light(v, -path.direction, path.index, key, counts ? light_samples : 1u, several);
         shadow.enabled = shadow.enabled && alive;
     }
     alive = alive && (LIGHT_AFTER_LAST_HIT || !v.last);

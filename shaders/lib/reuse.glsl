@@ -11,7 +11,8 @@
 // in both places. A path whose y is not diffuse keeps its light to itself, and its x still receives. In what follows x is
 // called the first hit, y the second one.
 //
-// x is where a path first meets a diffuse surface: mirrors and glass may come before.
+// x is where a path first meets a diffuse surface: mirrors and glass may come before. Where a path goes on by the diffuse part of a surface
+// (bsdf/parts.glsl), that is x or y too: what it scatters is multiplied by a function of the cosine at either end.
 //
 // If gradients are made (gradient.glsl), all members of a group sample lights at x alike, with the same random numbers: what
 // they get from there errs alike, and the difference between two of them is known well, as that of the light by y is.
@@ -49,9 +50,25 @@ uint group_key(uvec2 first) { return pixel_key(pixel_number(REUSE ? first & ~uve
 // The same for pixel p of a workgroup's, whose first tile has such a corner.
 uint key_of_group(uvec2 corner, uint p) { return group_key(pixel_of_work(corner, first_of_group(p))); }
 
-// Paths may meet mirrors or glass before x. Then those of a group may have x at different hits, and what leaves y is not the
+// Paths may meet mirrors, glass or metals before x. Then those of a group may have x at different hits, and what leaves y is not the
 // same for both if light is followed over a number of hits.
-const bool SEES_THROUGH = HAS_MIRROR || HAS_DIELECTRIC;
+const bool SEES_THROUGH = HAS_MIRROR || HAS_DIELECTRIC || HAS_METALLIC_ROUGHNESS;
+
+// What is kept of x until the path arrives at y.
+struct FirstHit {
+    vec3 up;        // with SMOOTH_NORMALS: geometric normal
+    vec3 beta;      // with HAS_PARTS: throughput, without what depends on where the path goes,
+    float share;    // which is this times that of light from lights,
+    vec4 fading;    // and that
+};
+
+FirstHit first_hit_none() { return FirstHit(vec3(0.0), vec3(0.0), 1.0, vec4(0.0)); }
+
+FirstHit first_hit_of(Vertex v) {
+    Bsdf b = v.bsdf;
+    bool part = HAS_PARTS && b.part == PART_DIFFUSE;
+    return FirstHit(v.up, v.throughput * (part ? b.lobes.diffuse / b.part_share : b.reflectance), part ? b.part_share : 1.0, fading_of(b));
+}
 
 // Geometry between a first hit x and a second hit y: cos cos/r², and the direction and distance from x to y.
 float geometry_term(vec3 x, vec3 nx, vec3 y, vec3 ny, out vec3 direction, out float distance) {

@@ -14,23 +14,28 @@ struct PathVertices {
     float hit;      // which of its path x is
     int self_id;    // the id that a ray from x leaves
     vec3 nx;        // shading normal at x
-    vec3 up;        // with SMOOTH_NORMALS: geometric normal at x
+    FirstHit first;
     vec3 beta;      // throughput at x
     vec3 y;
     vec3 ny;        // geometric normal; 0 too if y does not give its light to others
+    vec3 shading;   // with HAS_PARTS: shading normal at y,
+    vec4 fading;    // and what light that leaves y is multiplied by
     vec3 direct;    // light from x itself
     bool shareable;
 };
 
 PathVertices vertices_none() {
     const vec3 none = vec3(0.0);
-    return PathVertices(none, 0.0, -1, none, none, none, none, none, none, false);
+    return PathVertices(none, 0.0, -1, none, first_hit_none(), none, none, none, none, vec4(0.0), none, false);
 }
 
+// The normal about which light leaves y.
+vec3 shading_of_second(Vertex v) { return v.bsdf.type == BSDF_METALLIC_ROUGHNESS ? v.normal : v.up; }
+
 // The path arrives at its second hit, with the light from its first one.
-PathVertices vertices_at(Path p, Vertex v, float t, vec3 direct, vec3 first_up) {
-    return PathVertices(p.origin, float(p.hits), p.self_id, p.normal, first_up, p.throughput, end_of_segment(v, t),
-                   v.shareable ? v.up : vec3(0.0), direct, v.shareable);
+PathVertices vertices_at(Path p, Vertex v, float t, vec3 direct, FirstHit first) {
+    return PathVertices(p.origin, float(p.hits), p.self_id, p.normal, first, HAS_PARTS ? first.beta : p.throughput, end_of_segment(v, t),
+                   v.shareable ? v.up : vec3(0.0), shading_of_second(v), fading_of(v.bsdf), direct, v.shareable);
 }
 
 // A path that waits for the others of its group.
@@ -66,6 +71,8 @@ float of_member(float value, uint member) {
 vec3 of_member(vec3 value, uint member) {
     return vec3(of_member(value.x, member), of_member(value.y, member), of_member(value.z, member));
 }
+
+vec4 of_member(vec4 value, uint member) { return vec4(of_member(value.xyz, member), of_member(value.w, member)); }
 
 // Sum over the lane's group, in the order of its members.
 float sum_of_group(float value) {
@@ -103,8 +110,9 @@ bool goes_on_from_first(PathVertices m) { return m.nx != vec3(0.0) && uint(m.hit
 ShadowRay light_ray_at_first(PathVertices m, uint key, uint index, uint nth) {
     LightNumbers n = light_numbers(key, index_at_first(index), uint(m.hit), nth, true);
     // The surface there is reconnectable, with its reflectance in beta.
-    Bsdf bsdf = diffuse_bsdf(m.beta);
-    ShadowRay ray = light_ray(m.x, bsdf, m.nx, m.up, m.nx, m.self_id, vec3(1.0), n, LIGHT_SAMPLES);
+    Bsdf bsdf = diffuse_bsdf(HAS_PARTS ? m.beta * m.first.share : m.beta);
+    ShadowRay ray = light_ray(m.x, bsdf, m.nx, m.first.up, m.nx, m.self_id, vec3(1.0), n, LIGHT_SAMPLES, 0.0);
+    if (HAS_PARTS) ray.radiance *= fading(m.first.fading, dot(m.nx, ray.direction));
     ray.enabled = ray.enabled && goes_on_from_first(m);
     return ray;
 }
@@ -112,6 +120,13 @@ ShadowRay light_ray_at_first(PathVertices m, uint key, uint index, uint nth) {
 // Light from x itself: the mean of the sample that the path has taken and of the further ones, whose sum this is.
 vec3 mean_at_first(PathVertices m, vec3 further) {
     return goes_on_from_first(m) ? (m.direct + further) / float(LIGHT_SAMPLES) : m.direct;
+}
+
+// What light by a segment in such a direction, from x to y of normals `ny` and `shading`, is multiplied by at both ends; 0 also where the
+// normal of y would be bent for light that goes there (bent_normal): a path that has met y from there keeps that to itself.
+float fading_of_segment(PathVertices m, vec3 direction, vec3 ny, vec3 shading, vec4 fading_of_y) {
+    if (SMOOTH_NORMALS && dot(mirrored(-direction, shading), ny) <= 0.0) return 0.0;
+    return fading(m.first.fading, dot(m.nx, direction)) * fading(fading_of_y, -dot(shading, direction));
 }
 
 // All light of the lane's pixel for one sample, whose path has ended. To be called by all lanes. The part of it that comes by
@@ -125,6 +140,7 @@ vec3 shared_light(EndedPath ended, uint key, uint index, inout uint shadow_rays,
     vec3 ny = shareable ? m.ny : vec3(0.0);
     vec3 sum = vec3(0.0);
     vec3 further = vec3(0.0);
+    float of_own = 1.0;     // what light by its own second hit is multiplied by
     // Segments to the second hits of all members, and then further samples of lights: what traces a ray is compiled once.
     uint first = any_lane(shareable) ? 0u : MEMBERS;
     uint rays = MEMBERS + (LIGHT_SAMPLES > 1u && any_lane(goes_on_from_first(m)) ? LIGHT_SAMPLES - 1u : 0u);
@@ -133,10 +149,19 @@ vec3 shared_light(EndedPath ended, uint key, uint index, inout uint shadow_rays,
         uint from = number % MEMBERS;
         ShadowRay ray = ShadowRay(m.x, m.nx, 0.0, m.self_id, vec3(0.0), false);
         float value = 0.0;
+        float faded = 1.0;
         if (is_segment) {
             vec3 y = of_member(m.y, from);
-            value = geometry_term(m.x, m.nx, y, of_member(ny, from), ray.direction, ray.distance);
-            if (SMOOTH_NORMALS) value = from == me || dot(m.up, ray.direction) > 0.0 ? value : 0.0;
+            vec3 normal = of_member(ny, from);
+            value = geometry_term(m.x, m.nx, y, normal, ray.direction, ray.distance);
+            if (SMOOTH_NORMALS) value = from == me || dot(m.first.up, ray.direction) > 0.0 ? value : 0.0;
+            if (HAS_PARTS) {
+                vec3 shading = SMOOTH_NORMALS ? of_member(m.shading, from) : normal;
+                vec4 fading_of_y = of_member(m.fading, from);
+                if (value > 0.0) faded = fading_of_segment(m, ray.direction, normal, shading, fading_of_y);
+                if (SMOOTH_NORMALS) value = faded > 0.0 ? value : 0.0;
+                of_own = from == me ? faded : of_own;
+            }
             if (SEES_THROUGH) value = of_member(m.hit, from) == m.hit ? value : 0.0;
             // The path itself has shown that nothing is in between.
             ray.enabled = value > 0.0 && from != me;
@@ -149,6 +174,7 @@ vec3 shared_light(EndedPath ended, uint key, uint index, inout uint shadow_rays,
             value = ray.enabled && !lit ? 0.0 : value;
             float all = sum_of_group(value);
             vec3 theirs = of_member(shared_radiance, from);
+            if (HAS_PARTS) theirs *= faded;
             if (value > 0.0) sum += theirs * (value / all);
         } else {
             further += lit ? ray.radiance : vec3(0.0);
@@ -159,6 +185,7 @@ vec3 shared_light(EndedPath ended, uint key, uint index, inout uint shadow_rays,
     if (LIGHT_SAMPLES > 1u) direct = mean_at_first(m, further);
     vec3 own = shareable ? vec3(0.0) : ended.light;
     unshared = m.beta * shared_radiance;
+    if (HAS_PARTS) unshared *= of_own;
     gathered = m.beta * sum;
     // (Of a last hit it is the pixel's own: whether there is a meeting depends on what else is compiled.)
     if (lights_correlated() && goes_on_from_first(m)) {

@@ -18,6 +18,10 @@ const uint ROW_SECOND = 3u;     // y; β.g
 const uint ROW_SECOND_NORMAL = 4u;  // geometric normal; β.b
 const uint ROW_DIRECT = 5u;     // light from x itself, β.r
 const uint ROW_FIRST_UP = 6u;   // with SMOOTH_NORMALS: geometric normal of x
+const uint ROW_FIRST_PART = 7u; // with HAS_PARTS: β, which the rows of y leave out, and FirstHit::share;
+const uint ROW_FIRST_FADING = 8u;   // of x,
+const uint ROW_SECOND_FADING = 9u;  // and of y;
+const uint ROW_SECOND_SHADING = 10u;    // shading normal of y
 
 const float PATH_OPEN = 0.0;    // it has not ended
 const float PATH_ENDED = 1.0;   // all its light is its own
@@ -41,6 +45,16 @@ void path_clear(uint path) {
 uint pixel_of_path(uint path) { return path & (work_pixels - 1u); }
 uint sample_of_path(uint path) { return path >> (TILE_BITS + tile_bits); }
 
+// Records a path at its first hit.
+void record_first_hit(uint path, Vertex v) {
+    FirstHit first = first_hit_of(v);
+    if (SMOOTH_NORMALS) path_store(path, ROW_FIRST_UP, vec4(first.up, 0.0));
+    if (HAS_PARTS && is_reconnectable(v.bsdf)) {
+        path_store(path, ROW_FIRST_PART, vec4(first.beta, first.share));
+        path_store(path, ROW_FIRST_FADING, first.fading);
+    }
+}
+
 // Records a path that arrives at its second hit, with the light from its first one.
 void record_second_hit(uint path, Path p, Vertex v, float t, vec3 direct) {
     vec3 y = end_of_segment(v, t);
@@ -51,6 +65,10 @@ void record_second_hit(uint path, Path p, Vertex v, float t, vec3 direct) {
         if (row == ROW_SECOND_NORMAL) value = vec4(v.shareable ? v.up : vec3(0.0), p.throughput.z);
         if (row == ROW_DIRECT) value = vec4(direct, p.throughput.x);
         path_store(path, row, value);
+    }
+    if (HAS_PARTS) {
+        path_store(path, ROW_SECOND_FADING, fading_of(v.bsdf));
+        if (SMOOTH_NORMALS) path_store(path, ROW_SECOND_SHADING, vec4(shading_of_second(v), 0.0));
     }
 }
 
@@ -66,9 +84,20 @@ EndedPath recorded_path(uint path) {
         vec4 y = path_load(path, ROW_SECOND);
         vec4 ny = path_load(path, ROW_SECOND_NORMAL);
         vec4 direct = path_load(path, ROW_DIRECT);
-        vec3 up = vec3(0.0);
-        if (SMOOTH_NORMALS) up = path_load(path, ROW_FIRST_UP).xyz;
-        ended.vertices = PathVertices(x.xyz, nx.w, floatBitsToInt(x.w), nx.xyz, up, vec3(direct.w, y.w, ny.w), y.xyz, ny.xyz,
+        FirstHit first = first_hit_none();
+        vec3 beta = vec3(direct.w, y.w, ny.w);
+        vec3 shading = ny.xyz;
+        vec4 fading = vec4(0.0);
+        if (SMOOTH_NORMALS) first.up = path_load(path, ROW_FIRST_UP).xyz;
+        if (HAS_PARTS) {
+            vec4 part = path_load(path, ROW_FIRST_PART);
+            beta = part.xyz;
+            first.share = part.w;
+            first.fading = path_load(path, ROW_FIRST_FADING);
+            fading = path_load(path, ROW_SECOND_FADING);
+            if (SMOOTH_NORMALS) shading = path_load(path, ROW_SECOND_SHADING).xyz;
+        }
+        ended.vertices = PathVertices(x.xyz, nx.w, floatBitsToInt(x.w), nx.xyz, first, beta, y.xyz, ny.xyz, shading, fading,
                                 direct.xyz, light.w == PATH_GIVES);
     }
     return ended;

@@ -109,6 +109,15 @@ vec2 sample_pair(uint key, uint index, uint pair, uint hit) {
     return vec2(unit_float(u.x), unit_float(u.y));
 }
 
+// A number in [0, 1) beside the pairs: van der Corput's sequence in an order of its own (Burley 2020).
+float sample_alone(uint key, uint index, uint hit) {
+    uint h = hash(hash(key ^ 0x3c6ef372u) + hit * 0x63d83595u);
+    if (SAMPLER != 0u) return unit_float(hash(h + index * 0x85ebca6bu));
+    uint place = REUSE ? index << MEMBER_BITS | index >> MEMBER_SHIFT : index;
+    place = bitfieldReverse(owen_reversed(bitfieldReverse(place), hash(h)));
+    return unit_float(bitfieldReverse(owen_reversed(place, h)));
+}
+
 // An independent number in [0, 1), for decisions that gain nothing from stratification.
 float sample_independent(uint key, uint index, uint hit) {
     return unit_float(hash(hash(key ^ 0xa511e9b3u) + index * 0x9e3779b9u + hit * 0x63d83595u));

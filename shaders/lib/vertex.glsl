@@ -19,6 +19,7 @@ struct Vertex {
     bool first;         // with REUSE: no reconnectable surface was met before
     int medium;         // with absorption: what the ray came through
     int beyond;         // likewise: what is on the other side of the surface
+    bool bent;          // `normal` is, away from where the microfacets' normals would have it (bent_normal)
     bool shareable;     // a second hit that other pixels can use as well: the path goes on with throughput 1
     uint hits;
 };
@@ -50,8 +51,11 @@ Vertex vertex_at(inout Hit hit, Ray ray) {
     v.front = dot(ray.direction, v.surface.normal) <= 0.0;
     v.normal = v.front ? v.surface.shading : -v.surface.shading;
     v.up = v.front ? v.surface.normal : -v.surface.normal;
+    v.bent = false;
     if (HAS_METALLIC_ROUGHNESS && SMOOTH_NORMALS && MUTATION != MUTATE_BEND) {
+        vec3 normal = v.normal;
         v.normal = bends_normal(v.surface.material) ? bent_normal(v.normal, v.up, -ray.direction) : v.normal;
+        if (HAS_PARTS) v.bent = v.normal != normal;
     }
     v.bsdf = bsdf_of(v.surface.material, v.front, v.normal, -ray.direction);
     if (HAS_COVER) cover_bsdf(v, -ray.direction);

@@ -62,6 +62,7 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::ClearShadows => &["glass/amber"],
         Mutation::TurnedAnisotropy => &["materials/layer-frames"],
         Mutation::PolarisedConductor => &["materials/conductor-fresnel"],
+        Mutation::UnweightedParts => &["reuse/parts-lanes"],
         Mutation::OwnSampleMap => &["emitters/edges-of-glass"],
     }
 }

@@ -25,11 +25,13 @@
 
 // Scatters into single directions: light sampling cannot contribute, and paths keep their state.
 const uint BSDF_DELTA = 1u;
-// Lambertian: f is the same for all directions, so that paths of several pixels can be connected here (reuse.glsl).
+// Lambertian, or the diffuse part of microfacets' surfaces: f for other directions follows, so that paths of several pixels can be connected
+// here (reuse.glsl).
 const uint BSDF_RECONNECTABLE = 2u;
 
 uint bsdf_flags(Bsdf b) {
     if (HAS_DIFFUSE && b.type == BSDF_DIFFUSE) return BSDF_RECONNECTABLE;
+    if (HAS_PARTS && b.part == PART_DIFFUSE) return BSDF_RECONNECTABLE;
     if (HAS_TRANSMISSION && is_glass(b.type)) return b.glass.alpha == 0.0 ? BSDF_DELTA : 0u;
     return (HAS_MIRROR && b.type == BSDF_MIRROR) || (HAS_DIELECTRIC && b.type == BSDF_DIELECTRIC) ? BSDF_DELTA : 0u;
 }
@@ -48,7 +50,7 @@ vec3 bsdf_albedo(Bsdf b) {
 }
 
 BsdfValue bsdf_eval(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
-    if (HAS_DIFFUSE && b.type == BSDF_DIFFUSE) return diffuse_eval(b, n, wo, wi);
+    if ((HAS_DIFFUSE || HAS_PARTS) && b.type == BSDF_DIFFUSE) return diffuse_eval(b, n, wo, wi);
     if (HAS_METALLIC_ROUGHNESS && b.type == BSDF_METALLIC_ROUGHNESS) return metallic_roughness_eval(b, n, wo, wi);
     if (HAS_TRANSMISSION && is_glass(b.type)) return glass_eval(b, n, wo, wi);
     return BsdfValue(vec3(0.0), 0.0);

@@ -27,9 +27,10 @@ struct Lobes {
     vec3 specular;      // Es: factors of the albedo's two parts, and of 1 − E1
     vec3 albedo;        // an estimate
     float single_share; // of directions that are sampled by the microfacets
+    vec3 parts;         // with HAS_PARTS, see parts.glsl: share of the diffuse part; its d over the base colour; single_share of the other
 };
 
-const Lobes NO_LOBES = Lobes(vec3(0.0), 0.0, vec4(0.0), 1.0, 0.0, vec2(1.0), 0.0, vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), 0.0);
+const Lobes NO_LOBES = Lobes(vec3(0.0), 0.0, vec4(0.0), 1.0, 0.0, vec2(1.0), 0.0, vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), 0.0, vec3(0.0));
 
 // A clear coat: what does not depend on wi.
 struct Coat {
@@ -89,11 +90,17 @@ struct Bsdf {
     Sheen sheen;        // over these
     Coat coat;          // over both
     Glass glass;        // of BSDF_GLASS and BSDF_WALL
+    uint part;          // with HAS_PARTS: by which the path goes on
+    float part_share;   // the probability of that
 };
+
+const uint PART_WHOLE = 0u;         // the surface as it is
+const uint PART_DIFFUSE = 1u;
+const uint PART_MICROFACETS = 2u;
 
 // One that has nothing more to it.
 Bsdf plain_bsdf(uint type, vec3 reflectance, float eta) {
-    return Bsdf(type, reflectance, eta, vec3(0.0), NO_LOBES, NO_SHEEN, NO_COAT, NO_GLASS);
+    return Bsdf(type, reflectance, eta, vec3(0.0), NO_LOBES, NO_SHEEN, NO_COAT, NO_GLASS, PART_WHOLE, 1.0);
 }
 
 Bsdf diffuse_bsdf(vec3 reflectance) { return plain_bsdf(BSDF_DIFFUSE, reflectance, 1.0); }

@@ -20,6 +20,7 @@
 #include "diffuse.glsl"
 #include "ggx.glsl"
 #include "metallic_roughness.glsl"
+#include "parts.glsl"
 #include "sheen.glsl"
 
 // What the microfacets of the base let through of light under one cosine, and what layers and these do.
@@ -93,6 +94,7 @@ void frame_of(Bsdf b, vec3 n, out vec3 tangent, out vec3 bitangent) {
 BsdfValue metallic_roughness_eval(Bsdf b, vec3 n, vec3 wo, vec3 wi) {
     vec3 tangent, bitangent;
     frame_of(b, n, tangent, bitangent);
+    if (HAS_PARTS && b.part != PART_WHOLE) return part_eval(b, to_frame(wo, tangent, bitangent, n), to_frame(wi, tangent, bitangent, n));
     return layered_eval(b, wo, wi, to_frame(wo, tangent, bitangent, n), to_frame(wi, tangent, bitangent, n));
 }
 
@@ -108,7 +110,9 @@ BsdfSample metallic_roughness_sample(Bsdf b, vec3 n, vec3 wo, vec2 u) {
         direction = coat_sample(b.coat, wo, u);
         i = to_frame(direction, tangent, bitangent, n);
     }
-    BsdfValue v = layered_eval(b, wo, direction, o, i);
+    BsdfValue v;
+    if (HAS_PARTS && b.part != PART_WHOLE) v = part_eval(b, o, i);
+    else v = layered_eval(b, wo, direction, o, i);
     return BsdfSample(direction, v.pdf > 0.0 ? v.value / v.pdf : vec3(0.0), v.pdf, false);
 }
 

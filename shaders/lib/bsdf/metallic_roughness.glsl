@@ -36,6 +36,13 @@ vec2 mean_single_albedo(Lobes l) {
     return ggx_mean_albedo(l.row);
 }
 
+// Lobes::parts, by the brightness of the whole, of single and of multiple scattering.
+vec3 parts_of(float whole, float single, float multiple, float diffuse) {
+    float microfacets = single + multiple;
+    float share = whole > 0.0 ? (whole - microfacets) / whole : 0.0;
+    return vec3(microfacets > 0.0 ? share : 1.0, diffuse, microfacets > 0.0 ? single / microfacets : 0.5);
+}
+
 // Alphas of KHR_materials_anisotropy: that of the roughness across the tangent, and along it one that the strength brings up to 1.
 void stretch_lobes(inout Lobes l, float strength) {
     float along = mix(l.alpha, 1.0, strength * strength);
@@ -64,13 +71,16 @@ Lobes lobes_of(vec3 base, float metallic, float roughness, vec3 dielectric_f0, f
     l.multiple = mix(of_dielectric, multiple_scattering(base, 1.0, mean.x + mean.y), metallic) * (lost / fast_max(mean_lost, 1e-7));
     l.specular = vec3(largest(dielectric_f0), dielectric_f90, largest(of_dielectric));
     float let_through = 1.0 - dot(l.specular, vec3(e, lost));
-    l.diffuse = base * ((1.0 - metallic) * let_through / fast_max(1.0 - dot(l.specular, vec3(mean, mean_lost)), 1e-7));
+    float let_through_mean = fast_max(1.0 - dot(l.specular, vec3(mean, mean_lost)), 1e-7);
+    l.diffuse = base * ((1.0 - metallic) * let_through / let_through_mean);
     vec3 single = l.f0 * e.x + l.f90 * e.y;
     vec3 rest = l.multiple * mean_lost + (1.0 - metallic) * base * let_through;
     l.albedo = single + rest;
     float s = brightness(single);
     float all = s + brightness(rest);
     l.single_share = all > 0.0 ? clamp(s / all, 0.05, 0.95) : 0.5;
+    l.parts = vec3(0.0);
+    if (HAS_PARTS) l.parts = parts_of(all, s, brightness(l.multiple) * mean_lost, (1.0 - metallic) / let_through_mean);
     if (MUTATION == MUTATE_MULTIPLE) l.multiple = vec3(0.0);
     return l;
 }
@@ -93,9 +103,18 @@ Lobes conductor_lobes(vec3 f0, vec4 k, vec3 mean_fresnel, float roughness, float
     return l;
 }
 
-// In the frame of the normal; what lies over it takes its part of the value.
-BsdfValue lobes_eval(Lobes l, Cover over, vec3 wo, vec3 wi) {
-    if (wo.z <= 0.0 || wi.z <= 0.0) return BsdfValue(vec3(0.0), 0.0);
+// Of scattering from wo to wi.
+struct LobeValues {
+    vec3 single;        // f·cos
+    vec3 multiple;      // likewise, over cosine
+    vec3 diffuse;       // likewise
+    float cosine;       // cos/π: density of sampling by the cosine
+    float single_pdf;   // by the microfacets
+};
+
+// In the frame of the normal; what lies over it takes its part of the values.
+LobeValues lobe_values(Lobes l, Cover over, vec3 wo, vec3 wi) {
+    if (wo.z <= 0.0 || wi.z <= 0.0) return LobeValues(vec3(0.0), vec3(0.0), vec3(0.0), 0.0, 0.0);
     float angle;
     float single = ggx_eval(wo, wi, l.alpha, l.stretch, angle);
     float angle2 = angle * angle;
@@ -110,10 +129,14 @@ BsdfValue lobes_eval(Lobes l, Cover over, vec3 wo, vec3 wi) {
         multiple *= over.specular;
         let_through *= over.diffuse;
     }
-    vec3 value = fresnel * single + (multiple * lost + l.diffuse * let_through) * cosine_pdf(wi.z);
     float of_single = MUTATION == MUTATE_VISIBLE_NORMALS ? ggx_distribution(wo + wi, l.alpha, l.stretch) / (2.0 * (wo.z + ggx_root(wo, l.alpha, l.stretch)))
                                                          : ggx_pdf(wo, wi, l.alpha, l.stretch);
-    return BsdfValue(value, mix(cosine_pdf(wi.z), of_single, l.single_share));
+    return LobeValues(fresnel * single, multiple * lost, l.diffuse * let_through, cosine_pdf(wi.z), of_single);
+}
+
+BsdfValue lobes_eval(Lobes l, Cover over, vec3 wo, vec3 wi) {
+    LobeValues v = lobe_values(l, over, wo, wi);
+    return BsdfValue(v.single + (v.multiple + v.diffuse) * v.cosine, mix(v.cosine, v.single_pdf, l.single_share));
 }
 
 // Tangent and bitangent about the normal n, the first as close to `along` as can be.

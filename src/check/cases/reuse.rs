@@ -1,11 +1,13 @@
 //! Paths that serve several pixels, and images made from differences between these, against the same without.
 
 use crate::check::lab::Rendered;
-use crate::check::scenes::{Build, diffuse, divided_room, emitters, icosphere, mirrored_wall, screened_room, v};
+use crate::check::scenes::{
+    Build, diffuse, divided_room, emitter, emitters, empty, icosphere, mirrored_wall, screened_room, v,
+};
 use crate::check::statistics::z_score;
 use crate::check::{Case, CheckError, Lab, Measured};
 use crate::render::{Gradients, LightSamples, RenderSettings, Renderer, Reuse, SampleMap, Scheduler};
-use crate::scene::{Normals, Scene};
+use crate::scene::{Bsdf, Environment, MetallicRoughness, Normals, Scene};
 
 pub(super) const CASES: &[Case] = &[
     Case {
@@ -152,7 +154,75 @@ pub(super) const CASES: &[Case] = &[
         full_only: false,
         measure: |lab| contrast_and_mean(lab, emitters(), Meet::Lanes, [COMPARED, ONE_LIGHT]),
     },
+    Case {
+        name: "reuse/parts-paths",
+        what: "varnished walls, varnished metal, a smooth body that glows, a mirror and glass: the diffuse parts of surfaces are shared",
+        oracle: "each path by itself",
+        quantity: "the same of contrast and of the mean",
+        threshold: 4.0,
+        full_only: false,
+        measure: |lab| {
+            contrast_and_mean(lab, varnished(with_body(emitters(), Normals::Smooth)), Meet::Records, [COMPARED, ALONE])
+        },
+    },
+    Case {
+        name: "reuse/parts-lanes",
+        what: "the same in the lanes of a subgroup",
+        oracle: "each path by itself",
+        quantity: "the same",
+        threshold: 4.0,
+        full_only: false,
+        measure: |lab| {
+            contrast_and_mean(lab, varnished(with_body(emitters(), Normals::Smooth)), Meet::Lanes, [SHARED, ALONE])
+        },
+    },
+    Case {
+        name: "reuse/parts-sky",
+        what: "the same surfaces in the open, under a map of light and an emitter",
+        oracle: "each path by itself",
+        quantity: "the same",
+        threshold: 4.0,
+        full_only: false,
+        measure: |lab| contrast_and_mean(lab, varnished(yard()), Meet::Records, [COMPARED, ALONE]),
+    },
 ];
+
+/// In the open, with a smooth body.
+fn yard() -> Scene {
+    let mut scene = empty();
+    scene.integrator.max_depth = 4;
+    scene.quad([v(-4.0, -2.0, 0.0), v(4.0, -2.0, 0.0), v(4.0, -2.0, -8.0), v(-4.0, -2.0, -8.0)], diffuse(0.7));
+    scene.quad([v(-4.0, -2.0, -8.0), v(4.0, -2.0, -8.0), v(4.0, 2.0, -8.0), v(-4.0, 2.0, -8.0)], diffuse(0.5));
+    scene.quad([v(1.5, 0.0, -6.0), v(2.5, 0.0, -6.0), v(2.5, 0.0, -5.0), v(1.5, 0.0, -5.0)], emitter(6.0));
+    let texels: Vec<_> = (0..32).map(|i| [if i % 8 == 2 { 3.0 } else { 0.4 }; 3]).collect();
+    let name = "map".to_owned();
+    scene.environment = Some(Environment {
+        name,
+        width: 8,
+        height: 4,
+        texels: texels.into(),
+        rotation: 30.0,
+        scale: 1.0,
+        visible: true,
+    });
+    with_body(scene, Normals::Smooth)
+}
+
+/// What is diffuse gets varnish or is a varnished metal, and the last material glows.
+fn varnished(mut scene: Scene) -> Scene {
+    for (i, material) in scene.materials.iter_mut().enumerate() {
+        if let Bsdf::Diffuse { reflectance } = material.surface.bsdf {
+            let (metallic, roughness) = ([0.0, 0.3][i % 2], [0.25, 0.5, 0.9][i % 3]);
+            let model =
+                MetallicRoughness { base_color: reflectance, metallic, roughness, ..MetallicRoughness::DEFAULT };
+            material.surface.bsdf = Bsdf::MetallicRoughness(model);
+        }
+    }
+    if let Some(last) = scene.materials.last_mut() {
+        last.surface.emission = [0.25; 3];
+    }
+    scene
+}
 
 /// With a body of few triangles.
 fn with_body(mut scene: Scene, normals: Normals) -> Scene {

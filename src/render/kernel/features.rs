@@ -91,16 +91,20 @@ impl Features {
         self.max_depth > 1 && (self.indirect || self.mirror || self.dielectric || self.transmission)
     }
 
-    /// Whether there are paths that other pixels can use: two diffuse hits, the first of which, seen directly, ends none at
-    /// random, and between which nothing absorbs light.
+    /// Whether there are paths that other pixels can use: two hits of diffuse surfaces, or of ones with a diffuse part, the first of which,
+    /// seen directly, ends none at random, and between which nothing absorbs light.
     pub fn can_reuse(&self) -> bool {
-        self.diffuse && self.indirect && self.max_depth > 1 && self.roulette != 1 && !self.absorption
+        (self.diffuse || self.metallic_roughness)
+            && self.indirect
+            && self.max_depth > 1
+            && self.roulette != 1
+            && !self.absorption
     }
 
     /// Whether most noise may be that of light which comes from emitters by way of glass and mirrors, which reuse of paths does
     /// not lower.
     pub fn has_caustics(&self) -> bool {
-        self.bvh && self.emitter && (self.dielectric || self.mirror || self.transmission)
+        self.bvh && self.emitter && (self.dielectric || self.mirror)
     }
 
     /// Whether light may be traced from emitters: to what the camera sees of diffuse surfaces, by way of glass and mirrors. It is not

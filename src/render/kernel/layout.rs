@@ -266,7 +266,7 @@ pub(crate) mod queue {
     /// Paths of a workgroup in one dispatch.
     pub const PATHS: u32 = 2048;
     /// Texels of a path's records.
-    pub const PATH_ROWS: u32 = 7;
+    pub const PATH_ROWS: u32 = 11;
     /// Tiles of which a scattered one is made.
     pub const SCATTERED_TILES: u32 = 8;
     /// Samples of the pilot pass whether it pays to reuse paths.

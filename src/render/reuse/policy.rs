@@ -37,13 +37,13 @@ impl ReusePolicy {
 /// Whether paths may serve several pixels, in a scene that needs these features, on such a device. It depends on neither
 /// scheduler nor on what else is compiled, so that the image does not.
 ///
-/// With a BVH and emitters together with glass or mirrors it hardly pays: the noise of caustics is left, and a pilot pass that is lost
+/// With a BVH and emitters together with smooth glass or mirrors it hardly pays: the noise of caustics is left, and a pilot pass that is lost
 /// makes the rest slower (by 1.3). (Where light paths take most of that noise paths cannot be shared.) Brute force is
 /// for comparison, not for speed.
 ///
 /// On GPUs the host's part of it takes time: for each pixel what 100 to 600 samples take without a BVH, and 30 to 100 with one.
-/// Threads that choose among lights and traverse a BVH hold too much: with emitters a sample takes 7 to 20 times the time (H100). Where glass
-/// fills the picture it takes 4 times the time, for less than half of the variance at best.
+/// Threads that choose among lights and traverse a BVH hold too much: with emitters a sample takes 7 to 20 times the time (H100), and
+/// surfaces of two parts hold more. Where glass fills the picture it takes 4 times the time, for less than half of the variance at best.
 pub(crate) fn may_reuse(scene: &Scene, needed: &Features, settings: &RenderSettings, traits: &DriverTraits) -> bool {
     needed.can_reuse()
         && !needed.brute_force
@@ -57,6 +57,7 @@ pub(crate) fn may_reuse(scene: &Scene, needed: &Features, settings: &RenderSetti
                 settings.samples >= fewest_samples(needed, settings.reuse, traits)
                     && settings.adaptive.is_none()
                     && settings.time_limit.is_none()
+                    && !needed.metallic_roughness
                     && !(needed.bvh && (needed.emitter || (needed.dielectric && glass_fills_view(scene))))
             }
         }

@@ -254,7 +254,10 @@ impl SceneGeometry {
         let first = self.constants_count();
         // Of those that rays may pass another may show.
         let copies = accel::copies(&self.primitives, |i| self.geometry.is_light(first + i));
-        let copies: Vec<_> = copies.into_iter().filter(|&i| self.passable(first + i as usize, materials) == Passable::default()).collect();
+        let copies: Vec<_> = copies
+            .into_iter()
+            .filter(|&i| self.passable(first + i as usize, materials) == Passable::default())
+            .collect();
         if copies.is_empty() {
             return;
         }

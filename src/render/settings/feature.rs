@@ -213,8 +213,8 @@ impl Feature {
     /// minutes and gigabytes to compile: general kernels are without.
     pub(crate) fn is_of_models(self) -> bool {
         use Feature::{
-            Absorption, Anisotropy, Coat, Conductor, Coverage, CulledBacks, Details, Environment, MetallicRoughness, NormalMaps,
-            Sheen, SpecularTextures, Textures, Transmission, VariedEmission, VertexColors,
+            Absorption, Anisotropy, Coat, Conductor, Coverage, CulledBacks, Details, Environment, MetallicRoughness,
+            NormalMaps, Sheen, SpecularTextures, Textures, Transmission, VariedEmission, VertexColors,
         };
         let of_surfaces = matches!(self, Details | MetallicRoughness | NormalMaps | Textures | VertexColors);
         let of_layers = matches!(self, Anisotropy | Coat | Conductor | Sheen | SpecularTextures | Transmission);

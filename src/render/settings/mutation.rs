@@ -124,11 +124,13 @@ pub enum Mutation {
     PolarisedConductor = 65,
     /// Light paths scatter at shading normals as paths do.
     UncorrectedAdjoint = 70,
+    /// A path that goes on by one part of a surface is not weighted by the probability of that.
+    UnweightedParts = 71,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 60] = [
+    pub const ALL: [Self; 61] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -189,6 +191,7 @@ impl Mutation {
         Self::TurnedAnisotropy,
         Self::PolarisedConductor,
         Self::UncorrectedAdjoint,
+        Self::UnweightedParts,
     ];
 
     /// What is broken, in words.
@@ -250,6 +253,7 @@ impl Mutation {
             Self::TurnedAnisotropy => "anisotropy turned the other way",
             Self::PolarisedConductor => "conductors reflect light of either polarisation alike",
             Self::UncorrectedAdjoint => "light paths scatter at shading normals as paths do",
+            Self::UnweightedParts => "paths that go on by one part of a surface weighted as if there were no other",
             Self::ClearSheen => "sheen takes nothing from what is below it towards the light",
             Self::UnsquaredRefraction => "density of refracted directions without the square of the index",
             Self::SingleWall => "thin walls reflect on one side only",

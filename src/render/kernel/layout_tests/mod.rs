@@ -255,11 +255,9 @@ fn kinds_and_mutations() {
     ] {
         assert!(closure.contains(&format!("const uint BSDF_{name} = {of_bsdf}u;")), "{name}");
     }
-    for (name, bits) in [
-        ("IS_SPHERE", flag::SPHERE),
-        ("IS_SMOOTH", flag::SMOOTH),
-        ("MATERIAL_BITS", !(flag::SPHERE | flag::SMOOTH)),
-    ] {
+    for (name, bits) in
+        [("IS_SPHERE", flag::SPHERE), ("IS_SMOOTH", flag::SMOOTH), ("MATERIAL_BITS", !(flag::SPHERE | flag::SMOOTH))]
+    {
         assert!(geometry.contains(&format!("const uint {name} = {bits:#010x}u;")), "{name}");
     }
     let albedo = include_str!("../../../../shaders/lib/bsdf/albedo.glsl");
