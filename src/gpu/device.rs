@@ -23,7 +23,7 @@ use crate::gpu::ray_query::{RayQueries, RayQueryUse};
 use crate::gpu::reconvergence;
 use crate::gpu::required;
 use crate::gpu::select;
-use crate::gpu::select::DeviceInfo;
+use crate::gpu::select::{DeviceInfo, DeviceKind};
 use crate::gpu::shader_objects::ShaderObjects;
 use crate::gpu::subgroups;
 use crate::gpu::timestamps::Timestamps;
@@ -247,7 +247,7 @@ impl Device {
             // SAFETY: the queue family exists, and `select` has checked the features.
             check("vkCreateDevice", unsafe { instance.raw.create_device(physical, &create, None) })
         };
-        let mut limits = info.ray_query.filter(|_| options.ray_query.applies_to(info.kind));
+        let mut limits = info.ray_query.filter(|_| options.ray_query.applies_to(info.kind == DeviceKind::Cpu));
         let raw = match make(limits.is_some()) {
             // Some drivers tell of ray queries, and then fail.
             Err(error) if limits.take().is_some() => {
@@ -310,7 +310,7 @@ impl Device {
     /// # Errors
     /// The device lacks ray queries, or was not opened for them.
     pub fn ray_queries(&self) -> Result<&RayQueries, GpuError> {
-        let missing = match self.ray_query_use.applies_to(self.info.kind) {
+        let missing = match self.ray_query_use.applies_to(self.info.kind == DeviceKind::Cpu) {
             true => "ray queries (the features rayQuery, accelerationStructure and bufferDeviceAddress)",
             false => "ray queries, for which it was not opened (ContextOptions::ray_query)",
         };
