@@ -208,7 +208,9 @@ impl Device {
             )
         };
         let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&[1.0])];
-        let store = options.shader_folder.as_deref().and_then(|f| ShaderObjects::find(&instance, physical, &info, f));
+        // The layer can only put checks into shaders that it sees.
+        let kept = options.shader_folder.as_deref().filter(|_| options.validation != Validation::GpuAssisted);
+        let store = kept.and_then(|f| ShaderObjects::find(&instance, physical, &info, f));
         let reconverges = reconvergence::is_promised(&instance, physical);
         let make = |with_ray_queries: bool| {
             let mut extensions = Vec::new();
