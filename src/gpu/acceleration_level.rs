@@ -4,13 +4,21 @@ use std::sync::Arc;
 
 use ash::{khr, vk};
 
-use crate::gpu::acceleration_structure::BuildOptions;
 use crate::gpu::buffer::{Buffer, Usage};
 use crate::gpu::device::Device;
 use crate::gpu::error::{GpuError, check};
 
 pub(super) const BOTTOM: vk::AccelerationStructureTypeKHR = vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL;
 pub(super) const TOP: vk::AccelerationStructureTypeKHR = vk::AccelerationStructureTypeKHR::TOP_LEVEL;
+
+/// How to build.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct BuildOptions {
+    /// Bottom levels are copied into as little memory as they need.
+    pub compact: bool,
+    /// Tests only: scratch memory begins at an address that is no more aligned than it has to be.
+    pub shift_scratch: bool,
+}
 
 /// One level, with its memory.
 pub(crate) struct Level {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use crate::gpu::acceleration_level::{BOTTOM, Level, TOP, Unbuilt};
+use crate::gpu::acceleration_level::{BOTTOM, BuildOptions, Level, TOP, Unbuilt};
 use crate::gpu::buffer::{Buffer, Usage};
 use crate::gpu::compaction::compacted;
 use crate::gpu::device::Device;
@@ -120,15 +120,6 @@ impl Instance {
             },
         }
     }
-}
-
-/// How to build.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct BuildOptions {
-    /// Bottom levels are copied into as little memory as they need.
-    pub compact: bool,
-    /// Tests only: scratch memory begins at an address that is no more aligned than it has to be.
-    pub shift_scratch: bool,
 }
 
 /// Boxes and triangles for ray queries.

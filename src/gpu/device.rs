@@ -23,7 +23,7 @@ use crate::gpu::ray_query::{RayQueries, RayQueryUse};
 use crate::gpu::reconvergence;
 use crate::gpu::required;
 use crate::gpu::select;
-use crate::gpu::select::DeviceInfo;
+use crate::gpu::select::{DeviceInfo, DeviceKind};
 use crate::gpu::shader_objects::ShaderObjects;
 use crate::gpu::subgroups;
 use crate::gpu::timestamps::Timestamps;
@@ -208,7 +208,9 @@ impl Device {
             )
         };
         let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&[1.0])];
-        let store = options.shader_folder.as_deref().and_then(|f| ShaderObjects::find(&instance, physical, &info, f));
+        // The layer can only put checks into shaders that it sees.
+        let kept = options.shader_folder.as_deref().filter(|_| options.validation != Validation::GpuAssisted);
+        let store = kept.and_then(|f| ShaderObjects::find(&instance, physical, &info, f));
         let reconverges = reconvergence::is_promised(&instance, physical);
         let make = |with_ray_queries: bool| {
             let mut extensions = Vec::new();
@@ -247,7 +249,7 @@ impl Device {
             // SAFETY: the queue family exists, and `select` has checked the features.
             check("vkCreateDevice", unsafe { instance.raw.create_device(physical, &create, None) })
         };
-        let mut limits = info.ray_query.filter(|_| options.ray_query.applies_to(info.kind));
+        let mut limits = info.ray_query.filter(|_| options.ray_query.applies_to(info.kind == DeviceKind::Cpu));
         let raw = match make(limits.is_some()) {
             // Some drivers tell of ray queries, and then fail.
             Err(error) if limits.take().is_some() => {
@@ -310,7 +312,7 @@ impl Device {
     /// # Errors
     /// The device lacks ray queries, or was not opened for them.
     pub fn ray_queries(&self) -> Result<&RayQueries, GpuError> {
-        let missing = match self.ray_query_use.applies_to(self.info.kind) {
+        let missing = match self.ray_query_use.applies_to(self.info.kind == DeviceKind::Cpu) {
             true => "ray queries (the features rayQuery, accelerationStructure and bufferDeviceAddress)",
             false => "ray queries, for which it was not opened (ContextOptions::ray_query)",
         };

@@ -33,7 +33,8 @@ mod timestamps;
 mod trial;
 mod violation;
 
-pub(crate) use crate::gpu::acceleration_structure::{AccelerationStructure, BuildOptions, Instance, Part, Shapes};
+pub(crate) use crate::gpu::acceleration_level::BuildOptions;
+pub(crate) use crate::gpu::acceleration_structure::{AccelerationStructure, Instance, Part, Shapes};
 pub(crate) use crate::gpu::bindings::{BindingLayout, BindingSet, Resource};
 pub(crate) use crate::gpu::buffer::{Buffer, Usage};
 pub use crate::gpu::capture::{Capture, CapturedBuffer, CapturedShader};

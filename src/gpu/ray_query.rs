@@ -5,7 +5,6 @@ use std::ffi::CStr;
 use ash::{khr, vk};
 
 use crate::gpu::instance::Instance;
-use crate::gpu::select::DeviceKind;
 
 /// What a device has to be made with. (Acceleration structures depend on the last one, which nothing here uses.)
 pub(super) const EXTENSIONS: [&CStr; 3] =
@@ -24,8 +23,8 @@ pub enum RayQueryUse {
 }
 
 impl RayQueryUse {
-    pub(super) fn applies_to(self, kind: DeviceKind) -> bool {
-        self == Self::Always || (self == Self::OnGpus && kind != DeviceKind::Cpu)
+    pub(super) fn applies_to(self, is_cpu: bool) -> bool {
+        self == Self::Always || (self == Self::OnGpus && !is_cpu)
     }
 }
 

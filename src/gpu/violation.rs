@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use crate::gpu::acceleration_structure::{AccelerationStructure, BuildOptions, Instance, Part, Shapes};
+use crate::gpu::acceleration_level::BuildOptions;
+use crate::gpu::acceleration_structure::{AccelerationStructure, Instance, Part, Shapes};
 use crate::gpu::bindings::{BindingLayout, BindingSet, Resource};
 use crate::gpu::buffer::{Buffer, Usage};
 use crate::gpu::device::{Context, Device};
