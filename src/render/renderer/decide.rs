@@ -27,8 +27,7 @@ impl Renderer {
         let may_map = techniques.sample_map
             && fits_sample_map(settings, engine.launch.kernel.sobol_levels)
             && (!engine.launch.kernel.reuse || engine.has_whole_rows());
-        let may_allocate =
-            may_map && techniques.allocates && settings.adaptive.is_none() && samples >= queue::PILOT_SAMPLES;
+        let may_allocate = may_map && settings.adaptive.is_none() && samples >= queue::PILOT_SAMPLES;
         let [width, height] = engine.size();
         let grid = Grid { width, height, band_rows: engine.band_rows() };
 
@@ -47,8 +46,7 @@ impl Renderer {
         let due = reuse == ReuseDecision::Pending || (reuse == ReuseDecision::Always && gradients);
         if due && samples >= queue::PILOT_SAMPLES {
             let tells_tiles = may_allocate && !limited;
-            let options = PilotOptions::new(samples, tells_tiles, gradients, techniques.parts);
-            let pilot = run_pilot(engine, options, &wanted)?;
+            let pilot = run_pilot(engine, PilotOptions::new(samples, tells_tiles, gradients), &wanted)?;
             if reuse == ReuseDecision::Pending {
                 reuse = pilot.reuse;
             }

@@ -25,12 +25,11 @@ pub(super) struct Techniques {
     /// The part of variance that this may leave.
     most_left: f64,
     /// Whether surfaces may have two parts, of which one is shared (shaders/lib/bsdf/parts.glsl). Then most variance in the pilot pass is that
-    /// of a few bright paths by microfacets and glass: it does not tell where samples are to go, nor, unless it is relative, what pays.
-    pub parts: bool,
+    /// of a few bright paths by microfacets and glass: it tells neither where samples are to go, nor whether gradients pay, which lower other
+    /// noise.
+    parts: bool,
     /// Whether numbers of samples may differ between pixels.
     pub sample_map: bool,
-    /// Whether that may be by the noise of tiles.
-    pub allocates: bool,
     /// The pixels that may show the edges of emitters; none where nobody is to look for them.
     pub emitter_bounds: Vec<Rectangle>,
     /// Whether glass and mirrors that the camera sees get more samples.
@@ -46,15 +45,13 @@ impl Techniques {
         let reuse = policy::may_reuse(scene, needed, settings, traits) && casters == 0;
         let glass = looks_for_glass(needed, casters);
         let parts = reuse && needed.metallic_roughness;
-        let allocates = reuse && !parts;
-        let sample_map = wants_sample_map(settings) && (allocates || glass || !tables.emitter_bounds.is_empty());
+        let sample_map = wants_sample_map(settings) && !parts && (reuse || glass || !tables.emitter_bounds.is_empty());
         let techniques = Self {
             reuse: ReusePolicy::new(needed, settings, traits, reuse),
             gradients: reuse && settings.gradients == Gradients::Auto,
             most_left: most_left(tables.samples_lights()),
             parts,
             sample_map,
-            allocates,
             emitter_bounds: tables.emitter_bounds.clone(),
             glass,
         };

@@ -21,8 +21,6 @@ const MOST_LEFT: f64 = 0.8;
 /// and 1.10 (height fields under emitters), with .86 .97 and .85 (an armadillo), with .81 .76 and .73 (a dragon in a room), with .70 to .72
 /// .97 to .51 (a dragon on a plane, an armadillo in a room).
 const MOST_LEFT_CORRELATED: f64 = 0.87;
-/// What is darker than such a part of the mean counts like that, where variance is relative.
-const DARK: f64 = 0.25;
 /// Groups that are judged together.
 const GROUPS_TOGETHER: usize = 256;
 
@@ -69,14 +67,8 @@ pub(crate) fn most_left(lights_correlated: bool) -> f64 {
 }
 
 impl ReuseDecision {
-    /// Takes over further groups. They are judged in parallel, and added up in their order. `relative`: variance counts in proportion to the
-    /// square of what groups gather.
-    pub fn judge(&mut self, groups: &[PilotGroup], relative: bool) {
-        let mean = groups.iter().map(PilotGroup::brightness).sum::<f64>() / groups.len().max(1) as f64;
-        let weight = |group: &PilotGroup| {
-            if relative { 1.0 / (group.brightness().powi(2) + (DARK * mean).powi(2)) } else { 1.0 }
-        };
-        let judge = |group: &PilotGroup| judge(group, weight(group));
+    /// Takes over further groups. They are judged in parallel, and added up in their order.
+    pub fn judge(&mut self, groups: &[PilotGroup]) {
         let judged = |groups: &[PilotGroup]| groups.iter().map(judge).fold(Tally::default(), Tally::and);
         let parts: Vec<_> = groups.par_chunks(GROUPS_TOGETHER).map(judged).collect();
         let before = if let Self::Over(before) = *self { before } else { Tally::default() };
@@ -125,14 +117,13 @@ impl ReuseDecision {
 /// all sample alike is not divided, but spread over many pixels by gradients, by which it falls at least as much.) What
 /// each has besides shows in the differences between neighbours, to which two contribute. Pixels that get more samples for
 /// what they see are left out: the noise of an emitter's edge falls faster with further samples.
-fn judge(group: &PilotGroup, weight: f64) -> Tally {
+fn judge(group: &PilotGroup) -> Tally {
     let members = || (0..MEMBERS).filter(|member| !group.left_out[*member]);
     let left = members().map(|member| group.noise(member)).fold(Noise::default(), Noise::add).left_by_gradients();
     members().fold(Tally::default(), |tally, member| {
         let noise = group.noise(member);
-        let [with, without, smoothed, own] =
-            [noise.reused(1.0), noise.alone(), noise.reused(left), noise.own].map(|variance| weight * variance);
-        tally.and(Tally { with, without, smoothed, own })
+        let (with, smoothed) = (noise.reused(1.0), noise.reused(left));
+        tally.and(Tally { with, without: noise.alone(), smoothed, own: noise.own })
     })
 }
 
@@ -155,27 +146,10 @@ mod tests {
     }
 
     #[test]
-    fn relative_variance_does_not_go_by_bright_groups() {
-        let lit =
-            |group: &mut PilotGroup, light: f32| group.gradients.iter_mut().for_each(|slot| slot.light = [light; 3]);
-        let mut all = groups(0.0, 1.0, 0.0);
-        all.iter_mut().for_each(|group| lit(group, 1.0));
-        let mut bright = groups(90.0, 10.0, 0.0)[0];
-        lit(&mut bright, 90.0);
-        all.push(bright);
-        let pays = |relative| {
-            let mut pilot = ReuseDecision::Pending;
-            pilot.judge(&all, relative);
-            pilot.pays(1.4)
-        };
-        assert!(!pays(false) && pays(true));
-    }
-
-    #[test]
     fn what_lowers_variance_enough_is_reused() {
         let judge = |groups: &[PilotGroup]| {
             let mut pilot = ReuseDecision::Pending;
-            pilot.judge(groups, false);
+            pilot.judge(groups);
             pilot
         };
         assert!(judge(&groups(0.0, 1.0, 0.0)).pays(1.4));

@@ -51,14 +51,12 @@ pub(crate) struct PilotOptions {
     turns: u32,
     /// Whether it is to be seen what neighbours have in common, for gradients.
     gradients: bool,
-    /// Whether variance counts in proportion to the square of light.
-    relative: bool,
 }
 
 impl PilotOptions {
     /// For a rendering of so many samples per pixel. Tiles are told apart if samples are to be `allocated`.
-    pub fn new(samples: u32, allocated: bool, gradients: bool, relative: bool) -> Self {
-        Self { turns: if allocated { turns(samples) } else { 1 }, gradients, relative }
+    pub fn new(samples: u32, allocated: bool, gradients: bool) -> Self {
+        Self { turns: if allocated { turns(samples) } else { 1 }, gradients }
     }
 }
 
@@ -85,7 +83,7 @@ pub(crate) fn run_pilot(
 
 fn pilot_samples(
     engine: &mut Engine,
-    PilotOptions { turns, gradients, relative }: PilotOptions,
+    PilotOptions { turns, gradients }: PilotOptions,
     wanted: &[Multiplier],
 ) -> Result<PilotStatistics, RenderError> {
     let mut spans = Vec::new();
@@ -119,7 +117,7 @@ fn pilot_samples(
             let is_wanted = |pixel: usize| wanted.get(pixel).is_some_and(|wanted| *wanted != Multiplier::ONE);
             group.left_out = std::array::from_fn(|member| pixel(member).is_none_or(is_wanted));
         });
-        statistics.reuse.judge(&groups, relative);
+        statistics.reuse.judge(&groups);
         if gradients {
             // One group of each tile tells enough.
             let first: Vec<_> = groups.chunk_by(|a, b| a.tile() == b.tile()).map(|of_tile| &of_tile[0]).collect();

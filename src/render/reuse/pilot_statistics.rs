@@ -77,12 +77,6 @@ impl PilotGroup {
         self.first_slot + member as u32 * TILE_GROUPS
     }
 
-    /// What its members gather, in the mean.
-    pub fn brightness(&self) -> f64 {
-        let sum: f64 = self.gradients.iter().flat_map(|slot| slot.light).map(f64::from).sum();
-        sum / MEMBERS as f64
-    }
-
     /// What a member's samples have of variance.
     pub fn noise(&self, member: usize) -> Noise {
         let square = |x: f32| f64::from(x).powi(2);
