@@ -155,7 +155,6 @@ vec2 sample_near(LightPath p) {
 
 // f(wo, wi) |wi·ns| of a path from wo, in place of |wi·ng|, times |wo·ng|: of light from wi that goes on to wo.
 vec3 adjoint_eval(Vertex v, vec3 wi, vec3 wo) {
-    if (MUTATION == MUTATE_ADJOINT) return bsdf_eval(v.bsdf, v.normal, wi, wo).value;
     return bsdf_eval(v.bsdf, v.normal, wo, wi).value * (dot(wo, v.up) / fast_max(dot(wi, v.up), 1e-7));
 }
 
@@ -173,7 +172,6 @@ BsdfSample adjoint_sample(Vertex v, vec3 wi, vec2 u) {
     if (s.crosses) factor *= abs(dot(wi, v.normal)) / fast_max(abs(dot(s.direction, v.normal)), 1e-7);
     // From the other side of the surface no path comes.
     bool right = (leaves > 0.0) != s.crosses;
-    if (MUTATION == MUTATE_ADJOINT) factor = 1.0;
     s.weight *= right ? factor : 0.0;
     return s;
 }

@@ -142,7 +142,6 @@ const uint MUTATE_WALL = 51u;
 const uint MUTATE_SHADOW = 52u;
 const uint MUTATE_ANISOTROPY = 64u;
 const uint MUTATE_CONDUCTOR = 65u;
-const uint MUTATE_ADJOINT = 70u;
 
 // ---- bindings
 // All texels are bits, of numbers too: lavapipe compiles five functions for each format that it meets, and small integers

@@ -120,13 +120,11 @@ pub enum Mutation {
     TurnedAnisotropy = 64,
     /// Conductors reflect light of either polarisation alike.
     PolarisedConductor = 65,
-    /// Light paths scatter at shading normals as paths do.
-    UncorrectedAdjoint = 70,
 }
 
 impl Mutation {
     /// All of them.
-    pub const ALL: [Self; 59] = [
+    pub const ALL: [Self; 58] = [
         Self::Albedo,
         Self::Cosine,
         Self::SwappedIor,
@@ -185,7 +183,6 @@ impl Mutation {
         Self::ClearShadows,
         Self::TurnedAnisotropy,
         Self::PolarisedConductor,
-        Self::UncorrectedAdjoint,
     ];
 
     /// What is broken, in words.
@@ -245,7 +242,6 @@ impl Mutation {
             Self::CoatOfBase => "coats with the normals of the base",
             Self::TurnedAnisotropy => "anisotropy turned the other way",
             Self::PolarisedConductor => "conductors reflect light of either polarisation alike",
-            Self::UncorrectedAdjoint => "light paths scatter at shading normals as paths do",
             Self::ClearSheen => "sheen takes nothing from what is below it towards the light",
             Self::UnsquaredRefraction => "density of refracted directions without the square of the index",
             Self::SingleWall => "thin walls reflect on one side only",
