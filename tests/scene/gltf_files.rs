@@ -1,7 +1,7 @@
 //! glTF: what is made of what a file says.
 
 use glam::DVec3;
-use photolith::scene::{Bsdf, Coverage, Light, Loaded, Normals, Texels, TextureSlot};
+use photolith::scene::{Bsdf, Coverage, Exposure, Light, Loaded, Normals, Texels, TextureSlot, Tone};
 use serde_json::{Value, json};
 
 use crate::glb::{add, load, triangle};
@@ -248,6 +248,18 @@ fn glass_is_a_body_or_a_thin_wall() {
             assert_eq!(model.absorption(), [0.0; 3]);
         }
     }
+}
+
+/// 8-bit pictures of what has light of its own are exposed by what they show; the studio is known.
+#[test]
+fn pictures_of_bare_files_suit_their_light() {
+    let (mut json, binary) = triangle();
+    let film = |json: &Value| load(json, &binary).unwrap().scene.film;
+    let studio = film(&json);
+    assert!(matches!(studio.exposure, Exposure::Stops(stops) if stops < 0.0) && studio.tone == Tone::Neutral);
+    json["extensions"] = json!({"KHR_lights_punctual": {"lights": [{"type": "directional", "intensity": 100_000}]}});
+    json["nodes"][0]["extensions"] = json!({"KHR_lights_punctual": {"light": 0}});
+    assert_eq!(film(&json).exposure, Exposure::Auto);
 }
 
 #[test]
