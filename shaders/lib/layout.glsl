@@ -136,7 +136,6 @@ const uint MUTATE_VIEW = 39u;
 const uint MUTATE_QUERY_DISTANCE = 47u;
 const uint MUTATE_QUERY_TIES = 48u;
 const uint MUTATE_QUERY_MASK = 49u;
-const uint MUTATE_PARTS = 66u;
 const uint MUTATE_SPECULAR = 60u;
 const uint MUTATE_WAY_OUT = 61u;
 const uint MUTATE_COAT_NORMAL = 62u;
@@ -146,6 +145,7 @@ const uint MUTATE_WALL = 51u;
 const uint MUTATE_SHADOW = 52u;
 const uint MUTATE_ANISOTROPY = 64u;
 const uint MUTATE_CONDUCTOR = 65u;
+const uint MUTATE_PARTS = 66u;
 
 // ---- bindings
 // All texels are bits, of numbers too: lavapipe compiles five functions for each format that it meets, and small integers

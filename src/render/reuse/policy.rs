@@ -53,8 +53,7 @@ pub(crate) fn may_reuse(scene: &Scene, needed: &Features, settings: &RenderSetti
             (Reuse::Off, _) | (Reuse::Auto, Sharers::None) => false,
             (Reuse::Always, _) => true,
             (Reuse::Auto, Sharers::Lanes) => {
-                !(needed.bvh && needed.has_caustics())
-                    && (needed.diffuse || (needed.emitter && !needed.environment))
+                !(needed.bvh && needed.has_caustics()) && (needed.diffuse || (needed.emitter && !needed.environment))
             }
             // Who waits for a time or a noise gets samples at once.
             (Reuse::Auto, Sharers::Threads) => {
