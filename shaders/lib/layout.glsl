@@ -138,7 +138,6 @@ const uint MUTATE_QUERY_DISTANCE = 47u;
 const uint MUTATE_QUERY_TIES = 48u;
 const uint MUTATE_QUERY_MASK = 49u;
 const uint MUTATE_QUERY_SELF = 66u;
-const uint MUTATE_PARTS = 71u;
 const uint MUTATE_SPECULAR = 60u;
 const uint MUTATE_WAY_OUT = 61u;
 const uint MUTATE_COAT_NORMAL = 62u;
@@ -149,6 +148,7 @@ const uint MUTATE_SHADOW = 52u;
 const uint MUTATE_ANISOTROPY = 64u;
 const uint MUTATE_CONDUCTOR = 65u;
 const uint MUTATE_ADJOINT = 70u;
+const uint MUTATE_PARTS = 71u;
 
 // ---- bindings
 // All texels are bits, of numbers too: lavapipe compiles five functions for each format that it meets, and small integers
