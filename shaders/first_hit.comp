@@ -4,8 +4,10 @@
 #extension GL_EXT_ray_query : require
 #endif
 #extension GL_EXT_control_flow_attributes : require
+#extension GL_EXT_maximal_reconvergence : require
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_vote : require
+#extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #extension GL_KHR_shader_subgroup_shuffle : require
 // What the camera sees: one ray a pixel, and the surface that it meets. Nothing else happens here to a ray, so this is the kernel to read
@@ -19,6 +21,7 @@
 #include "lib/counting.glsl"
 #include "lib/pixel_order.glsl"
 #include "lib/vertex.glsl"
+#include "lib/votes.glsl"
 
 layout(local_size_x_id = 61, local_size_y = 1, local_size_z = 1) in;
 
@@ -68,40 +71,42 @@ Ray mirrored_ray(Vertex v, Ray ray) {
 }
 
 // Traces a ray to what it meets, or from mirror to mirror if these are followed: as far as a path goes, and one hit further, where a path
-// may still meet light.
+// may still meet light. Lanes wait for each other, since they read what others hold (lib/lane_table.glsl).
 FirstHit trace(Ray ray, inout uint loops) {
     FirstHit first;
     first.emitted = 0.0;
     first.flags = 0u;
     vec3 throughput = vec3(1.0);
     uint hits = 0u;
-    bool goes_on;
+    bool going = true;
     do {
         Hit hit = intersect(ray, loops);
         Vertex v = vertex_at(hit, ray);
         bool met = hit.primitive >= 0;
         hits += 1u;
         loops += 1u;
-        first.position = v.surface.position;
-        first.t = hit.t;
-        first.normal = v.up;
-        first.shading = v.normal;
-        first.albedo = bsdf_albedo(v.bsdf);
-        first.primitive = hit.primitive;
-        first.instance = hit.instance;
-        first.material = material_index(primitive_shape(max(hit.primitive, 0)).w);
-        first.flags = (first.flags & BY_MIRRORS) | (met && hits <= MAX_DEPTH ? flags_of(v.bsdf) : 0u);
-        if (HAS_EMITTER && met && shines_from(v.surface.material, v.front)) {
-            first.emitted += brightness(throughput * v.surface.material.emission);
+        if (going) {
+            first.position = v.surface.position;
+            first.t = hit.t;
+            first.normal = v.up;
+            first.shading = v.normal;
+            first.albedo = bsdf_albedo(v.bsdf);
+            first.primitive = hit.primitive;
+            first.instance = hit.instance;
+            first.material = material_index(primitive_shape(max(hit.primitive, 0)).w);
+            first.flags = (first.flags & BY_MIRRORS) | (met && hits <= MAX_DEPTH ? flags_of(v.bsdf) : 0u);
+            if (HAS_EMITTER && met && shines_from(v.surface.material, v.front)) {
+                first.emitted += brightness(throughput * v.surface.material.emission);
+            }
         }
-        goes_on = false;
-        if (HAS_MIRROR && follows_mirrors != 0u) {
-            goes_on = met && v.bsdf.type == BSDF_MIRROR && hits <= MAX_DEPTH;
+        going = going && met && follows_mirrors != 0u && hits <= MAX_DEPTH && (LOOP_BUDGET == 0u || loops < LOOP_BUDGET);
+        if (HAS_MIRROR) {
+            going = going && v.bsdf.type == BSDF_MIRROR;
             throughput *= v.bsdf.reflectance;
             ray = mirrored_ray(v, ray);
         }
-        goes_on = goes_on && throughput != vec3(0.0) && (LOOP_BUDGET == 0u || loops < LOOP_BUDGET);
-    } while (goes_on);
+        going = HAS_MIRROR && going && throughput != vec3(0.0);
+    } while (any_lane(going));
     return first;
 }
 
@@ -118,16 +123,16 @@ void store(uint place, FirstHit first) {
     }
 }
 
-void main() {
+void main() [[maximally_reconverges]] {
     load_intersection();
     load_constants();
     uint place = gl_GlobalInvocationID.x;
     uvec2 at;
     bool real = first_slot + place < end_slot && pixel_of_slot(first_slot + place, at);
-    if (!real) return;
     uint loops = 0u;
-    store(place, trace(first_ray(at), loops));
+    FirstHit first = trace(first_ray(at), loops);
+    if (real) store(place, first);
     // A traversal that has run out of its budget may have ended too early: the pixel does not count as done.
-    uint done = LOOP_BUDGET == 0u || loops < LOOP_BUDGET ? 1u : 0u;
-    add_counts(Counts(done, 0u, 0u, 1u, 0u, 0u, 0u));
+    uint done = real && (LOOP_BUDGET == 0u || loops < LOOP_BUDGET) ? 1u : 0u;
+    add_counts(Counts(done, 0u, 0u, real ? 1u : 0u, 0u, 0u, 0u));
 }

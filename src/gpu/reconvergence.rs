@@ -89,7 +89,7 @@ mod tests {
     #[test]
     fn kernels_whose_lanes_work_together_ask_for_it() {
         for (name, spirv) in kernels() {
-            let works_together = name.starts_with("path_") || ["light_trace", "lanes"].contains(&name);
+            let works_together = name.starts_with("path_") || ["light_trace", "first_hit", "lanes"].contains(&name);
             assert_eq!(asks(spirv), works_together, "{name}");
         }
     }
