@@ -31,7 +31,7 @@ pub fn held_by(mutation: Mutation) -> &'static [&'static str] {
         Mutation::NoMargins => &["bvh/axis-aligned", "bvh/brute-force"],
         Mutation::InvertedGradients => &["gradients/paths", "gradients/lanes"],
         Mutation::DoubleLightTracing => &["oracle/caustics", "oracle/caustics-within"],
-        Mutation::UncorrectedAdjoint => &["oracle/caustics-smooth"],
+        Mutation::UncorrectedAdjoint => &["light-tracing/tilted-normals"],
         Mutation::NoLimb => &["emitters/limb"],
         Mutation::UnbentNormals => &["energy/low-poly"],
         Mutation::NoEvenShare => &["lights/hidden"],
