@@ -153,28 +153,28 @@ vec2 sample_near(LightPath p) {
 // What shading normals do to light that comes from wi is not what they do to a path that goes there: a surface gets it by its geometric
 // normal, and a path weighs it by the shading normal (Veach 1997, section 5.3). Light paths scatter as paths do the other way round.
 
+bool is_flat(Vertex v) { return v.normal == v.up; }
+
 // f(wo, wi) |wi·ns| of a path from wo, in place of |wi·ng|, times |wo·ng|: of light from wi that goes on to wo.
 vec3 adjoint_eval(Vertex v, vec3 wi, vec3 wo) {
-    if (MUTATION == MUTATE_ADJOINT) return bsdf_eval(v.bsdf, v.normal, wi, wo).value;
-    return bsdf_eval(v.bsdf, v.normal, wo, wi).value * (dot(wo, v.up) / fast_max(dot(wi, v.up), 1e-7));
+    bool as_path = is_flat(v) || MUTATION == MUTATE_ADJOINT;
+    vec3 value = bsdf_eval(v.bsdf, v.normal, as_path ? wi : wo, as_path ? wo : wi).value;
+    return as_path ? value : value * (dot(wo, v.up) / fast_max(dot(wi, v.up), 1e-7));
 }
 
 // A direction in which light from wi goes on. A diffuse surface sends it to all that is before its geometric normal.
 BsdfSample adjoint_sample(Vertex v, vec3 wi, vec2 u) {
+    bool diffuse = is_reconnectable(v.bsdf);
+    BsdfSample s = bsdf_sample(v.bsdf, diffuse ? v.up : v.normal, wi, u);
     float arrives = fast_max(dot(wi, v.up), 1e-7);
-    if (is_reconnectable(v.bsdf)) {
-        BsdfSample s = diffuse_sample(v.bsdf, v.up, wi, u);
-        s.weight *= fast_max(dot(wi, v.normal), 0.0) / arrives;
-        return s;
-    }
-    BsdfSample s = bsdf_sample(v.bsdf, v.normal, wi, u);
     float leaves = dot(s.direction, v.up);
     float factor = abs(leaves) / arrives;
     if (s.crosses) factor *= abs(dot(wi, v.normal)) / fast_max(abs(dot(s.direction, v.normal)), 1e-7);
-    // From the other side of the surface no path comes.
-    bool right = (leaves > 0.0) != s.crosses;
     if (MUTATION == MUTATE_ADJOINT) factor = 1.0;
-    s.weight *= right ? factor : 0.0;
+    // From the other side of the surface no path comes.
+    if ((leaves > 0.0) == s.crosses) factor = 0.0;
+    if (diffuse) factor = fast_max(dot(wi, v.normal), 0.0) / arrives;
+    if (!is_flat(v)) s.weight *= factor;
     return s;
 }
 
@@ -242,7 +242,7 @@ void main() [[maximally_reconverges]] {
         if (SMOOTH_NORMALS) onward = adjoint_sample(v, wo, u);
         else onward = bsdf_sample(v.bsdf, v.normal, wo, u);
         vec3 share = onward.weight;
-        if (SMOOTH_NORMALS) alive = alive && share != vec3(0.0);
+        if (SMOOTH_NORMALS) alive = alive && (is_flat(v) || share != vec3(0.0));
         if (!delta) {
             float survive = fast_min(largest(share), 1.0);
             alive = alive && sample_independent(light_path.key, light_path.index, light_path.hits) < survive;
