@@ -73,7 +73,7 @@ void main() [[maximally_reconverges]] {
     uint loops = 0u;
     bool within_budget = true;
     PathVertices vertices = vertices_none();       // of the path
-    FirstHit first_hit = first_hit_none();
+    FirstVertex first_vertex = first_vertex_none();
     EndedPath ended = ended_none();
     bool waits = false;                     // with a path that has ended too
     if (REUSE || SPLIT == 1u || going) do {
@@ -88,8 +88,8 @@ void main() [[maximally_reconverges]] {
             if (REUSE) {
                 alive = alive && going;
                 shadow.enabled = shadow.enabled && going;
-                if ((SMOOTH_NORMALS || HAS_PARTS) && vertex.first) first_hit = first_hit_of(vertex);
-                if (second) vertices = vertices_at(path, vertex, hit.t, direct, first_hit);
+                if ((SMOOTH_NORMALS || HAS_PARTS) && vertex.first) first_vertex = first_vertex_of(vertex);
+                if (second) vertices = vertices_at(path, vertex, hit.t, direct, first_vertex);
             }
             counts.rays += going ? 1u : 0u;
             if (SAMPLES_LIGHTS) {

@@ -91,39 +91,21 @@ mod tests {
     use rayon::prelude::*;
 
     use super::*;
-    use crate::ggx_albedo::{MIN_ALPHA, alpha_of};
+    use crate::ggx_albedo::{MIN_ALPHA, alpha_of, visible_normals};
 
-    /// `(a, b)`, integrated over visible normals by the midpoint rule with `n` points along either axis, as for the isotropic table.
+    /// `(a, b)`, integrated over visible normals, as for the isotropic table.
     fn quadrature(mu: f64, azimuth: f64, roughness: f64, strength: f64, n: u32) -> [f64; 2] {
-        let b = alpha_of(roughness);
-        let a = b + (1.0 - b) * strength * strength;
+        let across = alpha_of(roughness);
+        let alphas = [across + (1.0 - across) * strength * strength, across];
         let sine = (1.0 - mu * mu).max(0.0).sqrt();
-        let o = [sine * azimuth.sqrt(), sine * (1.0 - azimuth).sqrt(), mu];
-        let length = (a * o[0]).hypot(b * o[1]).hypot(mu);
-        let stretched = [a * o[0] / length, b * o[1] / length, mu / length];
-        let lambda = |[x, y, z]: [f64; 3]| ((1.0 + ((a * x).powi(2) + (b * y).powi(2)) / (z * z)).sqrt() - 1.0) / 2.0;
-        let at_wo = lambda(o);
-        let mut sums = [0.0; 2];
-        for i in 0..n {
-            let u = (f64::from(i) + 0.5) / f64::from(n);
-            let (u, du) = (u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u));
-            let z = (1.0 - u) * (1.0 + stretched[2]) - stretched[2];
-            let r = (1.0 - z * z).max(0.0).sqrt();
-            for j in 0..n {
-                let phi = TAU * (f64::from(j) + 0.5) / f64::from(n);
-                let h = [a * (r * phi.cos() + stretched[0]), b * (r * phi.sin() + stretched[1]), z + stretched[2]];
-                let length = h[0].hypot(h[1]).hypot(h[2]);
-                let h = h.map(|x| x / length);
-                let cosine = o[0] * h[0] + o[1] * h[1] + o[2] * h[2];
-                let reflected: [f64; 3] = std::array::from_fn(|k| 2.0 * cosine * h[k] - o[k]);
-                if reflected[2] > 0.0 {
-                    let weight = du * (1.0 + at_wo) / (1.0 + at_wo + lambda(reflected));
-                    let schlick = (1.0 - cosine).clamp(0.0, 1.0).powi(5);
-                    sums = [sums[0] + weight * (1.0 - schlick), sums[1] + weight * schlick];
-                }
-            }
-        }
-        sums.map(|sum| sum / f64::from(n * n))
+        let wo = [sine * azimuth.sqrt(), sine * (1.0 - azimuth).sqrt(), mu];
+        visible_normals::integral(wo, alphas, TAU, n, |h| {
+            let cosine = wo[0] * h[0] + wo[1] * h[1] + wo[2] * h[2];
+            let reflected: [f64; 3] = std::array::from_fn(|k| 2.0 * cosine * h[k] - wo[k]);
+            let weight = visible_normals::seen(wo, reflected, alphas);
+            let schlick = (1.0 - cosine).clamp(0.0, 1.0).powi(5);
+            [weight * (1.0 - schlick), weight * schlick]
+        })
     }
 
     #[test]

@@ -107,47 +107,77 @@ pub(crate) fn interpolated(table: &[f32], x: f64, y: f64) -> f64 {
     bilinear(cell_of(x, STEPS), cell_of(y, STEPS), |i, j| f64::from(table[j * STEPS + i]))
 }
 
+/// Integrals over the normals that are visible along a direction (Heitz, "Sampling the GGX distribution of visible normals", 2018), by
+/// the midpoint rule.
 #[cfg(test)]
-mod tests {
-    use std::f64::consts::TAU;
+pub(crate) mod visible_normals {
+    /// Smith's Λ of a unit direction, for alphas along x and y.
+    fn lambda([x, y, z]: [f64; 3], [ax, ay]: [f64; 2]) -> f64 {
+        ((1.0 + ((ax * x).powi(2) + (ay * y).powi(2)) / (z * z)).sqrt() - 1.0) / 2.0
+    }
 
-    use rayon::prelude::*;
+    /// The part of light from `wi` that is not hidden on its way to `wo`, of what leaves microfacets towards there: Smith's G2 over G1.
+    pub fn seen(wo: [f64; 3], wi: [f64; 3], alphas: [f64; 2]) -> f64 {
+        if wi[2] <= 0.0 {
+            return 0.0;
+        }
+        let at_wo = lambda(wo, alphas);
+        (1.0 + at_wo) / (1.0 + at_wo + lambda(wi, alphas))
+    }
 
-    use super::*;
-
-    /// `(a, b)`, integrated over visible normals by the midpoint rule with `n` points along either axis: the weight of a direction is
-    /// then Smith's G2 over G1 (Heitz, "Sampling the GGX distribution of visible normals", 2018).
-    fn quadrature(mu: f64, alpha: f64, n: u32) -> [f64; 2] {
-        let sine = (1.0 - mu * mu).sqrt();
-        let stretched = {
-            let length = (alpha * sine).hypot(mu);
-            [alpha * sine / length, mu / length]
-        };
-        let lambda = |cosine: f64| ((1.0 + alpha * alpha * (1.0 / (cosine * cosine) - 1.0)).sqrt() - 1.0) / 2.0;
-        let at_wo = lambda(mu);
-        let mut sums = [0.0; 2];
+    /// The mean of a function over unit normals that are visible along `wo`, with `n` points along either axis; `turn` is π where both
+    /// halves around the plane of `wo` are alike, else 2π.
+    pub fn integral<const N: usize>(
+        wo: [f64; 3],
+        [ax, ay]: [f64; 2],
+        turn: f64,
+        n: u32,
+        of: impl Fn([f64; 3]) -> [f64; N],
+    ) -> [f64; N] {
+        let stretched = unit([ax * wo[0], ay * wo[1], wo[2]]);
+        let mut sums = [0.0; N];
         for i in 0..n {
             // A cap of the sphere, from below the horizon by as much as the direction is above (Dupuy and Benyoub 2023). The square
             // root in the reflected cosine at the rim is taken out by a substitution.
             let u = (f64::from(i) + 0.5) / f64::from(n);
             let (u, du) = (u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u));
-            let z = (1.0 - u) * (1.0 + stretched[1]) - stretched[1];
+            let z = (1.0 - u) * (1.0 + stretched[2]) - stretched[2];
             let r = (1.0 - z * z).max(0.0).sqrt();
             for j in 0..n {
-                let phi = TAU / 2.0 * (f64::from(j) + 0.5) / f64::from(n);
-                let cap = [r * phi.cos() + stretched[0], r * phi.sin(), z + stretched[1]];
-                let h = [alpha * cap[0], alpha * cap[1], cap[2]];
-                let length = (h[0] * h[0] + h[1] * h[1] + h[2] * h[2]).sqrt();
-                let cosine = (sine * h[0] + mu * h[2]) / length;
-                let reflected = 2.0 * cosine * h[2] / length - mu;
-                if reflected > 0.0 {
-                    let weight = du * (1.0 + at_wo) / (1.0 + at_wo + lambda(reflected));
-                    let schlick = (1.0 - cosine).clamp(0.0, 1.0).powi(5);
-                    sums = [sums[0] + weight * (1.0 - schlick), sums[1] + weight * schlick];
-                }
+                let phi = turn * (f64::from(j) + 0.5) / f64::from(n);
+                let cap = [r * phi.cos() + stretched[0], r * phi.sin() + stretched[1], z + stretched[2]];
+                let value = of(unit([ax * cap[0], ay * cap[1], cap[2]]));
+                sums = std::array::from_fn(|k| sums[k] + du * value[k]);
             }
         }
         sums.map(|sum| sum / f64::from(n * n))
+    }
+
+    fn unit(v: [f64; 3]) -> [f64; 3] {
+        let length = v[0].hypot(v[1]).hypot(v[2]);
+        v.map(|x| x / length)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use rayon::prelude::*;
+
+    use super::*;
+
+    /// `(a, b)`, integrated over visible normals: the weight of a direction is then Smith's G2 over G1.
+    fn quadrature(mu: f64, alpha: f64, n: u32) -> [f64; 2] {
+        let alphas = [alpha; 2];
+        let wo = [(1.0 - mu * mu).sqrt(), 0.0, mu];
+        visible_normals::integral(wo, alphas, PI, n, |h| {
+            let cosine = wo[0] * h[0] + mu * h[2];
+            let reflected = [2.0 * cosine * h[0] - wo[0], 2.0 * cosine * h[1], 2.0 * cosine * h[2] - mu];
+            let weight = visible_normals::seen(wo, reflected, alphas);
+            let schlick = (1.0 - cosine).clamp(0.0, 1.0).powi(5);
+            [weight * (1.0 - schlick), weight * schlick]
+        })
     }
 
     #[test]

@@ -83,38 +83,29 @@ mod tests {
     use rayon::prelude::*;
 
     use super::*;
+    use crate::ggx_albedo::visible_normals;
     use crate::oracle::fresnel;
 
-    /// By the midpoint rule with `n` points along either axis over visible normals, as that of [`crate::ggx_albedo`].
+    /// Integrated over visible normals.
     fn quadrature(mu: f64, alpha: f64, eta: f64, n: u32) -> f64 {
+        let alphas = [alpha; 2];
         let sine = (1.0 - mu * mu).sqrt();
-        let length = (alpha * sine).hypot(mu);
-        let stretched = [alpha * sine / length, mu / length];
-        let lambda = |cosine: f64| ((1.0 + alpha * alpha * (1.0 / (cosine * cosine) - 1.0)).sqrt() - 1.0) / 2.0;
-        let at_wo = lambda(mu);
-        let seen = |cosine: f64| if cosine > 0.0 { (1.0 + at_wo) / (1.0 + at_wo + lambda(cosine)) } else { 0.0 };
-        let mut sum = 0.0;
-        for i in 0..n {
-            let u = (f64::from(i) + 0.5) / f64::from(n);
-            let (u, du) = (u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u));
-            let z = (1.0 - u) * (1.0 + stretched[1]) - stretched[1];
-            let r = (1.0 - z * z).max(0.0).sqrt();
-            for j in 0..n {
-                let phi = PI * (f64::from(j) + 0.5) / f64::from(n);
-                let cap = [r * phi.cos() + stretched[0], r * phi.sin(), z + stretched[1]];
-                let h = [alpha * cap[0], alpha * cap[1], cap[2]];
-                let length = (h[0] * h[0] + h[1] * h[1] + h[2] * h[2]).sqrt();
-                let cosine = ((sine * h[0] + mu * h[2]) / length).min(1.0);
-                let height = h[2] / length;
-                let reflectance = fresnel(cosine, eta);
-                let inner2 = ((eta - 1.0) * (eta + 1.0) + cosine * cosine) / (eta * eta);
-                // How far below the surface the refracted direction is.
-                let depth = mu / eta - (cosine / eta - inner2.max(0.0).sqrt()) * height;
-                let refracted = if reflectance < 1.0 { (1.0 - reflectance) * seen(depth) } else { 0.0 };
-                sum += du * (reflectance * seen(2.0 * cosine * height - mu) + refracted);
-            }
-        }
-        sum / f64::from(n * n)
+        let wo = [sine, 0.0, mu];
+        // The azimuth of a direction does not matter to what hides it.
+        let seen = |cosine: f64| {
+            let cosine = cosine.min(1.0);
+            visible_normals::seen(wo, [(1.0 - cosine * cosine).sqrt(), 0.0, cosine], alphas)
+        };
+        let [all] = visible_normals::integral(wo, alphas, PI, n, |h| {
+            let cosine = (sine * h[0] + mu * h[2]).min(1.0);
+            let reflectance = fresnel(cosine, eta);
+            let inner2 = ((eta - 1.0) * (eta + 1.0) + cosine * cosine) / (eta * eta);
+            // How far below the surface the refracted direction is.
+            let depth = mu / eta - (cosine / eta - inner2.max(0.0).sqrt()) * h[2];
+            let refracted = if reflectance < 1.0 { (1.0 - reflectance) * seen(depth) } else { 0.0 };
+            [reflectance * seen(2.0 * cosine * h[2] - mu) + refracted]
+        });
+        all
     }
 
     #[test]

@@ -55,19 +55,19 @@ uint key_of_group(uvec2 corner, uint p) { return group_key(pixel_of_work(corner,
 const bool SEES_THROUGH = HAS_MIRROR || HAS_DIELECTRIC || HAS_METALLIC_ROUGHNESS;
 
 // What is kept of x until the path arrives at y.
-struct FirstHit {
+struct FirstVertex {
     vec3 up;        // with SMOOTH_NORMALS: geometric normal
     vec3 beta;      // with HAS_PARTS: throughput, without what depends on where the path goes,
     float share;    // which is this times that of light from lights,
     vec4 fading;    // and that
 };
 
-FirstHit first_hit_none() { return FirstHit(vec3(0.0), vec3(0.0), 1.0, vec4(0.0)); }
+FirstVertex first_vertex_none() { return FirstVertex(vec3(0.0), vec3(0.0), 1.0, vec4(0.0)); }
 
-FirstHit first_hit_of(Vertex v) {
+FirstVertex first_vertex_of(Vertex v) {
     Bsdf b = v.bsdf;
     bool part = HAS_PARTS && b.part == PART_DIFFUSE;
-    return FirstHit(v.up, v.throughput * (part ? b.lobes.diffuse / b.part_share : b.reflectance), part ? b.part_share : 1.0, fading_of(b));
+    return FirstVertex(v.up, v.throughput * (part ? b.lobes.diffuse / b.part_share : b.reflectance), part ? b.part_share : 1.0, fading_of(b));
 }
 
 // Geometry between a first hit x and a second hit y: cos cos/r², and the direction and distance from x to y.

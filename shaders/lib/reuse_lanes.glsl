@@ -14,7 +14,7 @@ struct PathVertices {
     float hit;      // which of its path x is
     int self_id;    // the id that a ray from x leaves
     vec3 nx;        // shading normal at x
-    FirstHit first;
+    FirstVertex first;
     vec3 beta;      // throughput at x
     vec3 y;
     vec3 ny;        // geometric normal; 0 too if y does not give its light to others
@@ -26,14 +26,14 @@ struct PathVertices {
 
 PathVertices vertices_none() {
     const vec3 none = vec3(0.0);
-    return PathVertices(none, 0.0, -1, none, first_hit_none(), none, none, none, none, vec4(0.0), none, false);
+    return PathVertices(none, 0.0, -1, none, first_vertex_none(), none, none, none, none, vec4(0.0), none, false);
 }
 
 // The normal about which light leaves y.
 vec3 shading_of_second(Vertex v) { return v.bsdf.type == BSDF_METALLIC_ROUGHNESS ? v.normal : v.up; }
 
 // The path arrives at its second hit, with the light from its first one.
-PathVertices vertices_at(Path p, Vertex v, float t, vec3 direct, FirstHit first) {
+PathVertices vertices_at(Path p, Vertex v, float t, vec3 direct, FirstVertex first) {
     return PathVertices(p.origin, float(p.hits), p.self_id, p.normal, first, HAS_PARTS ? first.beta : p.throughput, end_of_segment(v, t),
                    v.shareable ? v.up : vec3(0.0), shading_of_second(v), fading_of(v.bsdf), direct, v.shareable);
 }

@@ -18,7 +18,7 @@ const uint ROW_SECOND = 3u;     // y; β.g
 const uint ROW_SECOND_NORMAL = 4u;  // geometric normal; β.b
 const uint ROW_DIRECT = 5u;     // light from x itself, β.r
 const uint ROW_FIRST_UP = 6u;   // with SMOOTH_NORMALS: geometric normal of x
-const uint ROW_FIRST_PART = 7u; // with HAS_PARTS: β, which the rows of y leave out, and FirstHit::share;
+const uint ROW_FIRST_PART = 7u; // with HAS_PARTS: β, which the rows of y leave out, and FirstVertex::share;
 const uint ROW_FIRST_FADING = 8u;   // of x,
 const uint ROW_SECOND_FADING = 9u;  // and of y;
 const uint ROW_SECOND_SHADING = 10u;    // shading normal of y
@@ -47,7 +47,7 @@ uint sample_of_path(uint path) { return path >> (TILE_BITS + tile_bits); }
 
 // Records a path at its first hit.
 void record_first_hit(uint path, Vertex v) {
-    FirstHit first = first_hit_of(v);
+    FirstVertex first = first_vertex_of(v);
     if (SMOOTH_NORMALS) path_store(path, ROW_FIRST_UP, vec4(first.up, 0.0));
     if (HAS_PARTS && is_reconnectable(v.bsdf)) {
         path_store(path, ROW_FIRST_PART, vec4(first.beta, first.share));
@@ -84,7 +84,7 @@ EndedPath recorded_path(uint path) {
         vec4 y = path_load(path, ROW_SECOND);
         vec4 ny = path_load(path, ROW_SECOND_NORMAL);
         vec4 direct = path_load(path, ROW_DIRECT);
-        FirstHit first = first_hit_none();
+        FirstVertex first = first_vertex_none();
         vec3 beta = vec3(direct.w, y.w, ny.w);
         vec3 shading = ny.xyz;
         vec4 fading = vec4(0.0);
